@@ -89,13 +89,15 @@ impl Boundary {
         if let Some(probe) = &conditions.probe {
             let nodes = nodes_of(&probe.surface, "the curve is measured")?;
             surfaces.insert(probe.surface.clone(), nodes);
-            if Vector3::from(probe.direction).norm() == 0.0 {
+            let length = Vector3::from(probe.direction).norm();
+            if !(length > 0.0 && length.is_finite()) {
                 let entity = format!("surface '{}'", probe.surface);
-                let requirement = "positive: the measured direction is a vector such as [0, 0, 1]";
+                let requirement =
+                    "positive and finite: the measured direction is a vector such as [0, 0, 1]";
                 return Err(FemError::parameter(
                     &entity,
                     "length of the direction",
-                    0.0,
+                    length,
                     requirement,
                 ));
             }

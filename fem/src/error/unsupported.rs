@@ -91,7 +91,8 @@ pub enum Unsupported {
         /// Number of regions of the mesh.
         regions: usize,
     },
-    /// A parameter of sensitivities that changes the kind of a material: its law, or whether it can break.
+    /// A parameter of sensitivities that changes the kind of a material: its law, the number of state values of the law,
+    /// or whether the material can break.
     #[error(
         "below or above the parameter value, the material of region '{0}' has another law, or fractures in only one of them"
     )]

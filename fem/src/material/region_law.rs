@@ -186,7 +186,11 @@ impl<T: Scalar> PointLaw<T> for LaneLaw<'_, T> {
                 continue;
             }
             let state = match &mut scratch {
-                Some(state) => &mut state[..],
+                // without the state of the law before: a law may have fewer state values
+                Some(state) => {
+                    state.fill(zero);
+                    &mut state[..]
+                }
                 None if several && !new.is_empty() => &mut scratch.insert([zero; MOST_STATE])[..],
                 None => &mut *new,
             };

@@ -28,7 +28,8 @@ pub struct Shift<'a> {
 /// One of the two evaluations of a difference quotient.
 struct Side<'a> {
     materials: &'a [PointMaterial],
-    /// Change of the parameter from its value to this side; multiplies the derivatives of fields and state.
+    /// Factor of the derivatives of fields and state on this side, see [`Shift::sides`]. It is the change of the
+    /// parameter if the value of the parameter is in the middle between both sides.
     change: f64,
     damage_before: Vec<f64>,
     state: Vec<f64>,

@@ -14,6 +14,10 @@ use fem_mesh::vtu;
 /// Fields of a problem, from which stresses, energies and forces are computed; created by
 /// [`Problem::evaluate`](crate::Problem::evaluate).
 ///
+/// The fields do not contain the state of laws that have one ([`ConstitutiveLaw`](crate::ConstitutiveLaw)). Stresses,
+/// energies and forces of such laws are those of a single increment of one second from the state zero to these fields.
+/// They differ from the values in the run; the forces of the run are in [`Outcome::reactions`](crate::Outcome).
+///
 /// # Example
 /// A block that is pulled by 1 %: its stress, its energy, and the force on its upper end.
 /// ```

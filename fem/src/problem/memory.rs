@@ -78,30 +78,40 @@ impl Memory {
         self.bound_follows_damage
     }
 
-    /// Updates the state with the equilibrium `fields` of an increment that lasted `duration` seconds. Returns the state
-    /// with which laws with a state compute the stress at `fields`.
-    pub(crate) fn record(
-        &mut self,
+    /// Returns the state of the laws at the equilibrium `fields` of an increment that lasted `duration` seconds.
+    pub(crate) fn points_at(
+        &self,
         operator: &dyn Operator,
         materials: &[PointMaterial],
         fields: &Fields,
         duration: f64,
-    ) -> Result<LawState, StepFailure> {
-        let mut before = LawState::default();
-        if !self.points.is_empty() {
+    ) -> Result<Vec<f64>, StepFailure> {
+        let mut points = vec![0.0; self.points.len()];
+        if !points.is_empty() {
             let context = self.context(&fields.damage, duration);
-            let mut points = vec![0.0; self.points.len()];
             operator.state(&Increment { materials, fields, context }, &mut points)?;
-            let start = std::mem::replace(&mut self.points, points);
-            // the stress does not depend on the history of the driving energy
-            if materials.iter().any(|m| m.law().state_len() > 0) {
-                before = LawState { values: start, duration_s: duration };
-            }
         }
+        Ok(points)
+    }
+
+    /// Stores the state at the equilibrium `fields` of an increment that lasted `duration` seconds; `points` is the result
+    /// of [`points_at`](Self::points_at). Returns the state with which laws with a state compute the stress at `fields`.
+    pub(crate) fn record(
+        &mut self,
+        points: Vec<f64>,
+        materials: &[PointMaterial],
+        fields: &Fields,
+        duration: f64,
+    ) -> LawState {
+        let start = std::mem::replace(&mut self.points, points);
         if let (true, Some(bounds)) = (self.bound_follows_damage, &mut self.bounds) {
             bounds.lower.iter_mut().zip(&fields.damage).for_each(|(b, &phi)| b[3] = phi);
         }
-        Ok(before)
+        // the stress does not depend on the history of the driving energy
+        if materials.iter().any(|m| m.law().state_len() > 0) {
+            return LawState { values: start, duration_s: duration };
+        }
+        LawState::default()
     }
 }
 

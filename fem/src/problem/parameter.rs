@@ -85,7 +85,8 @@ impl MaterialParameter {
         for (((below, above), at), region) in sides {
             let kinds = [below, above, at].map(|m| std::mem::discriminant(&m.elasticity));
             let broken = [below, above, at].map(|m| m.fracture.is_some());
-            if kinds != [kinds[2]; 3] || broken != [broken[2]; 3] {
+            let states = [below, above, at].map(Material::state_len);
+            if kinds != [kinds[2]; 3] || broken != [broken[2]; 3] || states != [states[2]; 3] {
                 return refused(Unsupported::ParameterKind(region.clone()));
             }
             for ((below, above), at) in

@@ -76,7 +76,8 @@ impl<F, const N: usize> OdeSolution<F, N> {
     /// States at every output time. In a model, each state is one operation on the tape.
     ///
     /// # Errors
-    /// [`DomainError`] if the steps become too small or too many.
+    /// [`DomainError`] if an output time precedes the start or the output time before it, or if the steps become too
+    /// small or too many.
     pub fn states<S: Scalar, const D: usize>(
         &self,
         theta: [S; D],
@@ -112,6 +113,11 @@ impl<F, const N: usize> OdeSolution<F, N> {
         let mut step = self.first_step(&y, &first, |y| rate(t, y));
         let mut steps = 0;
         for &time in &self.times {
+            if time.is_nan() || time < t {
+                return Err(DomainError::new(format!(
+                    "OdeSolution: the output time {time} follows t = {t}: give ascending times from the start on"
+                )));
+            }
             while t < time {
                 if steps == MOST_STEPS {
                     return Err(failure(&format!("needs more than {steps} steps"), t));
@@ -131,7 +137,9 @@ impl<F, const N: usize> OdeSolution<F, N> {
                 let proposed = length * factor.clamp(0.2, if accepted { 5.0 } else { 1.0 });
                 // a step that the output time shortened does not limit the next step
                 step = if accepted && lands { proposed.max(step) } else { proposed };
-                if t + step * 1e-3 <= t && t < time {
+                // the step is NaN if a rate at the start is NaN
+                let advances = t + step * 1e-3 > t;
+                if !advances && t < time {
                     return Err(failure("fails even for the smallest step", t));
                 }
             }
@@ -334,6 +342,23 @@ mod tests {
         assert!(least < 1e-10 && change < 1e-4, "{least:e}, off by {change:e}");
         let (change, _) = drift([1.0, 30.0], [1e-8; 2]);
         assert!(change > 1e-2, "off by {change:e}");
+    }
+
+    #[test]
+    fn times_that_descend_are_an_error() {
+        for times in [[2.0, 1.0], [0.3, 1.0], [f64::NAN, 1.0]] {
+            let solution = OdeSolution::new(Fading, 0.4, &times, [1e-8; 2]);
+            let error = solution.states([1.5, 0.8]).expect_err("not ascending").to_string();
+            assert!(error.contains("ascending"), "{error}");
+        }
+    }
+
+    /// A rate that is NaN at the start is an error after one step, not after the limit of steps.
+    #[test]
+    fn a_rate_that_is_nan_is_an_error() {
+        let solution = OdeSolution::new(Fading, 0.4, &[2.0], [1e-8; 2]);
+        let error = solution.states([1.5, f64::NAN]).expect_err("NaN").to_string();
+        assert!(error.contains("smallest step"), "{error}");
     }
 
     #[test]

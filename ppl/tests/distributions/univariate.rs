@@ -64,6 +64,24 @@ fn inverse_gamma() {
     assert_distribution!([a, b] InverseGamma(a, b), [0.8, 0.3], [0.1, 0.4, 20.0]);
 }
 
+/// P(X ≤ 1)/P(X ≤ 2) = e⁻⁴ (1 + 4 + 8)/(e⁻² (1 + 2 + 2)) for shape 3 and scale 4.
+#[test]
+fn inverse_gamma_below_a_limit() {
+    let distribution = InverseGamma(3.0, 4.0);
+    assert_eq!(distribution.cdf(f64::NEG_INFINITY), 0.0);
+    assert_eq!(distribution.sf(f64::NEG_INFINITY), 1.0);
+    let share = distribution.truncate(..2.0).cdf(1.0);
+    assert!((share - (-2.0f64).exp() * 13.0 / 5.0).abs() < 1e-12, "{share}");
+}
+
+#[test]
+fn triangular_distribution_functions_of_nan() {
+    let guess = Triangular(250.0, 270.0, 300.0);
+    let values = [guess.cdf(f64::NAN), guess.sf(f64::NAN)];
+    let quantiles = [guess.quantile(f64::NAN), guess.upper_quantile(f64::NAN)];
+    assert!(values.into_iter().chain(quantiles).all(f64::is_nan));
+}
+
 #[test]
 fn gumbel() {
     assert_distribution!([m, s] Gumbel(m, s), [10.0, 2.0], [7.0, 10.0, 25.0]);

@@ -9,7 +9,7 @@ const SOUND: f64 = 0.05;
 
 /// Returns advice for a failure of a step from the current state.
 pub(super) fn advice(increments: &Increments, failure: StepFailure) -> String {
-    let Increments { setup, solver, state } = increments;
+    let Increments { setup, solver, state, .. } = increments;
     let damaged = &setup.discretisation.damaged;
     let materials = setup.parts.materials.iter().zip(damaged);
     let rate_independent = materials

@@ -27,6 +27,8 @@ pub(super) struct Increments<'a> {
     pub(super) solver: Solver<'a>,
     /// The last equilibrium; with several ranks, the part of this rank.
     pub(super) state: RunState,
+    /// Loads and contact of the last equilibrium. The solver has those of the last attempt, which may have failed.
+    pub(super) accepted: ExternalForces,
 }
 
 impl<'a> Increments<'a> {
@@ -34,7 +36,8 @@ impl<'a> Increments<'a> {
     pub(super) fn new(setup: &'a Setup) -> Self {
         let field = setup.parts.phase_field.as_ref();
         let state = RunState::new(&setup.discretisation, field, &setup.points, setup.shifts.len());
-        Self { setup, solver: setup.solver(), state }
+        let accepted = ExternalForces::none(&setup.discretisation.boundary);
+        Self { setup, solver: setup.solver(), state, accepted }
     }
 
     /// Replaces the solver by a solver without data from earlier steps. The counters and scales of the state continue.
@@ -85,9 +88,8 @@ impl<'a> Increments<'a> {
             pressures,
             modulus,
         );
-        let (mut fields, jumps) = self.guess(target);
-        let finite = fields.is_finite();
-        if self.ranks().any(!finite) || !self.solver.newton.external.is_finite() {
+        let (mut fields, jumps) = self.guess(target)?;
+        if !self.solver.newton.external.is_finite() {
             return Err(StepFailure::Condition);
         }
         let before = self.effort();
@@ -100,7 +102,7 @@ impl<'a> Increments<'a> {
 
     /// Takes a step that may add at most `most_n_mm` to the crack energy; fails if it adds more.
     fn advance_within(&mut self, target: f64, most_n_mm: f64) -> Result<(), StepFailure> {
-        let (mut fields, _) = self.guess(target);
+        let (mut fields, _) = self.guess(target)?;
         let before = self.effort();
         let context = self.state.memory.context(&self.state.fields.damage, 1.0);
         self.solver.newton.solve_both(&mut fields, context)?;
@@ -114,7 +116,7 @@ impl<'a> Increments<'a> {
     /// Takes a step that adds `n_mm` to the crack energy. The position of the ends is an unknown, with the initial
     /// value `guess`.
     fn release(&mut self, n_mm: f64, guess: f64) -> Result<(), StepFailure> {
-        let (mut fields, _) = self.guess(guess);
+        let (mut fields, _) = self.guess(guess)?;
         let before = self.effort();
         let setup = self.setup;
         let control = ArcLengthControl {
@@ -128,25 +130,29 @@ impl<'a> Increments<'a> {
         self.accept(before, fields, position)
     }
 
-    /// Stores the equilibrium that the solver found at `target` as the new state.
+    /// Stores the equilibrium that the solver found at `target` as the new state. After an error, the state is
+    /// unchanged.
     fn accept(&mut self, before: Effort, fields: Fields, target: f64) -> Result<(), StepFailure> {
-        carry_rates(self.setup, &mut self.solver, &mut self.state, &fields, target);
-        let (setup, newton, state) = (self.setup, &self.solver.newton, &mut self.state);
-        let domain = setup.discretisation.as_ref();
-        let step = target - state.clock;
-        let time_s = target * setup.parts.schedule.duration_s;
-        let (external, residual) = (&newton.external, &newton.residual);
+        let domain = self.setup.discretisation.as_ref();
+        let time_s = target * self.setup.parts.schedule.duration_s;
+        let (external, residual) = (&self.solver.newton.external, &self.solver.newton.residual);
         let reactions = external.reactions(&domain.boundary, &fields, residual);
-        let forces = external.outer_forces(&domain.boundary, &fields, residual);
-        let friction = external.dissipated(&fields);
         let [displacement_mm, force_n] =
             domain.boundary.measure(time_s, &fields.displacement, &reactions);
         if !displacement_mm.is_finite() {
             return Err(StepFailure::Condition);
         }
-        let duration = step * setup.parts.schedule.duration_s;
-        let operator = domain.operator.as_ref();
-        let law_state = state.memory.record(operator, &setup.points, &fields, duration)?;
+        let step = target - self.state.clock;
+        let duration = step * self.setup.parts.schedule.duration_s;
+        let (operator, materials) = (domain.operator.as_ref(), &self.setup.points);
+        let points = self.state.memory.points_at(operator, materials, &fields, duration)?;
+        // nothing can fail from here on, so that a failed increment does not change the state
+        carry_rates(self.setup, &mut self.solver, &mut self.state, &fields, target);
+        let (newton, state) = (&self.solver.newton, &mut self.state);
+        let (external, residual) = (&newton.external, &newton.residual);
+        let forces = external.outer_forces(&domain.boundary, &fields, residual);
+        let friction = external.dissipated(&fields);
+        let law_state = state.memory.record(points, materials, &fields, duration);
         let mut change = fields.clone();
         change.add_scaled(-1.0, &state.fields);
         // work of the external forces, which balance the stress forces at each node; the work that friction dissipates
@@ -189,12 +195,14 @@ impl<'a> Increments<'a> {
         state.fields = Fields { state: law_state, ..fields };
         state.clock = target;
         self.state.scales = self.solver.newton.keep_scales();
+        self.accepted = self.solver.newton.external.clone();
         Ok(())
     }
 
     /// Returns the initial guess of the equilibrium at `target`: the extrapolated fields with the prescribed values
     /// imposed. The flag is true if prescribed displacements jump, i.e. are far from the extrapolated displacements.
-    fn guess(&self, target: f64) -> (Fields, bool) {
+    /// Fails if a prescribed value or the guess is not finite.
+    fn guess(&self, target: f64) -> Result<(Fields, bool), StepFailure> {
         let (setup, state) = (self.setup, &self.state);
         let boundary = &setup.discretisation.boundary;
         let mut fields = state.fields.without_state();
@@ -213,7 +221,10 @@ impl<'a> Increments<'a> {
         }
         let continued = fields.clone();
         setup.impose(&mut fields, target);
+        if self.ranks().any(!fields.is_finite()) {
+            return Err(StepFailure::Condition);
+        }
         let [off, step, largest] = boundary.jump(&continued, &state.fields, &fields);
-        (fields, off > JUMP * step && off > ROUNDED * largest)
+        Ok((fields, off > JUMP * step && off > ROUNDED * largest))
     }
 }

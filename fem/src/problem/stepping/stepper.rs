@@ -148,9 +148,9 @@ impl<'a> LoadStepper<'a> {
     /// Returns the curve, the reason for the end and the other results of the run. A run that has not ended yet gets
     /// the reason [`End::Interrupted`].
     pub fn finish(mut self) -> Outcome {
-        let Increments { setup, solver, state } = &self.increments;
+        let Increments { setup, state, accepted, .. } = &self.increments;
         let boundary = &setup.discretisation.boundary;
-        let points = || solver.newton.external.contact_points(boundary, &state.fields);
+        let points = || accepted.contact_points(boundary, &state.fields);
         // contact points cannot be gathered from the ranks if a rank has ended
         let contact = match &self.end {
             Some(End::Failed(FemError::RankLost { .. })) => BTreeMap::new(),

@@ -18,7 +18,7 @@ const STEP: f64 = 1e-5;
 /// Displacement at which the force has fallen to 90 % of the peak:
 /// ```
 /// use std::borrow::Cow;
-/// use breccia_calibration::{PeakedCurve, Qoi, QoiError, Qois, Quantity, TestCurve, Unit};
+/// use breccia_calibration::{Extent, PeakedCurve, Qoi, QoiError, Qois, Quantity, TestCurve, Unit};
 ///
 /// #[derive(Debug)]
 /// struct DisplacementAtFall;
@@ -36,11 +36,15 @@ const STEP: f64 = 1e-5;
 ///     fn unit(&self) -> Unit {
 ///         Unit::MM
 ///     }
+///     // viscous damage has fallen to 90 % of the peak at 1.26 times the displacement at peak
+///     fn extent(&self) -> Extent {
+///         Extent::Fraction(1.3)
+///     }
 ///     fn value(&self, curve: &PeakedCurve<'_>) -> Result<f64, QoiError> {
 ///         let TestCurve { displacement_mm: u, force_n: f } = curve.curve();
 ///         let level = 0.9 * curve.peak_force_n();
 ///         let fallen = (1..u.len()).find(|&i| u[i] > curve.peak_mm() && f[i] < level);
-///         let i = fallen.ok_or_else(|| self.not_reached(curve, 1.5 * curve.peak_mm()))?;
+///         let i = fallen.ok_or_else(|| self.not_reached(curve, 1.3 * curve.peak_mm()))?;
 ///         Ok(u[i - 1] + (u[i] - u[i - 1]) * (f[i - 1] - level) / (f[i - 1] - f[i]))
 ///     }
 /// }

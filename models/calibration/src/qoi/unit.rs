@@ -23,11 +23,6 @@ impl Unit {
     pub const N_MM: Self = Self { newton: 1, millimetre: 1, second: 0 };
     /// Time.
     pub const S: Self = Self { second: 1, ..Self::ONE };
-
-    /// Whether a table whose forces or displacements have a wrong unit changes the quantity.
-    pub fn depends_on_units(self) -> bool {
-        self.newton != 0 || self.millimetre != 0
-    }
 }
 
 impl fmt::Display for Unit {

@@ -63,11 +63,12 @@ impl<A: Parameter, B: Parameter> Univariate for InverseGamma<A, B> {
     }
 
     fn cdf(&self, x: f64) -> f64 {
-        if x > 0.0 { self.inverse().sf(x.recip()) } else { x * 0.0 }
+        // the inverse of −∞ is −0, so that numbers that are not positive need their own branch; NaN stays NaN
+        if x <= 0.0 { 0.0 } else { self.inverse().sf(x.recip()) }
     }
 
     fn sf(&self, x: f64) -> f64 {
-        if x > 0.0 { self.inverse().cdf(x.recip()) } else { 1.0 + x * 0.0 }
+        if x <= 0.0 { 1.0 } else { self.inverse().cdf(x.recip()) }
     }
 
     fn ln_tail(&self, x: f64, tail: Tail) -> f64 {

@@ -66,8 +66,10 @@ impl<A: Parameter, C: Parameter, B: Parameter> Univariate for Triangular<A, C, B
             0.0
         } else if x < c {
             (x - a) / (b - a) * ((x - a) / (c - a))
+        } else if x >= b {
+            1.0
         } else {
-            1.0 - self.sf(x)
+            1.0 - (b - x) / (b - a) * ((b - x) / (b - c))
         }
     }
 
@@ -77,8 +79,10 @@ impl<A: Parameter, C: Parameter, B: Parameter> Univariate for Triangular<A, C, B
             0.0
         } else if x >= c {
             (b - x) / (b - a) * ((b - x) / (b - c))
+        } else if x <= a {
+            1.0
         } else {
-            1.0 - self.cdf(x)
+            1.0 - (x - a) / (b - a) * ((x - a) / (c - a))
         }
     }
 
@@ -87,7 +91,7 @@ impl<A: Parameter, C: Parameter, B: Parameter> Univariate for Triangular<A, C, B
         if p * (b - a) <= c - a {
             a + (p * (b - a) * (c - a)).sqrt()
         } else {
-            self.upper_quantile(1.0 - p)
+            b - ((1.0 - p) * (b - a) * (b - c)).sqrt()
         }
     }
 
@@ -96,7 +100,7 @@ impl<A: Parameter, C: Parameter, B: Parameter> Univariate for Triangular<A, C, B
         if q * (b - a) <= b - c {
             b - (q * (b - a) * (b - c)).sqrt()
         } else {
-            self.quantile(1.0 - q)
+            a + ((1.0 - q) * (b - a) * (c - a)).sqrt()
         }
     }
 }
