@@ -265,6 +265,7 @@ impl CaseCheck {
         for (how, ids) in ways {
             let others = match ids.len() - 1 {
                 0 => String::new(),
+                1 => " and 1 other".to_owned(),
                 others => format!(" and {others} others"),
             };
             self.say("curves", format!("{}{others} read as: {how}", ids[0]));

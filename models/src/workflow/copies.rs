@@ -282,7 +282,11 @@ impl Copies {
             }
             told.push(how);
             let alike = self.understood.iter().filter(|(_, other)| other == how).count() - 1;
-            let others = if alike == 0 { String::new() } else { format!(" and {alike} others") };
+            let others = match alike {
+                0 => String::new(),
+                1 => " and 1 other".to_owned(),
+                _ => format!(" and {alike} others"),
+            };
             say("note", &format!("curve of {id}{others} read as: {how}"));
             if told.len() == 5 {
                 say(

@@ -11,7 +11,7 @@ const FEWEST_POINTS: usize = 5;
 ///
 /// For a curve without noise, the peak is the vertex of the least-squares parabola through the readings around the
 /// highest one whose force is at least 97 % of the highest force, including at least the two neighbours of the highest
-/// reading. For a noisy curve, it is the maximum of a polynomial that is fitted within a window of displacement around
+/// reading; from nine such readings on it is the maximum of a cubic. For a noisy curve, it is the maximum of a polynomial that is fitted within a window of displacement around
 /// the peak. Width of the window and degree of the polynomial have the smallest expected error for the noise and the
 /// number of readings.
 #[derive(Debug)]

@@ -7,6 +7,9 @@ use super::peak_window::{Fit, best_fit};
 
 /// Readings of at least this fraction of the highest force locate the peak of a curve without noise.
 const TOP: f64 = 0.97;
+/// Number of these readings from which a cubic is fitted to them: with as many readings the asymmetry of the curve
+/// matters more than the distance of the readings.
+const CUBIC_FROM: usize = 9;
 /// Noise, as a fraction of the highest force, below which the curve counts as a curve without noise.
 const NOISE_FREE: f64 = 2e-4;
 
@@ -27,7 +30,7 @@ impl Peak {
     ///
     /// Without noise (simulations), the peak is the vertex of the parabola through the contiguous readings around the
     /// highest one whose force is at least 97 % of the highest force, including at least the two neighbours of the
-    /// highest reading. With noise, the highest reading and the set of these readings are random. Therefore the
+    /// highest reading. From nine such readings on it is the maximum of a cubic. With noise, the highest reading and the set of these readings are random. Therefore the
     /// readings within a window of displacement around the peak are fitted (see [`best_fit`]).
     ///
     /// # Errors
@@ -55,14 +58,18 @@ impl Peak {
         let first = (0..top).rev().take_while(|&i| high(i)).last().unwrap_or(top - 1);
         let end = (top + 1..force.len()).take_while(|&i| high(i)).last().unwrap_or(top + 1);
         let points: Vec<_> = (first..=end).map(|i| (u[i] - u[top], force[i])).collect();
-        let parabola = Polynomial::of(&points, 2);
         let ends = [points[0].0, points[points.len() - 1].0];
-        let x = parabola.maximum(0.0, ends)?;
+        let fit = |degree: usize| {
+            let polynomial = Polynomial::of(&points, degree);
+            polynomial.maximum(0.0, ends).map(|x| (polynomial, x))
+        };
+        let cubic = (points.len() >= CUBIC_FROM).then(|| fit(3)).flatten();
+        let (polynomial, x) = cubic.or_else(|| fit(2))?;
         Some(Self {
             at_mm: u[top] + x,
-            force_n: parabola.at(x),
+            force_n: polynomial.at(x),
             readings: (first..=end).collect(),
-            degree: 2,
+            degree: polynomial.degree(),
         })
     }
 

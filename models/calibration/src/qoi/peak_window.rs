@@ -2,20 +2,21 @@
 
 use super::fits::Polynomial;
 
-/// Deviation of the force from the peak force as a function of displacement, relative to peak force and displacement at
-/// peak.
-type Shape = fn(f64) -> f64;
-
 /// Degrees of the polynomials and half widths of the windows, as fractions of the displacement from the start of the
 /// curve to the peak.
-const WINDOWS: [(usize, f64); 10] = [
+const WINDOWS: [(usize, f64); 15] = [
+    (2, 0.04),
     (2, 0.07),
     (2, 0.14),
     (2, 0.2),
     (2, 0.3),
+    (3, 0.1),
+    (3, 0.14),
     (3, 0.2),
     (3, 0.3),
     (3, 0.45),
+    (4, 0.14),
+    (4, 0.2),
     (4, 0.28),
     (4, 0.4),
     (4, 0.55),
@@ -26,11 +27,43 @@ const ITERATIONS: usize = 12;
 /// The five curves of `breccia init --own-data` and four simulations with up to 2.4 million elements have coefficients
 /// of −0.6 … 0.3.
 const CUBIC: f64 = 0.35;
-/// Relative curvature F″ d²/F at the peak of viscous damage. The curves that are mentioned at [`CUBIC`] have −2.5 …
-/// −3.4.
-const CURVATURE: f64 = -3.0;
+/// Median and standard deviation of the logarithm of plausible exponents, see [`Bundle`]. Viscous damage has the exponent
+/// 3, and the curves that are mentioned at [`CUBIC`] have 2.5 … 3.4; brittle specimens have larger exponents.
+const EXPONENT: (f64, f64) = (3.0, 0.7);
+/// Limits of the exponent.
+const EXPONENTS: [f64; 2] = [0.5, 30.0];
+/// Limit of selections; each selection uses the exponent of the preceding fit.
+const SELECTIONS: usize = 5;
 
-/// A fit whose window is centred on its own peak.
+/// Curve of a bundle of fibres with Weibull-distributed strengths, F ∝ x exp((1 − xᵖ)/p) with x = u/d and the exponent
+/// p. Its peak is at x = 1 and has the relative curvature F″ d²/F = −p. With p = 3 it is the curve of viscous damage.
+///
+/// Reference: Daniels, Proc. R. Soc. Lond. A 183 (1945) 405, doi:10.1098/rspa.1945.0011.
+#[derive(Clone, Copy)]
+struct Bundle {
+    exponent: f64,
+}
+
+impl Bundle {
+    /// Deviation of the force from the peak force, relative to the peak force.
+    fn deviation(self, x: f64) -> f64 {
+        x * ((1.0 - x.max(0.0).powf(self.exponent)) / self.exponent).exp() - 1.0
+    }
+
+    /// Curve with the curvature of a fit at its peak, relative to peak force and displacement at peak. The logarithm of
+    /// the exponent is the mean of that of the fit and that of [`EXPONENT`], weighted by their precisions. `deviation`
+    /// is the standard deviation of the curvature.
+    fn of_curvature(curvature: f64, deviation: f64) -> Self {
+        let (median, prior) = EXPONENT;
+        let [least, largest] = EXPONENTS;
+        let measured = (-curvature).clamp(least, largest);
+        let (of_fit, of_prior) = ((measured / deviation).powi(2), prior.powi(-2));
+        let log = (of_fit * measured.ln() + of_prior * median.ln()) / (of_fit + of_prior);
+        Self { exponent: log.exp() }
+    }
+}
+
+/// The selected fit.
 pub(super) struct Fit {
     /// Displacement at peak in mm.
     pub(super) at_mm: f64,
@@ -46,19 +79,34 @@ pub(super) struct Fit {
 ///
 /// The expected squared error of a fit is the sum of
 /// - its variance: the noise, through the weights that the fit gives to the readings in its window;
-/// - its squared bias for the curve of viscous damage, F ∝ x exp((1 − x³)/3), x = u/d, and for a cubic (x − 1)³ with
-///   the coefficient [`CUBIC`], both sampled at the readings;
+/// - its squared bias for the curve of a [`Bundle`] with the curvature of the readings, and for a cubic (x − 1)³ with the
+///   coefficient [`CUBIC`], both sampled at the readings;
 /// - the mean square of its residuals in excess of the noise, so that a sudden drop excludes wide windows.
 ///
 /// The squared relative errors of force and displacement are added. The error of the displacement has the weight 1/3,
-/// because an error of 1 % of one reading changes the displacement about three times as much as the force.
+/// because an error of 1 % of one reading changes the displacement about three times as much as the force. The curvature
+/// is that of the selected fit; the selection is repeated until the fit does not change.
 pub(super) fn best_fit(u: &[f64], force: &[f64], top_mm: f64, noise_n: f64) -> Option<Fit> {
     let origin = u.iter().copied().fold(f64::INFINITY, f64::min);
     let start = smoothed_top(u, force, top_mm - origin)?;
     let curve = NoisyCurve { u, force, origin, noise_n };
     let fits =
         WINDOWS.iter().filter_map(|&(degree, width)| curve.centred_fit(start, degree, width));
-    fits.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, fit)| fit)
+    let fits: Vec<CentredFit> = fits.collect();
+    let mut bundle = Bundle { exponent: EXPONENT.0 };
+    let mut selected = None;
+    for _ in 0..SELECTIONS {
+        let errors = fits.iter().map(|fit| curve.squared_error(fit, bundle));
+        let (best, _) = errors.enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
+        if selected == Some(best) {
+            break;
+        }
+        selected = Some(best);
+        bundle = curve.bundle(&fits[best]);
+    }
+    let CentredFit { polynomial, centre, x, readings, .. } = fits.into_iter().nth(selected?)?;
+    let (at_mm, force_n) = (centre + x, polynomial.at(x));
+    Some(Fit { at_mm, force_n, readings, degree: polynomial.degree() })
 }
 
 /// Displacement at which the moving average of the force is highest. Its window extends to both sides by 0.12 `way_mm`,
@@ -81,6 +129,18 @@ fn smoothed_top(u: &[f64], force: &[f64], way_mm: f64) -> Option<f64> {
     means.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, at)| at)
 }
 
+/// A fit whose window is centred on its own peak, with its readings.
+struct CentredFit {
+    polynomial: Polynomial,
+    /// Middle of the window, mm; the polynomial is a function of the distance to it.
+    centre: f64,
+    /// Distance of the peak to the middle of the window, mm.
+    x: f64,
+    readings: Vec<usize>,
+    /// Distance to the middle of the window and force of each reading.
+    points: Vec<(f64, f64)>,
+}
+
 struct NoisyCurve<'a> {
     u: &'a [f64],
     force: &'a [f64],
@@ -91,9 +151,9 @@ struct NoisyCurve<'a> {
 }
 
 impl NoisyCurve<'_> {
-    /// Fits a polynomial of this degree in a window that is centred on the peak of the fit. Also returns the expected
-    /// squared error. `None` if the window has too few readings, or the fit has no peak.
-    fn centred_fit(&self, start: f64, degree: usize, width: f64) -> Option<(f64, Fit)> {
+    /// Fits a polynomial of this degree in a window that is centred on the peak of the fit. `None` if the window has too
+    /// few readings, the fit has no peak, or its curvature there is not at least three standard deviations below zero.
+    fn centred_fit(&self, start: f64, degree: usize, width: f64) -> Option<CentredFit> {
         let mut centre = start;
         let mut centred = None;
         for _ in 0..ITERATIONS {
@@ -108,43 +168,41 @@ impl NoisyCurve<'_> {
             let polynomial = Polynomial::of(&points, degree);
             let x = polynomial.maximum(0.0, ends(&points))?;
             let is_unchanged = x.abs() < 1e-3 * half_width;
-            centred = Some((polynomial, x, centre, readings, points));
+            centred = Some(CentredFit { polynomial, centre, x, readings, points });
             if is_unchanged {
                 break;
             }
             centre += x;
         }
-        let (polynomial, x, centre, readings, points) = centred?;
-        let error = self.squared_error(&polynomial, &points, x, centre)?;
-        let (at_mm, force_n) = (centre + x, polynomial.at(x));
-        Some((error, Fit { at_mm, force_n, readings, degree }))
+        let fit = centred?;
+        let deviation = self.noise_n * fit.polynomial.variances(fit.x).curvature.sqrt();
+        (fit.polynomial.jet(fit.x).curvature <= -3.0 * deviation).then_some(fit)
     }
 
-    /// Expected squared error of peak force and displacement at peak, relative. `None` if the curvature at the peak is
-    /// not at least three standard deviations below zero.
-    fn squared_error(
-        &self,
-        polynomial: &Polynomial,
-        points: &[(f64, f64)],
-        x: f64,
-        centre: f64,
-    ) -> Option<f64> {
-        let peak = polynomial.jet(x);
-        let variances = polynomial.variances(x);
+    /// Curve with the curvature of the fit.
+    fn bundle(&self, fit: &CentredFit) -> Bundle {
+        let peak = fit.polynomial.jet(fit.x);
+        let relative = (fit.centre + fit.x - self.origin).powi(2) / peak.value;
+        let deviation = self.noise_n * fit.polynomial.variances(fit.x).curvature.sqrt();
+        Bundle::of_curvature(peak.curvature * relative, deviation * relative)
+    }
+
+    /// Expected squared error of peak force and displacement at peak, relative.
+    fn squared_error(&self, fit: &CentredFit, bundle: Bundle) -> f64 {
+        let CentredFit { polynomial, points, x, centre, .. } = fit;
+        let peak = polynomial.jet(*x);
+        let variances = polynomial.variances(*x);
         let variance = self.noise_n * self.noise_n;
-        if peak.curvature > -3.0 * (variance * variances.curvature).sqrt() {
-            return None;
-        }
         let way = centre + x - self.origin;
         let degree = polynomial.degree();
         // squared errors of value and slope at the peak
         let (mut value, mut slope) = (variance * variances.value, variance * variances.slope);
-        let references: [(Shape, f64); 2] =
-            [(|t| t * ((1.0 - t.powi(3)) / 3.0).exp() - 1.0, 1.0), (|t| (t - 1.0).powi(3), CUBIC)];
-        for (shape, size) in references {
-            let scale = size * peak.value;
-            let reference = points.iter().map(|p| (p.0, scale * shape(1.0 + (p.0 - x) / way)));
-            let found = Polynomial::of(&reference.collect::<Vec<_>>(), degree).jet(x);
+        let cubic = CUBIC * (bundle.exponent / EXPONENT.0).powf(1.5);
+        let references: [&dyn Fn(f64) -> f64; 2] =
+            [&|t| bundle.deviation(t), &|t| cubic * (t - 1.0).powi(3)];
+        for shape in references {
+            let reference = points.iter().map(|p| (p.0, peak.value * shape(1.0 + (p.0 - x) / way)));
+            let found = Polynomial::of(&reference.collect::<Vec<_>>(), degree).jet(*x);
             value += found.value * found.value;
             slope += found.slope * found.slope;
         }
@@ -157,8 +215,8 @@ impl NoisyCurve<'_> {
             // residuals with opposite signs at the two ends of the window are an error of the slope
             slope += misfit * (3.0 / (0.5 * (ends[1] - ends[0]))).powi(2) / 3.0;
         }
-        let displacement = slope / (CURVATURE * peak.value / way).powi(2);
-        Some(value / peak.value.powi(2) + displacement / 9.0)
+        let displacement = slope / (bundle.exponent * peak.value / way).powi(2);
+        value / peak.value.powi(2) + displacement / 9.0
     }
 }
 
