@@ -410,7 +410,7 @@ fn run(request: Request, threads: usize, ranks: &Ranks) -> Result<ExitCode, Fail
 /// Parses a factor of at least 1.
 fn factor(text: &str) -> Result<f64, String> {
     let factor = text.parse().ok().filter(|factor| (1.0..=1e6).contains(factor));
-    factor.ok_or_else(|| "give a factor of at least 1: the paper takes 20".to_owned())
+    factor.ok_or_else(|| "give a factor of at least 1 (recommended: 20)".to_owned())
 }
 
 /// Parses a length in mm, or 0.

@@ -32,7 +32,7 @@ pub use family::{PriorBounds, PriorFamily, PriorKey};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prior {
     family: PriorFamily,
-    /// Parameters of the family, in the order of [`PriorFamily::keys`]; the others are NaN.
+    /// Parameters of the family, in the order of [`PriorFamily::keys`], NaN where missing; zero beyond them.
     values: [f64; 3],
     range: [f64; 2],
 }
@@ -68,7 +68,7 @@ macro_rules! with_distribution {
 impl Prior {
     /// Uniform prior.
     pub const fn uniform(lower: f64, upper: f64) -> Self {
-        Self { family: PriorFamily::Uniform, values: [f64::NAN; 3], range: [lower, upper] }
+        Self { family: PriorFamily::Uniform, values: [0.0; 3], range: [lower, upper] }
     }
 
     /// Uniform priors on the box of a surrogate.
@@ -79,8 +79,10 @@ impl Prior {
     /// Prior of a family with these parameters, in the order of [`PriorFamily::keys`]. The range are the quantiles 0.1 % and
     /// 99.9 %. [`Univariate::validate`] reports parameters that are missing or wrong.
     pub fn new(family: PriorFamily, parameters: &[f64]) -> Self {
-        let mut values = [f64::NAN; 3];
-        values.iter_mut().zip(parameters).for_each(|(value, parameter)| *value = *parameter);
+        let mut values = [0.0; 3];
+        for (i, value) in values.iter_mut().take(family.keys().len()).enumerate() {
+            *value = parameters.get(i).copied().unwrap_or(f64::NAN);
+        }
         let whole = Self { family, values, range: [f64::NEG_INFINITY, f64::INFINITY] };
         // quantiles exist only for valid parameters
         match whole.family != PriorFamily::Uniform && whole.check_parameters().is_ok() {

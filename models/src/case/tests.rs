@@ -72,7 +72,7 @@ fn every_bad_value_is_named_with_its_key_and_what_to_do() {
         (
             "[design]  ",
             "[[extend]]\nruns = 9\nprior.matrix = { young_mpa = [300.0, 350.0], viscosity_mpa_s = [0.5, 0.9] }\n[design]  ",
-            &["extend[0].prior", "several parameters", "[[extend]]"],
+            &["extend[0].prior", "must extend one parameter", "[[extend]]"],
         ),
         ("[design]  ", "[sequential]\nshare = 0.0\n[design]  ", &["sequential.share = 0", "0.001"]),
         (
@@ -452,7 +452,7 @@ fn surfaces_take_the_place_of_a_packing_and_an_image() {
             "surfaces = \"stl\"\nunit_mm = 0.0",
             ["specimen.stl", "unit_mm = 0; give a length"],
         ),
-        (specimen, "surfaces = \"stl\"\ndecimation = 0.5", ["specimen.stl", "the paper takes 20"]),
+        (specimen, "surfaces = \"stl\"\ndecimation = 0.5", ["specimen.stl", "recommended: 20"]),
         (specimen, "surfaces = \"stl\"\nmargin = 1.0", ["margin", "margin_mm"]),
         (specimen, "surfaces = \"stl\"\naxis = \"q\"", ["axis", "z"]),
         ("radius_mm = 2.5", good, ["specimen.spacing_mm", "is missing"]),
@@ -515,7 +515,7 @@ fn phases_of_labels_are_regions_with_materials() {
         (phases.replace("1 = \"grain\", ", ""), both.clone(), ["material.grain", "belongs to no"]),
         (phases.to_owned(), of("grain") + prior, ["material.inclusion", "is missing"]),
         (phases.replace("255", "5"), both.clone(), ["specimen.image", "also a label of inclusion"]),
-        (phases.replace("20", "4"), both.clone(), ["specimen.image", "the label 4 is of"]),
+        (phases.replace("20", "4"), both.clone(), ["specimen.image", "the label 4 belongs to"]),
         (phases.replace("20", "x"), both.clone(), ["label_phases", "names no label"]),
         (phases.replace("void", "a.b"), both.clone(), ["label_phases", "no name of a phase"]),
         (format!("{phases}\nbin = 2"), both.clone(), ["specimen.image.bin = 2", "no mean"]),
