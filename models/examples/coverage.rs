@@ -1,4 +1,4 @@
-//! How often do the intervals of a calibration cover the truth?
+//! Measures how often the intervals of a calibration include the true parameters.
 //!
 //! ```text
 //! breccia run                                                      # leaves results in breccia-out
@@ -27,7 +27,7 @@ use surrogate::{Dataset, DynPce, FitOptions, Input, PceFit};
 /// Fraction of each side of the prior box from which true parameters are drawn.
 const INNER: f64 = 0.8;
 
-/// How often do the intervals of a calibration cover the truth?
+/// Measures how often the intervals of a calibration include the true parameters.
 #[derive(Parser)]
 struct Arguments {
     /// Folder with the results of a finished run.

@@ -96,7 +96,7 @@ fn main() -> Result<(), Error> {
     let directory = PathBuf::from(std::env::args().nth(1).ok_or(usage)?);
     std::fs::create_dir_all(&directory)?;
     let mut simulation = Simulation::new(&directory.join("simulations.csv"))?;
-    // six specimens around 280 MPa and 0.3 MPa s, and a surrogate from thirty runs
+    // six specimens with E near 280 MPa and ξ near 0.3 MPa s, and a surrogate from thirty runs
     let part = |k: i32, n: i32| f64::from(k % n - n / 2);
     let of = |k: i32| [280.0 + 6.0 * part(k, 3), 2.5e-3, 0.3 + 0.01 * part(k, 5)];
     let found = (0..6).map(|k| simulation.run(&of(k))).collect::<Result<Vec<_>, _>>()?;

@@ -16,7 +16,7 @@ use models::tension::{
 use ppl::diagnostics::{Loo, loo_compare, quantile};
 use ppl::prelude::*;
 
-/// Young's modulus, 29 · 10⁶ psi in the source of the data.
+/// Young's modulus in MPa; the source of the data states 29 · 10⁶ psi.
 const YOUNG_MPA: f64 = 200_000.0;
 
 type Error = Box<dyn std::error::Error>;

@@ -1,7 +1,7 @@
-//! Peaks of many curves: the filter behind `tests/python/peak_accuracy.py`.
+//! Finds the peaks of many curves. `tests/python/peak_accuracy.py` runs this program.
 //!
 //! Standard input: number of readings n and number of curves as little-endian u64, then for each curve n
-//! displacements in mm and n forces in N as little-endian f64. Standard output: one line a curve,
+//! displacements in mm and n forces in N as little-endian f64. Standard output: one line per curve,
 //! `displacement_at_peak_mm,peak_force_N`, or `error,` and the reason.
 
 use std::io::{self, Read, Write};

@@ -59,7 +59,7 @@ mod tests {
         let found = shares(&[vec![2.0]], &[1e6], &sources).unwrap();
         assert!((found[0][0] - 0.75).abs() < 1e-12 && (found[0][1] - 0.25).abs() < 1e-12);
 
-        // two parameters: each is measured by one quantity, and each quantity has an error from one source only
+        // each of two parameters is measured by one quantity, and each quantity has an error from one source only
         let diagonal = |a: f64, b: f64| matrix(&[vec![a, 0.0], vec![0.0, b]]);
         let found = shares(
             &[vec![1.0, 0.0], vec![0.0, 5.0]],

@@ -18,7 +18,7 @@ pub struct InputError {
     /// Location in the file: the key of a case, or the line and column of a table; empty if the error concerns the
     /// whole file.
     pub place: String,
-    /// Value at this location; empty if there is none.
+    /// Value at this location; empty if the location has no value.
     pub value: String,
     /// Description of the problem: a clause without subject, such as `must be at least 1`.
     pub problem: String,
@@ -72,7 +72,7 @@ impl InputError {
         }
     }
 
-    /// Creates the error that a file cannot be opened or read.
+    /// Creates the error of a file that cannot be opened or read.
     pub fn unreadable(file: &Path, error: &std::io::Error, help: impl Into<String>) -> Self {
         Self::new(file, "", "", format!("cannot be read ({error})"), help)
     }
@@ -102,7 +102,8 @@ fn shortened(text: String, most: usize) -> String {
     format!("{}… ({rest} characters more)", &text[..end])
 }
 
-/// Returns the beginnings of a word up to each of its underscores, and the word itself: `height` and `height_mm`.
+/// Returns the parts of a word before each of its underscores, and the word itself: `height` and `height_mm` for
+/// `height_mm`.
 fn stems(word: &str) -> impl Iterator<Item = &str> {
     word.match_indices('_').map(|(end, _)| &word[..end]).chain([word])
 }

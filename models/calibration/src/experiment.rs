@@ -5,7 +5,7 @@
 //! - `slope_fraction`: displacement at which the slope of this curve is taken, as a fraction of the displacement at
 //!   peak (default: the value of the case);
 //! - `image`: a scan of the specimen, a TIFF file or a folder of slices; the path is relative to the table's folder;
-//! - `rate_mm_per_s`: speed of the platen, used if the curve has no time.
+//! - `rate_mm_per_s`: speed of the platen, used if the curve has no column of times.
 //!
 //! `curves/<id>.csv` beside the table has the columns `displacement_mm,force_N`, compression positive, and optionally
 //! `time_s`. The curve may also be the export of a testing machine (`.csv`, `.txt`, `.tsv`, `.dat`, `.asc`, `.xlsx`):
@@ -109,7 +109,7 @@ pub struct Specimen {
     pub slope_fraction: Option<f64>,
     /// Path of a scan of the specimen, relative to the folder of the table.
     pub image: Option<PathBuf>,
-    /// Speed of the platen in mm/s, from the time of the curve or the column of the table. `None`: unknown.
+    /// Speed of the platen in mm/s, from the times of the curve or from the table. `None`: unknown.
     pub rate_mm_per_s: Option<f64>,
     /// Recorded curve.
     pub curve: TestCurve,

@@ -4,7 +4,7 @@
 //! test's quantities with respect to the parameters, Σ is the covariance of the quantities between specimens, and S is
 //! the covariance of the error that all specimens share. Then n specimens carry the information
 //!
-//! I(n) = Jᵀ (Σ/n + S)⁻¹ J,
+//! I(n) = Jᵀ (Σ/n + S)⁻¹ J.
 //!
 //! With the covariance P of the present posterior, which includes the prior, the expected posterior
 //! covariance is V = (P⁻¹ + I(n))⁻¹, averaged over the draws. No linear estimator of the parameters has smaller
@@ -15,7 +15,7 @@ use nalgebra::{Cholesky, DMatrix, Dyn};
 use crate::budget::matrix;
 use crate::prior::Prior;
 
-/// Number of specimens that represents infinitely many.
+/// Number of specimens that represents the limit of infinitely many specimens.
 const MANY: usize = 1_000_000;
 
 /// Half width of the central 90 % interval of a normal distribution, in standard deviations.
@@ -96,7 +96,7 @@ impl Belief {
 
     /// Posterior covariance after `information` is added; both are in units of the prior standard deviations.
     fn after(&self, information: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-        // (P⁻¹ + I)⁻¹ without an inverse of P
+        // (P⁻¹ + I)⁻¹ = L (1 + Lᵀ I L)⁻¹ Lᵀ with the information I and P = L Lᵀ: P is not inverted
         let size = self.prior_sd.len();
         let within =
             DMatrix::identity(size, size) + self.factor.transpose() * information * &self.factor;
@@ -119,14 +119,14 @@ pub struct TestAtDraw {
 /// ```
 /// use breccia_calibration::{Belief, FurtherTest, Goal, Prior, TestAtDraw};
 ///
-/// // a parameter known no better than its prior, which a quantity measures with an error of 1
+/// // the present posterior of a parameter is its prior; a quantity measures the parameter with an error of 1
 /// let width = 12.0_f64.sqrt();
 /// let draws: Vec<Vec<f64>> = (0..10_001).map(|i| vec![width * f64::from(i) / 1e4]).collect();
 /// let belief = Belief::of_draws(&[Prior::uniform(0.0, width)], &draws)?;
 /// let draw = TestAtDraw { jacobian: vec![vec![1.0]], scatter: vec![vec![1.0]] };
 /// let test = FurtherTest { draws: vec![draw], shared: vec![vec![0.0]], seen: 0 };
 ///
-/// // n/(n + 1) of the variance
+/// // n specimens reduce the variance by the fraction n/(n + 1)
 /// assert!((test.expected(&belief, 4)?[0].contraction - 0.8).abs() < 1e-3);
 /// assert_eq!(test.specimens_for(&belief, 0, Goal::Contraction(0.901))?.specimens, Some(10));
 /// # Ok::<(), breccia_calibration::FurtherTestError>(())
@@ -149,7 +149,7 @@ pub struct FurtherTest {
 /// Expected posterior of one parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Expected {
-    /// 1 − posterior variance / prior variance, the mean over the draws.
+    /// Mean over the draws of 1 − posterior variance / prior variance.
     pub contraction: f64,
     /// 5 % and 95 % quantiles of the contraction over the draws, which differ in parameters and scatter.
     pub range: [f64; 2],
@@ -219,8 +219,8 @@ impl FurtherTest {
             for (i, &variance) in variances.iter().enumerate() {
                 contractions[i].push(1.0 - variance);
                 let width = 2.0 * HALF_90 * belief.prior_sd[i] * variance.sqrt();
-                // a posterior that fills the bounds of the prior is not normal; its interval is narrower than the
-                // normal one
+                // a posterior that fills the bounds of the prior is not normal: its interval is narrower than that of
+                // a normal distribution with the same variance
                 widths[i] += width.min(belief.width90[i]) / self.draws.len() as f64;
             }
         }

@@ -150,7 +150,7 @@ ppl::model! {
         }
     }
 
-    /// Calibration of Ogden's law with three terms: a soft one, a stiffening one and a compressive one (α < 0).
+    /// Calibration of Ogden's law with three terms: a soft term, a stiffening term and a compressive term (α < 0).
     pub fn ogden(tests: &[StretchTest]) {
         let shear_mpa ~ LogNormal(-2.0, 1.5).array::<3>();
         let soft ~ Normal(1.5, 0.5).truncate(0.5..2.5);

@@ -1,7 +1,7 @@
 //! Records of testing machines, read as displacement in mm, force in N and time in s.
 //!
-//! Text exports (separator, decimal sign, encoding, lines before the header, a row of units) and Excel workbooks.
-//! What `[experiments.read]` does not state is detected, and [`Record::understood`] states what was detected.
+//! A record is an Excel workbook or a text. Separator, decimal sign, encoding, lines before the header, and a row of
+//! units are detected unless `[experiments.read]` states them. [`Record::understood`] describes the detected format.
 
 mod columns;
 mod header;
@@ -33,7 +33,7 @@ pub struct Record {
     pub displacement_mm: Vec<f64>,
     pub force_n: Vec<f64>,
     pub time_s: Option<Vec<f64>>,
-    /// How the file was read: `separator ;, decimal comma, 4 header lines, …`.
+    /// Description of the format of the file: `separator ;, decimal comma, 4 header lines, …`.
     pub understood: String,
 }
 

@@ -1,4 +1,4 @@
-//! Small CSV tables: read with errors that name line, column and value, and written.
+//! Reads and writes small CSV tables. Errors name line, column and value.
 
 use std::borrow::Cow;
 use std::path::Path;

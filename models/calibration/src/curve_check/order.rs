@@ -10,7 +10,8 @@ const BACK: f64 = 0.05;
 /// Largest standard deviation of the displacement, as a fraction of the displacement from start to peak, that is
 /// accepted as noise and not checked for a wrong order.
 const NOISE: f64 = 0.02;
-/// Largest decrease of the displacement that noise explains, in standard deviations: the maximum of 20 000 differences.
+/// Largest decrease of the displacement that noise explains, in standard deviations: the maximum of 20 000 differences
+/// of normal noise.
 pub(super) const NOISE_BACK: f64 = 8.0;
 
 /// Checks order and sign of the readings, and returns the first error found.

@@ -4,14 +4,14 @@ use super::finding::{Finding, Weight, largest};
 use crate::experiment::TestCurve;
 use crate::qoi::{Line, Qois, Window, noise, slope_line};
 
-/// Force of the first readings, as a fraction of the peak force, above which it is reported as a preload.
+/// Largest force of the first readings, as a fraction of the peak force, that is not reported as a preload.
 const PRELOAD: f64 = 0.02;
-/// Displacement at which loading begins, as a fraction of the displacement from there to the peak, above which it is
-/// reported as late loading and not treated as a soft start.
+/// Largest displacement at which loading begins, as a fraction of the displacement from this onset to the peak, that
+/// counts as a soft start. A larger displacement is reported as late loading.
 const LATE: f64 = 0.25;
 /// Force, as a fraction of the highest force, above which a specimen counts as loaded.
 const LOADED: f64 = 0.05;
-/// Toe, as a fraction of the displacement at peak, above which it is a warning.
+/// Toe, as a fraction of the displacement at peak, above which a warning is reported.
 const TOE: f64 = 0.02;
 
 /// Median force of the first readings and its standard error, N.
@@ -51,8 +51,8 @@ pub(super) fn force_zero(curve: &TestCurve) -> Option<Finding> {
     })
 }
 
-/// Displacement (mm) after which the specimen stays loaded, if it is too large for a soft start. Causes are the
-/// approach of the platen, or a displacement that was not zeroed.
+/// Displacement (mm) after which the specimen stays loaded, `None` if it is small enough for a soft start. A late onset
+/// is caused by the approach of the platen, or by a displacement that was not zeroed.
 pub(super) fn late_onset_mm(curve: &TestCurve) -> Option<f64> {
     let (u, force) = (&curve.displacement_mm, &curve.force_n);
     let noise_n = noise::standard_deviation(u, force);

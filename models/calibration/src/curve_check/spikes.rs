@@ -4,11 +4,10 @@ use super::finding::{Finding, Weight, largest};
 use crate::experiment::TestCurve;
 use crate::qoi::noise;
 
-/// Difference between a reading and both its neighbours, as a fraction of the peak force, above which the reading is a
-/// spike.
+/// Least difference between a spike and each of its neighbours, as a fraction of the peak force.
 const SPIKE: f64 = 0.05;
-/// Difference between neighbouring readings, in standard deviations of normal noise, that does not occur in 20 000
-/// readings.
+/// Largest difference between neighbouring readings that normal noise explains in 20 000 readings, in standard
+/// deviations.
 const NOISE: f64 = 6.0;
 /// Number of spikes that are listed individually.
 const EXAMPLES: usize = 5;

@@ -83,7 +83,7 @@ fn preload_spikes_unloading_and_sparse_readings_are_told() {
     assert_eq!(found(&sparse), [("sampling", Warning)]);
 }
 
-/// 2 % of the displacement at peak, which is 0.12 mm plus the toe, are 0.0024 mm. The toe is determined to within
+/// The limit of a toe is 2 % of the displacement at peak: 2 % of 0.12 mm are 0.0024 mm. The toe is determined to within
 /// 0.0005 mm.
 #[test]
 fn a_toe_is_a_warning_from_two_percent_of_the_displacement_at_peak_on() {
@@ -136,7 +136,7 @@ fn noise_of_force_and_displacement_is_no_fault_of_single_readings() {
             [(4000, 3.0, 0.0), (20_000, 3.0, 0.001), (4000, 1.0, 0.001), (200, 1.0, 0.001)]
         {
             let curve = dense(n, noise_n, noise_mm, seed);
-            // 200 readings do not locate the toe to 2 % of the displacement at peak
+            // noise of 200 readings causes an error of the toe of more than 2 % of the displacement at peak
             let faults: Vec<_> = found(&curve).into_iter().filter(|f| f.0 != "toe").collect();
             assert_eq!(faults, [], "{n} {noise_n} {noise_mm} {seed}");
         }

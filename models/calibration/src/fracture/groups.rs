@@ -73,10 +73,13 @@ impl Groups {
     /// parameters, in the order of the surrogates' inputs.
     ///
     /// # Errors
-    /// If there are fewer than two specimens in total; if the ranges of the priors are not the surrogates' box; if groups have different parameters or quantities; if a
-    /// temperature or the deviation is not finite, or the deviation is negative; if the number of trends differs from
-    /// the number of parameters; or if a parameter follows the temperature although there is only one temperature or
-    /// its lower bound is not above 0.
+    /// - There are fewer than two specimens in total.
+    /// - The ranges of the priors are not the surrogates' box.
+    /// - Groups have different parameters or quantities.
+    /// - A temperature or the deviation is not finite, or the deviation is negative.
+    /// - The number of trends differs from the number of parameters.
+    /// - A parameter follows the temperature although there is only one temperature.
+    /// - A parameter follows the temperature although its lower bound is not above 0.
     pub fn new(
         groups: &[TestGroup],
         priors: &[Prior],
@@ -190,10 +193,10 @@ fn unknown(group: &TestGroup) -> &[Input] {
 ppl::model! {
     /// The paper's likelihood for groups of specimens with one relative covariance.
     ///
-    /// The prior of each parameter holds at the lowest temperature. A parameter that follows the temperature has the same
-    /// prior at the highest temperature. Its logarithm is linear in the temperature; if
-    /// deviations are allowed, it deviates from this line at each temperature by a normal error with standard deviation
-    /// `deviation`. `theta` contains the parameters at each temperature.
+    /// The prior of each parameter holds at the lowest temperature. A parameter that follows the temperature has the
+    /// same prior at the highest temperature, and its logarithm is linear in the temperature. If deviations are allowed,
+    /// the logarithm deviates from this line at each temperature by a normal error with standard deviation `deviation`.
+    /// `theta` contains the parameters at each temperature.
     pub fn calibration_over_groups(groups: &Groups) {
         let mut lowest: Vec<Real> = Vec::new();
         #[dims(parameter)]

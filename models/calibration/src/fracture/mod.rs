@@ -121,9 +121,9 @@ pub struct Evidence {
     /// Covariance of the error that all specimens share, relative to their means: errors of the mesh, of the geometry,
     /// and of the surrogate if its error is the same everywhere. Empty: no shared error, as in the paper's likelihood.
     pub shared: Vec<Vec<f64>>,
-    /// Errors of the forward model that depend on the parameters and that all specimens share. They arise from the
-    /// limited number of runs, and of specimens in these runs. The lack of fit of a polynomial to a single specimen
-    /// belongs to `shared`.
+    /// Errors of the forward model that depend on the parameters and that all specimens share. These errors arise from
+    /// the limited number of runs and from the limited number of specimens in these runs. The lack of fit of a
+    /// polynomial to a single specimen belongs to `shared`.
     pub open: Vec<CoefficientPosterior>,
 }
 

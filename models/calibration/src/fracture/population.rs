@@ -134,7 +134,7 @@ mod tests {
         let members: Vec<Vec<f64>> = [1.4, 1.5, 1.5, 1.6, 1.7].map(|k| vec![k]).to_vec();
         let found = Population::of(&members).unwrap();
         assert!((found.mean()[0] - 1.54).abs() < 1e-12);
-        // s² = 0.013, times 4/2
+        // sample variance 0.013, times (N − 1)/(N − 3) = 4/2
         assert!((found.sd()[0] - 0.026f64.sqrt()).abs() < 1e-12, "{found:?}");
         assert_eq!(found.count(), 5.0);
         assert!(Population::of(&members[..3]).is_err());

@@ -29,7 +29,7 @@ pub(super) fn shared() -> Vec<Vec<f64>> {
     vec![vec![4e-4, 1e-4], vec![1e-4, 3e-4]]
 }
 
-/// 16 000 draws, so that the Pareto shape k̂ is known to some 0.05.
+/// Draws 16 000 times, so that the standard error of the Pareto shape k̂ is about 0.05.
 pub(super) fn sampler() -> Nuts<'static> {
     Nuts::default().chains(2).draws(8000).seed(3)
 }

@@ -9,9 +9,10 @@
 //!
 //! The forward model may have inputs that are known for each specimen, such as the stiffness of its microstructure.
 //! Each specimen then has its own mean m_k, and the same transform is applied to the means. Specimens with unknown
-//! inputs form a second group. Their covariance is Σ + T, where T = b bᵀ is the effect of the population's spread on
-//! the response. In addition to δ they share an error with covariance T/N, where N is the number of members from which
-//! the population is estimated. The totals of both groups have one joint normal density.
+//! inputs form a second group. The covariance of a specimen of this group is Σ + T, where T = b bᵀ is the effect of the
+//! population's spread on the response. In addition to δ, all specimens of this group share an error with covariance
+//! T/N, where N is the number of members from which the population is estimated. The totals of both groups have one
+//! joint normal density.
 
 use ppl::DomainError;
 use ppl::prelude::*;
@@ -37,7 +38,7 @@ pub struct Specimens {
     pub(super) totals: Vec<f64>,
     /// Constant part of S, quantities × quantities. With S = 0 the likelihood is that of the paper.
     pub(super) shared: Vec<Vec<f64>>,
-    /// Parts of S that depend on the parameters: errors of the forward model that is estimated from runs.
+    /// Parts of S that depend on the parameters: errors of a forward model that was estimated from runs.
     pub(super) open: Vec<Open>,
 }
 

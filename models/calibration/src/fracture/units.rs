@@ -13,8 +13,8 @@ impl Calibration {
     /// and total. `sd` remains relative to the specimens' means. `units` are the units of the parameters.
     ///
     /// # Errors
-    /// If `units` do not match the parameters, `outputs` do not match the outputs of the calibration, or the number of names differs from the number of
-    /// specimens.
+    /// If `units` do not match the parameters, `outputs` do not match the outputs of the calibration, or the number of
+    /// names differs from the number of specimens.
     pub fn in_units(
         &self,
         outputs: &[String],

@@ -26,8 +26,8 @@ pub struct HardeningPoint {
 pub enum Unloading {
     /// The readings are kept as points of the curve.
     Kept,
-    /// Readings are omitted if their engineering stress is below the largest preceding one by more than this fraction.
-    /// Up to the largest load, the stress of a flowing specimen decreases only because of noise.
+    /// Readings are omitted if their engineering stress is below the largest preceding engineering stress by more than
+    /// this fraction. Up to the largest load, the stress of a flowing specimen decreases only because of noise.
     LeftOut(f64),
 }
 
