@@ -85,7 +85,10 @@ fn a_normal_belief_is_contracted_as_emulated_data_do_it() {
             let gap = (expected.contraction - found.contraction).abs();
             assert!(gap < 4.0 * found.error, "{specimens} {i}: {gap} ± {}", found.error);
             let gained = expected.contraction - belief.now()[i].contraction;
-            assert!(gained > 8.0 * found.error || i == 0, "the test has hardly any information: {gained}");
+            assert!(
+                gained > 8.0 * found.error || i == 0,
+                "the test has hardly any information: {gained}"
+            );
         }
     }
 }
