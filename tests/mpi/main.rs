@@ -1,13 +1,13 @@
-//! One simulation shared by several processes, by a real `mpirun`.
+//! Runs one simulation on several processes by `mpirun`.
 //!
-//! Needs a program that is built with the feature `mpi`, and an MPI library (`.ci/run` installs Open MPI where
-//! it can). Without them the tests say that they were skipped. What is not MPI's own is tested everywhere, by
-//! threads in the place of processes: `fem/tests/ranks`.
+//! The tests need a program that is built with the feature `mpi`, and an MPI library (`.ci/run` installs Open MPI if
+//! possible). Otherwise they print that they were skipped. `fem/tests/ranks` tests everything except the calls of MPI on any
+//! machine, with threads in place of processes.
 
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-/// A specimen that breaks, of some hundred vertices.
+/// A specimen with some hundred vertices that breaks.
 const CASE: &str = r#"
 [specimen]
 radius_mm = 2.5
@@ -34,7 +34,7 @@ checkpoint_every = 5
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_breccia");
 
-/// A folder with the case, if there is an MPI to run it with.
+/// A folder with the case; `None` if there is no MPI.
 fn folder() -> Option<tempfile::TempDir> {
     if cfg!(not(feature = "mpi")) {
         println!("SKIPPED: this program is built without the feature mpi");
@@ -49,7 +49,7 @@ fn folder() -> Option<tempfile::TempDir> {
     Some(folder)
 }
 
-/// So many processes on this machine, whatever its number of cores, as root too.
+/// Command that starts `processes` processes on this machine, for any number of cores and any user, including root.
 fn mpirun(folder: &Path, processes: &str, arguments: &[&str]) -> Command {
     let mut command = Command::new("mpirun");
     command
@@ -79,7 +79,7 @@ fn columns(path: &Path) -> Vec<Vec<f64>> {
     file.lines().skip(1).map(row).collect()
 }
 
-/// Whether two curves are the same to the solver's tolerance; returns the Newton iterations of both.
+/// Asserts that two curves agree to the solver's tolerance; returns the Newton iterations of both runs.
 fn assert_same(one: &Path, other: &Path) -> [f64; 2] {
     let (one, other) = (columns(one), columns(other));
     assert_eq!(one.len(), other.len());
@@ -92,7 +92,7 @@ fn assert_same(one: &Path, other: &Path) -> [f64; 2] {
     [newton(&one), newton(&other)]
 }
 
-/// The column of the Newton iterations.
+/// Index of the column of Newton iterations.
 const NEWTON: usize = 8;
 
 #[test]
@@ -105,7 +105,7 @@ fn two_processes_give_the_curve_and_the_files_of_one() {
     assert!(two.status.success(), "{}", text(&two));
     assert_eq!(String::from_utf8_lossy(&two.stdout).trim(), "two/curve.csv");
     let [a, b] = assert_same(&folder.join("one/curve.csv"), &folder.join("two/curve.csv"));
-    // linear systems are solved to a hundredth: an iteration more or less follows from other digits
+    // linear systems are solved to a relative residual of 0.01, so that rounding errors may change the number of iterations
     assert!((a - b).abs() <= a / 40.0, "{a} and {b} Newton iterations");
     for name in ["fields/step-00010.vtu", "fields.pvd"] {
         let length = |out: &str| std::fs::metadata(folder.join(out).join(name)).expect(name).len();
@@ -147,7 +147,7 @@ fn a_process_that_dies_ends_the_run_with_its_state_named_and_one_goes_on() {
     assert_same(&folder.join("one/curve.csv"), &folder.join("out/curve.csv"));
 }
 
-/// The processes that a process has started, in the order of their numbers.
+/// Child processes of a process, in the order of their ids.
 #[cfg(target_os = "linux")]
 fn children(parent: u32) -> Vec<u32> {
     let parent_of = |id: u32| -> Option<u32> {
@@ -161,7 +161,7 @@ fn children(parent: u32) -> Vec<u32> {
     ids
 }
 
-/// Copies of a program that knows nothing of MPI would all do the same.
+/// Copies of a program without the feature `mpi` would all run the same simulation, so that they are refused.
 #[cfg(not(feature = "mpi"))]
 #[test]
 fn a_program_without_mpi_refuses_to_be_one_of_several() {

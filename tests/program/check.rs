@@ -1,4 +1,4 @@
-//! `breccia check`: what a run would read, its cost and every mistake; nothing is computed and nothing written.
+//! `breccia check` prints the inputs of a run, its cost and every mistake. It computes nothing and writes nothing.
 
 use std::path::{Path, PathBuf};
 
@@ -53,7 +53,7 @@ fn a_right_case_is_described_with_its_cost_and_nothing_is_written() {
         assert!(out.contains(part), "{part:?} is not in {out}");
     }
     assert!(files(dir.path()) == before, "files have changed");
-    // a run of the same case reads it, too
+    // the stage `mesh` of the same case accepts the same input
     let (code, _, err) = said(&breccia(dir.path(), &["mesh", "mine/case.toml", "--out", "out"]));
     assert_eq!(code, Some(0), "{err}");
 }
@@ -62,13 +62,13 @@ fn a_right_case_is_described_with_its_cost_and_nothing_is_written() {
 fn every_mistake_of_every_file_is_named_at_once() {
     let dir = own_data();
     let mine = dir.path().join("mine");
-    // of the case: a misspelt key, a value outside its range, a prior upside down
+    // mistakes in the case: a misspelt key, a value outside its range, a prior with exchanged bounds
     edit(&mine.join("case.toml"), "max_order = 3", "max_ordr = 3");
     edit(&mine.join("case.toml"), "runs = 24", "runs = 1");
     edit(&mine.join("case.toml"), "[220.0, 340.0]", "[340.0, 220.0]");
-    // of the table: a size that is no number
+    // mistake in the table: a size that is not a number
     edit(&mine.join("specimens.csv"), "S-01,4.4", "S-01,four");
-    // of curves: no file, a cell that is no number in a file of DOS, forces in kN
+    // mistakes in curves: no file, a cell that is not a number in a file with CRLF line endings, forces in kN
     std::fs::remove_file(mine.join("curves/S-02.csv")).unwrap();
     let curve = mine.join("curves/S-03.csv");
     let text = std::fs::read_to_string(&curve).unwrap().replace('\n', "\r\n");
@@ -116,7 +116,7 @@ fn images_are_checked_by_their_headers_and_meshes_by_their_files() {
     let whole = fem::Volume { shape: [40, 40, 50], voxel_mm: 0.1, values: vec![7_u32; 80_000] };
     fem::tiff::write_labels(&mine.join("scan.tif"), &whole).unwrap();
     let image = "spacing_mm = 1.2\n[specimen.image]\nstack = \"scan.tif\"\nvoxel_mm = 0.1\n#";
-    // meshes from files have no levels
+    // a case with a mesh file cannot have `[fidelity]`
     let text = std::fs::read_to_string(mine.join("case.toml")).unwrap();
     let (levels, rest) = (text.find("[fidelity]").unwrap(), text.find("[surrogate]").unwrap());
     let text = format!("{}{}", &text[..levels], &text[rest..]);
@@ -152,7 +152,7 @@ fn images_are_checked_by_their_headers_and_meshes_by_their_files() {
     assert!(out.contains(scaled), "{out}");
 }
 
-/// What all parts share is printed once, and nothing is written.
+/// Lines that apply to all cases of the study are printed once, and nothing is written.
 #[test]
 fn all_cases_of_a_study_are_checked_at_once() {
     let dir = own_data();
@@ -184,7 +184,7 @@ set.prior.matrix.young_mpa = [220.0, 300.0]
     assert!(stiff.contains("uniform between 300 and 340 MPa"), "{out}");
     assert!(soft.contains("uniform between 220 and 300 MPa"), "{out}");
 
-    // a mistake of the base, of one part, of the other, and of a file that both name
+    // mistakes in the base, in each of two cases, and in a file that both cases name
     edit(&dir.path().join("mine/case.toml"), "max_order = 3", "max_ordr = 3");
     edit(&study, "[300.0, 340.0]", "[340.0, 300.0]");
     std::fs::write(
@@ -213,7 +213,8 @@ set.prior.matrix.young_mpa = [220.0, 300.0]
     assert!(before.len() == before_mistakes.len() + 1);
 }
 
-/// Laboratories are checked, their cases wait for their specimens, and variants are parts of their own.
+/// Laboratories are checked. Cases of a laboratory are checked without its specimens, which do not exist yet. Variants are
+/// checked separately.
 #[test]
 fn laboratories_and_variants_of_a_study_are_checked() {
     let dir = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Bodies that are not pressed between platens: conditions by name, against closed forms.
+//! Compares bodies without platens, whose boundary conditions are stated by name, with closed forms.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -7,7 +7,7 @@ use fem::TetMesh;
 
 use super::{breccia, said};
 
-/// The unit cube in six tetrahedra, its sides named after the axes.
+/// The unit cube as six tetrahedra; the sides are named after the axes.
 fn cube() -> TetMesh {
     let corner = |c: u32| [c & 1, c >> 1 & 1, c >> 2].map(f64::from);
     let tets: Vec<[u32; 4]> =
@@ -47,8 +47,8 @@ const TOUGHNESS: f64 = 0.02;
 const LENGTH: f64 = 0.5;
 const RESIDUAL: f64 = 0.01;
 
-/// The cube of Mooney–Rivlin rubber, damaged where pressure does not spare it, stretched along x and
-/// held along y and z.
+/// The cube of Mooney–Rivlin rubber with damage that does not degrade the energy of compression, stretched along x and held
+/// along y and z.
 fn stretched(order: u8, displacement: f64) -> String {
     let [c10, c01, bulk] = RUBBER;
     format!(
@@ -77,8 +77,8 @@ checkpoint_every = 2
     )
 }
 
-/// Force and damage of the cube at a stretch: ψ = C₁₀ (Ī₁ − 3) + C₀₁ (Ī₂ − 3) + U(J) with J = λ, damage
-/// driven by all of it where J > 1 and by ψ − U elsewhere.
+/// Force and damage of the cube at the stretch λ. The energy is ψ = C₁₀ (Ī₁ − 3) + C₀₁ (Ī₂ − 3) + U(J) with J = λ. Damage
+/// is driven by ψ if J > 1 and by ψ − U otherwise.
 fn closed_form(stretch: f64) -> [f64; 2] {
     let [c10, c01, bulk] = RUBBER;
     let x = stretch;
@@ -120,8 +120,8 @@ fn a_cube_of_rubber_is_damaged_as_its_split_says() {
     }
 }
 
-/// Seen: the force on a body that is moved against the direction of its measure is negative, below any
-/// fraction of a peak that counts from zero up.
+/// Regression: if a body moves against the direction in which its force is measured, the force is negative, which is below
+/// any fraction of a positive peak.
 #[test]
 fn stop_below_peak_looks_at_the_size_of_the_force() {
     let dir = tempfile::tempdir().unwrap();
@@ -138,7 +138,7 @@ fn stop_below_peak_looks_at_the_size_of_the_force() {
 #[test]
 fn a_cylinder_under_a_dead_load_shortens_as_its_law_says() {
     let dir = tempfile::tempdir().unwrap();
-    // the wall of a quadratic mesh is round, so that the body is a cylinder to a few thousandths
+    // a quadratic mesh has curved walls, so that its volume is that of a cylinder to a few thousandths
     let case = r#"
 [specimen]
 radius_mm = 2.5

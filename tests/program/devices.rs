@@ -1,4 +1,4 @@
-//! `simulate --device`: what solves the linear systems, and what is said of it.
+//! `simulate --device`: the device that solves the linear systems, and the messages about this device.
 
 use super::{SMALL, breccia, said};
 
@@ -35,7 +35,7 @@ fn a_card_that_is_not_there_is_an_error_with_the_mend() {
     std::fs::write(dir.path().join("case.toml"), SMALL).unwrap();
     let arguments = ["simulate", "case.toml", "--device", "cuda"];
     let (code, _, err) = said(&breccia(dir.path(), &arguments));
-    // a program that was built with the feature may find a card
+    // a program with the feature `cuda` may find a card
     if code != Some(0) {
         assert!(err.contains("--device") && err.contains("CUDA"), "{err}");
     }

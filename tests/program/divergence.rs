@@ -1,9 +1,9 @@
-//! A run that no fallback brings further leaves what it has.
+//! A run that diverges in spite of all fallbacks keeps its results up to the last equilibrium.
 
 use super::{breccia, said};
 
-/// Stiff grains in a Saint-Venant–Kirchhoff solid, which a finite force presses to nothing: between
-/// the grains, elements turn inside out whatever the step.
+/// Stiff grains in a Saint-Venant–Kirchhoff solid, which a finite force compresses to zero volume: elements between the
+/// grains are inverted for any step size.
 const CASE: &str = r#"
 [specimen]
 radius_mm = 2.5
@@ -55,19 +55,19 @@ fn a_run_that_diverges_leaves_curve_reason_and_last_state() {
     assert!(state.contains("displacement_mm"), "the last state has its displacements");
     assert!(state != read(&format!("fields/step-{steps:05}.vtu")).unwrap(), "it is a later one");
 
-    // the same command goes on from the saved state and meets the same end
+    // the same command resumes from the saved state and fails again
     let (code, again) = simulate(&resumable);
     assert!(code == Some(1) && again.contains(&reason.trim().to_string()), "{again}");
     assert_eq!(read("curve.csv").unwrap(), curve);
     assert_eq!(read("fields/last.vtu").unwrap(), state);
 
-    // another case does not go on from this state, and what was left stays
+    // another case does not resume from this state, and the files of the failed run are kept
     let sound = CASE.replace("displacement_mm = 2.2", "displacement_mm = 0.2");
     let (code, err) = simulate(&sound);
     assert!(code == Some(1) && err.contains("state of another test: delete the file"), "{err}");
     assert!(read("failure.txt").unwrap() == reason && read("curve.csv").unwrap() == curve);
 
-    // a run that reaches its end leaves neither
+    // a completed run keeps neither of these files
     std::fs::remove_file(dir.path().join("out/simulate.state")).unwrap();
     let (code, err) = simulate(&sound);
     assert_eq!(code, Some(0), "{err}");

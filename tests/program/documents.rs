@@ -1,4 +1,4 @@
-//! Every command and every option of `breccia` that a document names is one.
+//! Checks that every command and every option of `breccia` that a document names exists.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -41,13 +41,13 @@ fn code(text: &str) -> Vec<String> {
     found
 }
 
-/// The words after `breccia` in a line of code: a command, and what follows it.
+/// The words after `breccia` in a line of code: a command and its arguments.
 fn words(line: &str) -> Option<Vec<&str>> {
     let cargo = ["cargo run --release -- ", "cargo run -- "];
     let start = cargo.iter().find_map(|cargo| line.split_once(cargo).map(|(_, rest)| rest));
     let start = start.or_else(|| {
         let (before, rest) = line.split_once("breccia ")?;
-        // a name that ends so is another
+        // the name of another program may end in "breccia"
         before.chars().next_back().is_none_or(|c| c.is_whitespace()).then_some(rest)
     })?;
     Some(start.split_whitespace().collect())

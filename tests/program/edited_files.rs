@@ -1,8 +1,8 @@
-//! Files of the results that a person edits: seen, named and never lost.
+//! Files of the results that the user edits are detected, named and never lost.
 
 use super::{breccia, said};
 
-/// A file of a killed run that was edited before the next run is refused by name, whichever it is.
+/// Any file of a killed run that was edited before the next run is refused by name.
 #[test]
 fn an_edited_file_of_a_killed_simulation_is_refused() {
     let dir = tempfile::tempdir().unwrap();
@@ -38,7 +38,7 @@ fn an_edited_file_of_a_killed_simulation_is_refused() {
     }
 }
 
-/// The page names what was edited, and does not where nothing was.
+/// The report names edited files, and names none if no file was edited.
 #[test]
 fn the_report_names_edited_files_that_were_used() {
     let dir = tempfile::tempdir().unwrap();

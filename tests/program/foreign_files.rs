@@ -1,4 +1,4 @@
-//! Files of the user's in the place of products: no command removes or replaces them.
+//! Files of the user in the place of products: no command removes or replaces them.
 
 use std::path::Path;
 
@@ -56,17 +56,17 @@ const SIMULATION: [&str; 8] = [
 /// Files that `surfaces` writes, an example for each pattern.
 const SURFACES: [&str; 2] = ["surfaces/grain-001.stl", "surfaces.csv"];
 
-/// Files that are written when a folder of results is opened, and in which the program remembers its work.
+/// Files that are written when a folder of results is opened, and files with the records of the program.
 const OPENING: [&str; 4] = ["case.toml", "origin.toml", "written.csv", "stages.toml"];
 
 const TEXT: &str = "of a person\n";
 
-/// A name that a pattern of products stands for.
+/// A file name that matches a pattern of products.
 fn example(product: &str) -> String {
     product.replace('#', "1").replace('*', "mine")
 }
 
-/// A folder with the case, and a file of the user's at each of these names within `out`.
+/// A folder with the case, and with files of the user that have these names in `out`.
 fn folder_with(names: &[String]) -> tempfile::TempDir {
     let dir = tempfile::tempdir().unwrap();
     std::fs::write(dir.path().join("my.toml"), CASE).unwrap();
@@ -92,12 +92,12 @@ fn assert_unchanged(dir: &Path, names: &[String], what: &str) {
     }
 }
 
-/// The command ends with an error that names the file and the ways out.
+/// Asserts that the command fails with an error that names the file and the remedies.
 fn assert_refused(dir: &Path, command: &[&str], name: &str) {
     let (code, _, err) = said(&breccia(dir, command));
     assert_eq!(code, Some(1), "{command:?} with {name}: {err}");
     let file = Path::new("out").join(name).display().to_string();
-    // labels are worth more than the advice to replace them
+    // labels may be the result of much work by hand, so that the advice is not to replace them
     let mend = match name.ends_with("labels.tif") {
         true => "move the file to another place".to_owned(),
         false => format!("--replace {name}"),
@@ -107,7 +107,7 @@ fn assert_refused(dir: &Path, command: &[&str], name: &str) {
     }
 }
 
-/// Table-driven over the stages, so that a new product is covered as soon as it is declared.
+/// Loops over the table of stages, so that a new product is tested as soon as it is declared.
 #[test]
 fn a_stage_stops_at_a_file_of_the_users_in_the_place_of_any_product() {
     for stage in &STAGES {
@@ -161,7 +161,7 @@ fn no_command_changes_any_file_of_the_users() {
     }
 }
 
-/// A file that looks like a product but is none does not stop a stage, and stays.
+/// A file with a name similar to a product's does not stop a stage and is kept.
 #[test]
 fn a_stage_leaves_other_files_where_they_are() {
     let names =
@@ -176,7 +176,7 @@ fn a_stage_leaves_other_files_where_they_are() {
             assert_unchanged(dir.path(), &names, stage);
         }
     }
-    // what is allowed by its name is replaced, and the program knows it from then on
+    // a file that `--replace` names is replaced and then counts as written by the program
     let mesh = dir.path().join("out/mesh.csv");
     std::fs::write(&mesh, TEXT).unwrap();
     let command = ["mesh", "my.toml", "--out", "out"];
@@ -193,8 +193,8 @@ fn a_stage_leaves_other_files_where_they_are() {
     assert!(code == Some(0) && err.contains("finished before, unchanged"), "{err}");
 }
 
-/// Only curves that the case can have count as products: the stage goes on to what it lacks and does not ask to
-/// replace the file.
+/// Only curves that the case can have count as products. The stage makes its missing products and does not suggest replacing
+/// the file.
 #[test]
 fn a_curve_beyond_the_draws_of_the_case_does_not_stop_its_stage() {
     for (draws, is_refused) in [(2, false), (9, true)] {
@@ -209,7 +209,7 @@ fn a_curve_beyond_the_draws_of_the_case_does_not_stop_its_stage() {
     }
 }
 
-/// The case that was reported: the image of the case lies where the stage writes its scan.
+/// Regression: the image of the case is in the place where the stage writes its scan.
 #[test]
 fn a_folder_with_inputs_in_the_place_of_products_is_refused() {
     let image =
@@ -336,8 +336,8 @@ fn a_study_and_a_script_replace_no_file_of_the_users() {
     assert!(read("job.sh").starts_with("#!/bin/bash"));
 }
 
-/// Killed at any moment, the program knows its own files: the same command is not refused and ends as if nothing
-/// had happened.
+/// If the program is killed at any moment, it still recognises its own files: the same command is not refused and ends with
+/// the same results.
 #[test]
 fn a_killed_command_knows_its_own_files() {
     let dir = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! From an image to labels, mesh and curve, by files that other tools can read.
+//! From an image to labels, mesh and curve, through files that other programs can read.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -11,7 +11,7 @@ const RADIUS: f64 = 1.2;
 const HEIGHT: f64 = 2.0;
 const VOXEL: f64 = 0.05;
 
-/// Four balls far apart, and their scan in a file of 16 bits.
+/// Writes a 16-bit scan of four balls that are far apart; returns the balls.
 fn scan(path: &Path) -> Vec<Grain> {
     let at = [[0.5, 0.1, 0.55], [-0.5, -0.2, 0.6], [0.1, -0.5, 1.4], [0.0, 0.55, 1.45]];
     let balls: Vec<Grain> = at.into_iter().map(|centre| Grain::sphere(centre, 0.35)).collect();
@@ -23,7 +23,7 @@ fn scan(path: &Path) -> Vec<Grain> {
     balls
 }
 
-/// No prior and no experiments: to be segmented, meshed and simulated.
+/// A case without prior and experiments, for `segment`, `mesh` and `simulate`.
 const CASE: &str = r#"
 [specimen]
 spacing_mm = 0.35
@@ -56,7 +56,7 @@ fn quantities(path: &Path) -> BTreeMap<String, f64> {
     rows[1..].iter().map(|row| (row[0].clone(), row[1].parse().unwrap())).collect()
 }
 
-/// A person takes a grain away by hand: the mesh is made of the corrected labels.
+/// The user removes a grain by hand: the mesh is made from the edited labels.
 #[test]
 fn edited_labels_are_meshed_and_never_replaced() {
     let dir = tempfile::tempdir().unwrap();
@@ -82,7 +82,7 @@ fn edited_labels_are_meshed_and_never_replaced() {
         let err = run(&[command]);
         assert!(err.contains("labels.tif was edited and is used as it is"), "{command}: {err}");
     }
-    // without grey values the volume of a grain is that of its voxels
+    // without grey values, the volume of a grain is the volume of its voxels
     let left = labels.values.iter().filter(|label| **label > 0).count() as f64;
     let whole_image = quantities(&dir.path().join("out/segment.csv"));
     let [radius, height] = ["radius_mm", "height_mm"].map(|name| whole_image[name]);
@@ -127,7 +127,7 @@ fn segment_and_mesh_report_the_same_grain_fraction() {
         let table = |file: &str| quantities(&dir.path().join(name).join(file));
         let (image, mesh) = (table("segment.csv"), table("mesh.csv"));
         let (found, asked) = (image["grain_fraction"], mesh["asked_grain_fraction"]);
-        // labels.tif and solid.tif are of whole numbers
+        // labels.tif and solid.tif contain integers, which cause rounding errors
         assert!((found / asked - 1.0).abs() < 1e-3, "{name}: {found} and {asked}");
         let differs = (image["image_grain_fraction"] / found - 1.0).abs() > 0.1;
         assert_eq!(differs, name != "whole", "{name}: {image:?}");
@@ -165,7 +165,7 @@ fn an_image_becomes_labels_mesh_and_curve() {
         let found = whole[name];
         assert!((found / expected - 1.0).abs() <= error, "{name}: {found}, not {expected}");
     }
-    // every ball is found where it is: the cylinder's bottom centre is the origin of the specimen
+    // every ball is found at its position: the origin of the specimen is the centre of the cylinder's bottom
     let corner = [whole["centre_x_mm"], whole["centre_y_mm"], whole["bottom_mm"]];
     for ball in &balls {
         let near = grains[1..].iter().filter(|row| {
@@ -184,7 +184,7 @@ fn an_image_becomes_labels_mesh_and_curve() {
     }
     assert_eq!(mesh["grains"], 4.0);
     let (found, asked) = (mesh["grain_fraction"], whole["grain_fraction"]);
-    // elements are as long as the radius of a ball
+    // the edge length of elements is the radius of a ball
     assert!((found / asked - 1.0).abs() < 0.015, "{found} of the mesh, {asked} of the image");
     assert!((found / (exact / cylinder) - 1.0).abs() < 0.015, "{found} of the mesh");
     assert!(mesh["dihedral_min_deg"] >= 12.0 - 1e-6, "{mesh:?}");
@@ -196,7 +196,7 @@ fn an_image_becomes_labels_mesh_and_curve() {
         assert!(std::fs::read_to_string(out.join(name)).unwrap().starts_with("<svg"), "{name}");
     }
 
-    // stiffer than the matrix alone, softer than Voigt's bound
+    // the specimen is stiffer than the matrix alone and softer than Voigt's bound
     let curve = run("simulate", "out");
     let curve = rows(&dir.path().join(curve.trim()));
     let force: f64 = curve[1][2].parse().unwrap();

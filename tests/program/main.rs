@@ -1,4 +1,4 @@
-//! The `breccia` program as a person meets it: help, first case, mistakes, one simulation.
+//! The `breccia` program as a new user runs it: help, first case, mistakes, one simulation.
 
 mod check;
 mod conditions;
@@ -15,7 +15,7 @@ mod surfaces;
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// Two regions, a few dozen tetrahedra, an elastic test of one step: fast.
+/// A fast case: two regions, a few dozen tetrahedra, an elastic test of one step.
 const SMALL: &str = r#"
 [specimen]
 order = 1
@@ -161,7 +161,7 @@ fn mistakes_name_file_key_value_and_help_and_fail() {
         assert!(SMALL.contains(from), "{from}");
         let mut case = SMALL.replacen(from, to, 1);
         if to.contains("mesh") {
-            // measured specimens would do as well; a mesh has no virtual ones
+            // a mesh file cannot have virtual specimens
             case.truncate(case.find("[experiments]").unwrap());
         }
         std::fs::write(dir.path().join("case.toml"), case).unwrap();
@@ -212,7 +212,7 @@ fn simulate_writes_a_curve_in_the_documented_columns() {
     std::fs::write(dir.path().join("case.toml"), SMALL).unwrap();
     let (code, out, err) = said(&breccia(dir.path(), &["simulate", "case.toml", "--out", "try"]));
     assert_eq!(code, Some(0), "{err}");
-    // a lattice of 1.5 mm does not resolve cracks of 0.06 mm, and that is said
+    // a lattice of 1.5 mm does not resolve cracks of 0.06 mm, and a note reports this
     assert!(err.contains("mm apart, cracks 0.06 mm wide"), "{err}");
     assert_eq!(Path::new(out.trim()), Path::new("try").join("curve.csv"));
     let text = std::fs::read_to_string(dir.path().join("try/curve.csv")).unwrap();
@@ -256,7 +256,7 @@ fn a_killed_simulation_continues_to_the_identical_curve() {
         .stderr(std::process::Stdio::null())
         .spawn()
         .unwrap();
-    // killed as soon as there is something to go on from; a run that was quicker is whole anyway
+    // killed as soon as the state has been saved; if the run has ended before, its results are complete
     let state = dir.path().join("killed/simulate.state");
     while !state.exists() && child.try_wait().unwrap().is_none() {
         std::thread::sleep(std::time::Duration::from_millis(1));

@@ -1,4 +1,4 @@
-//! Mesh files that cannot be used: each is refused before any step, with what is wrong and the help.
+//! Mesh files that cannot be used: each file is refused before any load step, with the reason and a remedy.
 
 use std::fmt::Write as _;
 
@@ -6,7 +6,7 @@ use fem::TetMesh;
 
 use super::{SMALL, breccia, said};
 
-/// MSH 2.2 as it stands, sound or not: volumes 1 and 2 (0: no group), surfaces 11 and 12.
+/// Formats a mesh as MSH 2.2 without checks: volumes 1 and 2 (0: no group), surfaces 11 and 12.
 fn msh(mesh: &TetMesh, volume_of: impl Fn(usize) -> u32) -> String {
     let mut out = String::from("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n");
     writeln!(out, "{}", mesh.nodes.len()).unwrap();
@@ -30,7 +30,7 @@ fn msh(mesh: &TetMesh, volume_of: impl Fn(usize) -> u32) -> String {
     out
 }
 
-/// What the program says of a mesh file: (exit code, error), and whether it began a curve.
+/// Runs `simulate` on a mesh file. Returns exit code and error, and whether a curve was begun.
 fn simulate(bytes: &[u8]) -> (Option<i32>, String, bool) {
     let dir = tempfile::tempdir().unwrap();
     std::fs::write(dir.path().join("body.msh"), bytes).unwrap();
@@ -84,7 +84,7 @@ fn unusable_mesh_files_are_refused_before_any_step() {
         &["face of nodes", "shared by 3 tetrahedra", "remove the duplicates"],
     );
 
-    // a node drawn through the faces around it turns tetrahedra inside out
+    // a node that is moved through the faces around it inverts tetrahedra
     let on_surface = |node: u32| sound.surfaces.values().flatten().any(|face| face.contains(&node));
     let inner = (0..).find(|&node| !on_surface(node)).expect("a node inside");
     let mut tangled = sound.clone();

@@ -1,4 +1,4 @@
-//! Pipes and devices in the place of inputs, and standard output that cannot be written.
+//! Pipes and devices in place of input files, and a standard output that cannot be written.
 #![cfg(unix)]
 
 use std::path::Path;
@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use super::{SMALL, breccia, said};
 
-/// Runs the program; it fails the test if it waits for a pipe.
+/// Runs the program; the test fails if the program waits for a pipe.
 fn in_time(folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
     let mut child = Command::new(env!("CARGO_BIN_EXE_breccia"))
         .args(arguments)
@@ -70,7 +70,7 @@ fn a_pipe_in_the_place_of_any_input_is_refused_by_its_name() {
             "{command}: {err}"
         );
     }
-    // a slice among the slices of a folder
+    // a pipe among the slices of a folder
     let dir = tempfile::tempdir().unwrap();
     std::fs::write(dir.path().join("my.toml"), &image).unwrap();
     std::fs::create_dir(dir.path().join("input")).unwrap();
@@ -145,12 +145,12 @@ fn standard_output_that_is_full_is_an_error_and_a_closed_one_is_none() {
         assert_eq!(found, Some(1), "{full}: {err}");
         assert!(err.contains("error: standard output cannot be written"), "{full}: {err}");
         assert!(!err.contains("panicked"), "{full}: {err}");
-        // `true` reads nothing and ends: whoever writes to it later finds the pipe closed
+        // `true` ends without reading, so that a program that writes later finds the pipe closed
         let (found, _, err) = said(&redirected(dir.path(), &format!("{closed} > >(true)")));
         assert_eq!(found, Some(code), "{closed}: {err}");
         assert!(!err.contains("panicked") && !err.contains("error"), "{closed}: {err}");
     }
-    // the work was done all the same
+    // the results were written nevertheless
     for file in ["full.toml", "full/case.toml", "full/curve.csv", "closed/curve.csv"] {
         let path = dir.path().join(file);
         assert!(path.is_file(), "{file}");

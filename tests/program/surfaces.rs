@@ -78,12 +78,12 @@ fn grains_of_a_packing_come_back_from_their_files() {
         let curve = rows(&dir.path().join(folder).join("curve.csv"));
         curve.last().unwrap()[1].parse().unwrap()
     };
-    // beside the packing itself, in a cylinder that is a little larger
+    // for comparison: the packing itself, in a cylinder that is slightly larger
     run(&["simulate", "packing.toml", "--out", "direct"]);
     let ratio = force("simulated") / force("direct");
     assert!((0.8..1.25).contains(&ratio), "{ratio}");
 
-    // a grain less or more is a reason to mesh again, and fewer grains leave no file of an earlier run
+    // if the number of grain files changes, the mesh is made again; surplus files of an earlier run are removed
     let first = dir.path().join("out").join(&table[0][1]);
     let content = std::fs::read(&first).unwrap();
     std::fs::remove_file(&first).unwrap();
@@ -101,7 +101,7 @@ fn grains_of_a_packing_come_back_from_their_files() {
     assert!(files < table.len());
 }
 
-/// Surfaces of a packing, measured curves of other packings: every stage from the mesh to the report.
+/// A case with surfaces of a packing and measured curves of other packings runs every stage from the mesh to the report.
 #[test]
 fn a_case_of_files_is_calibrated_up_to_its_report() {
     let dir = tempfile::tempdir().unwrap();
@@ -147,7 +147,7 @@ fn a_case_of_files_is_calibrated_up_to_its_report() {
     assert!(err.contains("experiments.virtual") && err.contains("STL files"), "{err}");
 }
 
-/// Labels found in a virtual scan have surfaces of the volumes that are in `grains.csv`.
+/// Surfaces of grains that are found in a virtual scan have the volumes of `grains.csv`.
 #[test]
 fn grains_of_a_scan_have_surfaces() {
     let dir = tempfile::tempdir().unwrap();

@@ -1,7 +1,7 @@
 //! An ensemble as jobs of a real Slurm, which these tests start on this machine.
 //!
-//! Needs root and Debian's packages slurm-wlm and munge (`.ci/run` installs them where it can), or a
-//! cluster that is there: SLURM_CONF and sbatch. Without them the tests say that they were skipped.
+//! The tests need root and Debian's packages slurm-wlm and munge (`.ci/run` installs them if possible), or an existing
+//! cluster (SLURM_CONF and sbatch). Otherwise they print that they were skipped.
 
 use std::collections::BTreeMap;
 use std::io::Write as _;
@@ -41,14 +41,14 @@ runs = 30
 levels = [{ spacing_mm = 1.25, repeats = 4 }]
 "#;
 
-/// A cluster on this machine, which ends with this value.
+/// A Slurm cluster on this machine, which is stopped when this value is dropped.
 struct Cluster {
     folder: tempfile::TempDir,
     conf: String,
 }
 
 impl Cluster {
-    /// Starts one, or says why there is none.
+    /// Starts a cluster; the error states why this is not possible.
     fn start() -> Result<Self, String> {
         let folder = tempfile::tempdir().map_err(|e| e.to_string())?;
         let output = script(folder.path(), "start").map_err(|e| e.to_string())?;
@@ -62,7 +62,7 @@ impl Cluster {
     fn command(&self, program: &str, folder: &Path) -> Command {
         let mut command = Command::new(program);
         command.current_dir(folder).env("SLURM_CONF", &self.conf);
-        // a test may itself run in a job
+        // the test may itself run in a job of Slurm, whose variables would be inherited
         for (name, _) in std::env::vars() {
             if name.starts_with("SLURM_") && name != "SLURM_CONF" {
                 command.env_remove(name);
@@ -76,7 +76,7 @@ impl Cluster {
         output.unwrap_or_else(|e| panic!("{program}: {e}"))
     }
 
-    /// Lines of squeue, one a task or job.
+    /// Lines of squeue, one per task or job.
     fn queue(&self) -> Vec<String> {
         let output = self.output("squeue", Path::new("/"), &["-h", "-r", "-o", "%i %t"]);
         String::from_utf8_lossy(&output.stdout).lines().map(str::to_owned).collect()
@@ -85,7 +85,7 @@ impl Cluster {
     fn wait_until_idle(&self) {
         wait_for("the queue to be empty", || {
             let is_empty = self.queue().is_empty();
-            // each look at the queue costs two processes some milliseconds
+            // each query of the queue starts two processes for some milliseconds
             std::thread::sleep(Duration::from_millis(if is_empty { 0 } else { 200 }));
             is_empty
         });
@@ -140,7 +140,7 @@ fn runs(results: &Path) -> Vec<Vec<String>> {
     lines.map(cells).collect()
 }
 
-/// What the jobs have said.
+/// Output of all jobs.
 fn logs(results: &Path) -> String {
     let logs = std::fs::read_dir(results.join("slurm")).into_iter().flatten().flatten();
     logs.filter(|e| e.path().extension().is_some_and(|x| x == "log"))
@@ -153,7 +153,7 @@ fn jobs_make_what_one_process_would_whatever_happens_to_them() {
     let cluster = match Cluster::start() {
         Ok(cluster) => cluster,
         Err(why) => {
-            // past the test harness, which hides what a passing test prints
+            // written to standard error directly, because the test harness hides the output of a passing test
             let note = format!("SKIPPED: no Slurm can be started here ({why})");
             writeln!(std::io::stderr(), "{note}").expect("stderr is open");
             return;
@@ -173,7 +173,7 @@ fn jobs_make_what_one_process_would_whatever_happens_to_them() {
     a_whole_study(&cluster, folder);
 }
 
-/// What the case lacks to be calibrated, and a study of it.
+/// Tables that the case needs in addition for a calibration.
 const CALIBRATED: &str = r#"
 [surrogate]
 max_order = 2
@@ -206,7 +206,7 @@ set.design.runs = 10
 without = ["fidelity"]
 "#;
 
-/// Laboratory, meshes, runs and calibrations as jobs that wait for each other.
+/// Submits a study: laboratory, meshes, runs and calibrations are jobs that wait for each other.
 fn a_whole_study(cluster: &Cluster, folder: &Path) {
     std::fs::write(folder.join("whole.toml"), format!("{CASE}{CALIBRATED}")).unwrap();
     std::fs::write(folder.join("study.toml"), STUDY).unwrap();
@@ -225,7 +225,7 @@ fn a_whole_study(cluster: &Cluster, folder: &Path) {
     }
     let (code, told, _) = breccia(cluster, folder, &["status", "on cluster"]);
     assert!(code == Some(3) && told.contains("laboratories/L"), "{told}");
-    // submitted again meanwhile: more jobs share the same folder
+    // submitted again while jobs run: more jobs share the same folder
     let (code, _, err) = breccia(cluster, folder, &submit);
     assert_eq!(code, Some(0), "{err}");
     cluster.wait_until_idle();
@@ -233,7 +233,7 @@ fn a_whole_study(cluster: &Cluster, folder: &Path) {
     let (code, told, _) = breccia(cluster, folder, &["status", "on cluster"]);
     assert_eq!(code, Some(0), "{told}\n{}", logs(&results));
 
-    // what one process alone would give
+    // the results of a single process, for comparison
     let (code, _, err) = breccia(cluster, folder, &["study", "study.toml", "--out", "in one"]);
     assert_eq!(code, Some(0), "{err}");
     let read = |name: &str| {
@@ -253,7 +253,7 @@ fn a_whole_study(cluster: &Cluster, folder: &Path) {
     assert!(code == Some(1) && err.contains("is no part of the study"), "{err}");
 }
 
-/// One task is cancelled, one put back into the queue and one killed, while they are at work.
+/// Cancels one running task, requeues a second and kills a third.
 fn submitted_by_the_program(cluster: &Cluster, folder: &Path, expected: &[Vec<String>]) {
     let submit = [
         "ensemble",
@@ -283,14 +283,14 @@ fn submitted_by_the_program(cluster: &Cluster, folder: &Path, expected: &[Vec<St
     assert!(code == Some(3) && told.contains("of 34 runs"), "{told}");
     cluster.output("scancel", folder, &[&format!("{job}_0")]);
     cluster.output("scontrol", folder, &["requeue", &format!("{job}_1")]);
-    // SIGKILL to whatever process of the array is still at work
+    // SIGKILL to one process of the array that still runs
     let list = Command::new("pgrep").args(["-f", &format!("--out {}", results.display())]).output();
     if let Some(pid) = list.ok().and_then(|output| {
         String::from_utf8_lossy(&output.stdout).lines().next().map(str::to_owned)
     }) {
         let _ = Command::new("kill").args(["-9", &pid]).status();
     }
-    // submitted again meanwhile: more jobs share the same folder
+    // submitted again while jobs run: more jobs share the same folder
     let (code, _, err) = breccia(cluster, folder, &submit);
     assert_eq!(code, Some(0), "{err}");
     while !cluster.queue().is_empty() {
@@ -301,7 +301,7 @@ fn submitted_by_the_program(cluster: &Cluster, folder: &Path, expected: &[Vec<St
     }
     assert!(results.join("runs.csv").is_file(), "{}", logs(&results));
     assert_eq!(runs(&results), expected, "{}", logs(&results));
-    // with that of the other quadrature in the middle of the box
+    // including the run with the other quadrature in the middle of the box
     assert_eq!(finished(&results).len(), 35);
     let (_, told, _) = breccia(cluster, folder, &["status", "jobs"]);
     assert!(told.contains("ensemble     done     34 of 34 runs"), "{told}");
@@ -312,7 +312,7 @@ fn submitted_by_the_program(cluster: &Cluster, folder: &Path, expected: &[Vec<St
     assert!(cluster.queue().is_empty() && finished(&results) == before);
 }
 
-/// The written script alone, given to sbatch.
+/// Submits the written script by sbatch.
 fn submitted_by_hand(cluster: &Cluster, folder: &Path, expected: &[Vec<String>]) {
     let write = [
         "ensemble",
@@ -338,7 +338,7 @@ fn submitted_by_hand(cluster: &Cluster, folder: &Path, expected: &[Vec<String>])
     }
 }
 
-/// What Slurm refuses is told in its words, and what would fail on the cluster fails before it.
+/// If Slurm refuses a job, its message is printed. Mistakes that would fail on the cluster are reported before submission.
 fn refused(cluster: &Cluster, folder: &Path) {
     let ensemble = ["ensemble", "case.toml", "--out", "refused", "--slurm"];
     let (code, _, err) =

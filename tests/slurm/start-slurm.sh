@@ -10,7 +10,7 @@ HOST=$(hostname -s)
 CPUS=$(($(nproc) / NODES)); [ "$CPUS" -gt 0 ] || CPUS=1
 MEM=$(awk -v n="$NODES" '/MemTotal/ {print int($2 / 1024 * 0.9 / n)}' /proc/meminfo)
 
-# kill -0 is not enough: where nobody reaps them, daemons that have ended stay as zombies
+# kill -0 is not enough: daemons that have ended remain as zombies if no parent process reaps them
 alive() {
     local pid state
     pid=$(cat "$1" 2>/dev/null) || return 1
@@ -20,7 +20,7 @@ alive() {
 
 start() {
     mkdir -p "$ROOT"/{state,spool,log}
-    # clients and daemons prove with munge who they are; the package makes the key
+    # munge authenticates clients and daemons; its package makes the key
     chown munge: /etc/munge/munge.key; chmod 400 /etc/munge/munge.key
     install -d -o munge -g munge -m 755 /run/munge
     install -d -o munge -g munge -m 700 /var/log/munge /var/lib/munge

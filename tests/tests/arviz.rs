@@ -1,7 +1,7 @@
-//! The real ArviZ opens our posteriors without conversion and agrees with our summary.
+//! ArviZ opens the posteriors of `ppl` without conversion, and its summary agrees with that of `ppl`.
 //!
-//! Needs Python with ArviZ 1 or later: `python3`, or the interpreter named by BRECCIA_PYTHON.
-//! Without it the test says that it was skipped.
+//! The test needs Python with ArviZ 1 or later: `python3`, or the interpreter that BRECCIA_PYTHON names. Otherwise the
+//! test prints that it was skipped.
 
 use std::env;
 use std::fs;
@@ -12,7 +12,7 @@ use std::process::Command;
 use ppl::prelude::*;
 
 ppl::model! {
-    /// Pairs with one mean and scale; a second scale is known only from the prior.
+    /// Pairs with a common mean and a common scale; the data do not depend on the second scale.
     fn pairs(y: &[[f64; 2]]) {
         let mu ~ Normal(0.0, 5.0);
         let sd ~ Uniform(0.1, 3.0).array::<2>();
@@ -32,7 +32,7 @@ fn python() -> Option<String> {
 #[test]
 fn arviz_opens_a_posterior_and_agrees_with_the_summary() {
     let Some(python) = python() else {
-        // past the test harness, which hides what a passing test prints
+        // written to standard error directly, because the test harness hides the output of a passing test
         let note = "SKIPPED: no Python with ArviZ 1 (set BRECCIA_PYTHON to one that has it)";
         writeln!(std::io::stderr(), "{note}").expect("stderr is open");
         return;

@@ -1,5 +1,5 @@
-//! The paper's model on a fixed instance: densities and gradient of independent codes to 1e-10,
-//! and the posterior of two long independent runs (Stan and nutpie) within 4 standard errors.
+//! Compares the paper's model on a fixed instance with independent codes: densities and gradient to 1e-10, and the
+//! posterior with two long independent runs (Stan and nutpie) within 4 standard errors.
 
 use breccia_tests::{Instance, assert_moments_of, number, numbers};
 use models::{Specimens, calibration, calibration_on};
@@ -7,7 +7,7 @@ use ppl::prelude::*;
 use ppl::{Bound, Model, Nuts, Workspace};
 use serde_json::Value;
 
-/// Unconstrained coordinates of a point given by x, sd and the Cholesky factor.
+/// Unconstrained coordinates of a point from x, sd and the canonical partial correlations of the Cholesky factor.
 fn unconstrained(x: [f64; 3], sd: [f64; 3], partial: [f64; 3]) -> Vec<f64> {
     // y = x/√(2 b_j) with b_j = η + (K − 2 − j)/2 for η = K = 3 (definitions of the LKJ map)
     let b = [3.5, 3.5, 3.0];
@@ -16,7 +16,7 @@ fn unconstrained(x: [f64; 3], sd: [f64; 3], partial: [f64; 3]) -> Vec<f64> {
     [logit, sd.map(f64::ln), correlation].concat()
 }
 
-/// Canonical partial correlations (2,1), (3,1), (3,2) of a factor.
+/// Canonical partial correlations (2,1), (3,1), (3,2) of a Cholesky factor.
 fn partials(l: &Value) -> [f64; 3] {
     let at = |i: usize, j: usize| number(&l[i][j]);
     [at(1, 0), at(2, 0), at(2, 1) / (1.0 - at(2, 0) * at(2, 0)).sqrt()]
@@ -51,7 +51,7 @@ fn golden_gradient() {
     let golden = &instance.json["golden_gradient_stan_coordinates"];
     let u = numbers::<9>(&golden["u"]);
     let expected = numbers::<9>(&golden["grad"]);
-    // Stan's coordinates in the order x, correlations, ln sd; ours x, ln sd, scaled correlations
+    // the order of Stan's coordinates is x, correlations, ln sd; the order here is x, ln sd, scaled correlations
     let scale = [3.5, 3.5, 3.0].map(|b: f64| (2.0 * b).sqrt());
     let mut y = [0.0; 9];
     for i in 0..3 {
@@ -73,7 +73,7 @@ fn golden_gradient() {
     ppl::check::gradient(&model, 1);
 }
 
-/// The model of sizes known at run time is the same density in the same coordinates.
+/// The model with sizes that are known only at run time has the same density in the same coordinates.
 #[test]
 fn sizes_from_the_data_change_nothing() {
     let instance = Instance::load();
@@ -130,7 +130,7 @@ fn compare(chains: &[Vec<f64>], name: &str, reference: &Value) {
     for program in ["stan", "nutpie"] {
         let r = &reference[program];
         let (mean, sd) = (number(&r["mean"]), number(&r["sd"]));
-        // the reference's sd has about the relative error of a normal sample of its size
+        // the relative error of the reference's sd is about that of a normal sample with the same effective size
         let sd_error = sd / (2.0 * number(&r["ess_bulk"])).sqrt();
         assert_moments_of(chains, name, (mean, number(&r["mcse_mean"])), (sd, sd_error));
     }

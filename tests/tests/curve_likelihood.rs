@@ -1,7 +1,7 @@
 //! Calibration against curves as a whole, on curves of a known formula.
 //!
-//! F(u) = s u exp(−(u/a)ᵖ/p) has its peak s a e^(−1/p) at a, and the shape x e^((1 − xᵖ)/p) there. Peak and
-//! displacement at peak leave a curve of parameters open; the shape closes it.
+//! F(u) = s u exp(−(u/a)ᵖ/p) has the peak s a e^(−1/p) at u = a, and the shape x e^((1 − xᵖ)/p) with x = u/a. Peak force
+//! and displacement at peak determine only two of the three parameters; the shape determines the third.
 
 use models::{Evidence, Prior, Qois, Quantity, TestCurve, calibrate};
 use nalgebra::{DMatrix, DVector};
@@ -22,7 +22,7 @@ fn curve([s, a, p]: [f64; 3], noise: &mut dyn FnMut() -> f64) -> TestCurve {
     TestCurve { force_n: displacement_mm.iter().map(force).collect(), displacement_mm }
 }
 
-/// Peak, its displacement and the shape, as the formula has them.
+/// Peak force, displacement at peak and shape by the formula.
 fn exact([s, a, p]: [f64; 3]) -> Vec<f64> {
     let shape = PERCENT.map(|percent| {
         let x = 0.01 * f64::from(percent);
@@ -59,7 +59,7 @@ fn least_squares(specimens: &[Vec<f64>]) -> (Vec<f64>, Vec<f64>) {
     (at.to_vec(), (0..3).map(|i| (covariance[(i, i)] / n).sqrt()).collect())
 }
 
-/// Means and standard deviations of the parameters by these quantities of the curves.
+/// Posterior means and standard deviations of the parameters from these quantities of the curves.
 fn posterior(specimens: &[TestCurve], quantities: &[Quantity]) -> Vec<[f64; 2]> {
     let bounds = [("s", 900.0, 1500.0), ("a", 0.08, 0.14), ("p", 2.0, 4.0)];
     let inputs: Vec<Input> =
@@ -105,12 +105,12 @@ fn whole_curves_find_what_peaks_leave_open() {
     let found = posterior(&specimens, &quantities);
     for i in 0..3 {
         let [mean, sd] = found[i];
-        // the covariance between 60 specimens is known to a tenth, and so are these
+        // with 60 specimens the relative error of the covariance, and of the standard deviations, is about a tenth
         assert!((mean - estimate[i]).abs() < 0.25 * errors[i], "{i}: {found:?} {estimate:?}");
         assert!((sd / errors[i] - 1.0).abs() < 0.15, "{i}: {found:?} {errors:?}");
         assert!((mean - TRUTH[i]).abs() < 3.5 * sd, "{i}: {found:?}");
     }
-    // without the shape the exponent stays what its prior says
+    // without the shape the posterior of the exponent is its prior
     let peaks = posterior(&specimens, &quantities[..2]);
     let prior_sd = 2.0 / 12f64.sqrt();
     assert!(peaks[2][1] > 0.5 * prior_sd, "{peaks:?}");

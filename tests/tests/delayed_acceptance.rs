@@ -1,4 +1,4 @@
-//! A calibration whose likelihood is a simulation, screened by a surrogate that is wrong.
+//! Delayed acceptance: a calibration whose likelihood contains a simulation, screened by an inaccurate surrogate.
 
 use models::{Prior, calibration};
 use ppl::prelude::*;
@@ -7,10 +7,11 @@ use surrogate::{Dataset, DesignMethod, DynPce, FitOptions, Input, Pce};
 
 const PRIOR: [[f64; 2]; 3] = [[250.0, 300.0], [1e-5, 5e-3], [0.05, 0.55]];
 const NAMES: [&str; 3] = ["young_mpa", "toughness_n_per_mm", "viscosity_mpa_s"];
-/// Slope, peak force and its displacement at 275 MPa and 0.3 MPa s.
+/// Slope in N/mm, peak force in N and displacement at peak in mm, for E = 275 MPa and ξ = 0.3 MPa s.
 const UNITS: [f64; 3] = [1375.0, 113.24, 0.10294];
 
-/// The viscous limit (definitions 3.3): m ~ E, F ~ E^(2/3) ξ^(1/3), d ~ (ξ/E)^(1/3), with a little toughness.
+/// The viscous limit (definitions 3.3) with a small effect of the toughness: slope ~ E, peak force ~ E^(2/3) ξ^(1/3),
+/// displacement at peak ~ (ξ/E)^(1/3).
 struct ViscousLimit;
 
 impl Differentiable<3, 3> for ViscousLimit {
@@ -29,7 +30,7 @@ impl Differentiable<3, 3> for ViscousLimit {
     }
 }
 
-/// The same from 20 runs, and too stiff by 0.7 %.
+/// Surrogate of the viscous limit from 20 runs, with slope and peak force too large by 0.7 %.
 fn biased() -> Pce<3, 3> {
     let inputs = NAMES.iter().zip(PRIOR).map(|(name, [low, high])| Input::new(*name, low, high));
     let inputs: Vec<Input> = inputs.collect::<Result<_, _>>().unwrap();
@@ -42,7 +43,7 @@ fn biased() -> Pce<3, 3> {
     fit.pce.scale_outputs(&[1.007, 1.007, 0.997]).unwrap().try_into().unwrap()
 }
 
-/// Slope of specimens that scatter by 2 %, and so on.
+/// Relative quantities of specimens: slope and peak force scatter by about 2 %.
 fn specimens() -> Vec<[f64; 3]> {
     let scatter = [-0.8, 1.1, -1.4, 0.3, 1.6, -0.5, 0.2, -0.5];
     let other = [0.4, -1.2, 0.3, 1.5, -0.6, -1.0, 0.9, -0.3];
@@ -50,8 +51,8 @@ fn specimens() -> Vec<[f64; 3]> {
     scatter.iter().zip(&other).map(specimen).collect()
 }
 
-/// Means and standard deviations are those of long chains of NUTS on the exact model within 4 Monte Carlo
-/// standard errors, and those with the surrogate alone are not.
+/// Means and standard deviations agree with those of long chains of NUTS on the exact model within 4 Monte Carlo
+/// standard errors. Means and standard deviations from the surrogate alone do not agree.
 #[test]
 fn the_simulation_decides_though_the_surrogate_is_wrong() {
     let (surrogate, qois) = (biased(), specimens());
@@ -61,8 +62,8 @@ fn the_simulation_decides_though_the_surrogate_is_wrong() {
     let nuts = Nuts::default().draws(4000).target_accept(0.95).seed(1);
     let reference = nuts.sample(&exact).unwrap().summary();
     let screened = nuts.sample(&cheap).unwrap().summary();
-    // chains stick where the surrogate falls off faster than the exact density: a wider surrogate and steps that do
-    // not ask it release them, of 8 seeds in all 8 (docs/how-to/delayed-acceptance.md)
+    // chains stay for long in regions where the surrogate's density decreases faster than the exact density. A wider
+    // surrogate density and steps without the surrogate solve this: all of 8 seeds mix (docs/how-to/delayed-acceptance.md)
     let sampler = DelayedAcceptance::default().screening_steps(50).screening_power(0.6);
     let sampler = sampler.plain_share(0.7).warmup(2200).screened_warmup(2000).draws(20_000);
     let mut worst: f64 = 0.0;
@@ -77,7 +78,7 @@ fn the_simulation_decides_though_the_surrogate_is_wrong() {
             assert!(d.rhat < 1.03 && d.ess_bulk > 150.0, "{mixing}");
             let mcse = d.mcse_mean.hypot(r.mcse_mean);
             assert!((d.mean - r.mean).abs() < 4.0 * mcse, "{name}: {} {} {mcse}", d.mean, r.mean);
-            // of a standard deviation: sd/√(2 ESS), were the draws normal
+            // the standard error of a standard deviation is sd/√(2 ESS) for normal draws
             let error = r.sd * (0.5 / d.ess_bulk + 0.5 / r.ess_bulk).sqrt();
             assert!((d.sd - r.sd).abs() < 4.0 * error, "{name}: {} {} {error}", d.sd, r.sd);
             worst = worst.max((s.mean - r.mean).abs() / mcse);

@@ -1,4 +1,4 @@
-//! What the model itself may be off by, against the closed form of a linear model.
+//! Compares a calibration with a model discrepancy with the closed form of a linear model.
 
 use models::{Evidence, Prior, calibrate};
 use nalgebra::{DMatrix, DVector, dvector};
@@ -9,7 +9,8 @@ use surrogate::{DynPce, Input};
 
 const SPECIMENS: usize = 50;
 
-/// Both quantities are θ in [0, 2]; the second reads more than the model has it.
+/// Specimens with two quantities. The model predicts θ in [0, 2] for both; the measured second quantity is larger by the
+/// relative error `more`.
 fn specimens(more: f64) -> Vec<Vec<f64>> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(4);
     let mut normal = || rng.sample::<f64, _>(rand_distr::StandardNormal);
@@ -25,7 +26,8 @@ fn forward() -> DynPce {
     DynPce::from_terms(vec![theta], vec!["a".into(), "b".into()], terms).unwrap()
 }
 
-/// Mean and standard deviation of θ where the model's quantities have relative errors of these.
+/// Posterior mean and standard deviation of θ if the model's quantities have relative errors with the standard deviations
+/// `sd`.
 fn posterior(more: f64, sd: [f64; 2]) -> [f64; 2] {
     let shared = vec![vec![sd[0] * sd[0], 0.0], vec![0.0, sd[1] * sd[1]]];
     let evidence = Evidence { qois: specimens(more), shared, ..Evidence::default() };
@@ -39,8 +41,8 @@ fn posterior(more: f64, sd: [f64; 2]) -> [f64; 2] {
     [mean, (draws.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt()]
 }
 
-/// The same with Σ the specimens' own covariance: V = (jᵀ C⁻¹ j)⁻¹ and V jᵀ C⁻¹ ȳ, where C = Σ/n + D and
-/// D is in the units of the means.
+/// Mean V jᵀ C⁻¹ ȳ and standard deviation √V in closed form, where V = (jᵀ C⁻¹ j)⁻¹, C = Σ/n + D, Σ is the sample
+/// covariance of the specimens, and D is in the units of the means.
 fn closed_form(more: f64, sd: [f64; 2]) -> [f64; 2] {
     let rows: Vec<DVector<f64>> = specimens(more).into_iter().map(DVector::from_vec).collect();
     let n = rows.len() as f64;
@@ -55,7 +57,7 @@ fn closed_form(more: f64, sd: [f64; 2]) -> [f64; 2] {
 
 #[test]
 fn an_error_of_the_model_widens_and_weighs_as_the_closed_form_says() {
-    // without an error the 6 % would be taken for scatter
+    // without a discrepancy the deviation of 6 % would be attributed to the scatter between specimens
     let cases = [
         (0.0, [0.0, 0.0]),
         (0.06, [0.03, 0.03]),
@@ -65,13 +67,13 @@ fn an_error_of_the_model_widens_and_weighs_as_the_closed_form_says() {
     ];
     let found = cases.map(|(more, sd)| {
         let (found, exact) = (posterior(more, sd), closed_form(more, sd));
-        // Σ is sampled, from 50 specimens: known to a fifth of itself
+        // the calibration samples Σ: with 50 specimens its relative standard error is about a fifth
         assert!((found[0] - exact[0]).abs() < 0.2 * exact[1], "{sd:?}: {found:?} {exact:?}");
         assert!((found[1] / exact[1] - 1.0).abs() < 0.15, "{sd:?}: {found:?} {exact:?}");
         found
     });
     let [none, both, second, first, _] = found;
-    // more specimens do not take it away, and the quantity that is trusted decides
+    // more specimens do not reduce the discrepancy, and the quantity without a discrepancy determines θ
     assert!(both[1] > 4.0 * none[1], "{found:?}");
     assert!((second[0] - 1.0).abs() < 0.01 && (first[0] - 1.06).abs() < 0.015, "{found:?}");
 }

@@ -1,5 +1,5 @@
-//! Posteriors in `model!` against their exact moments: sums over all discrete states, conjugate
-//! integrals, and quadrature of what is left, all written apart from `ppl`.
+//! Compares posteriors in `model!` with their exact moments, which are computed without `ppl`: sums over all discrete
+//! states, conjugate integrals, and quadrature of the remaining integrals.
 
 use std::ops::Range;
 
@@ -7,21 +7,21 @@ use breccia_tests::posteriors::exact::*;
 use breccia_tests::posteriors::regression::dog_trials;
 use ppl::{Bound, Model, Nuts, check};
 
-/// Mean and second moment of one quantity, given what is integrated over.
+/// Mean and second moment of one quantity, given the state or the parameters of the outer sum or integral.
 type Moments = (f64, f64);
 
-/// A quantity that is fixed there.
+/// Moments of a quantity with a fixed value.
 fn fixed(x: f64) -> Moments {
     (x, x * x)
 }
 
-/// A beta-distributed one.
+/// Moments of a beta-distributed quantity.
 fn beta(a: f64, b: f64) -> Moments {
     let mean = a / (a + b);
     (mean, mean * (a + 1.0) / (a + b + 1.0))
 }
 
-/// A gamma-distributed one.
+/// Moments of a gamma-distributed quantity.
 fn gamma(shape: f64, rate: f64) -> Moments {
     (shape / rate, shape * (shape + 1.0) / rate.powi(2))
 }
@@ -38,8 +38,8 @@ fn average<const Q: usize>(states: &[(f64, [Moments; Q])]) -> [(f64, f64); Q] {
     })
 }
 
-/// The same over a plane, by the midpoint rule: exact to far below a standard error for smooth
-/// densities that have vanished at the ends of the box.
+/// Mean and standard deviation of each quantity over two parameters, by the midpoint rule. For smooth densities that
+/// vanish at the bounds of the box, the error is far below a standard error.
 fn integrate<const Q: usize>(
     a: Range<f64>,
     b: Range<f64>,
@@ -63,7 +63,7 @@ fn assert_exact<const Q: usize>(
     assert_exact_after(600, model, names, exact);
 }
 
-/// The same after more draws, for chains that move slowly.
+/// As `assert_exact`, with more draws for chains that mix slowly.
 fn assert_exact_after<const Q: usize>(
     draws: usize,
     model: &Bound<impl Model>,
@@ -89,7 +89,7 @@ fn ln_rising(a: f64, n: u64) -> f64 {
     (0..n).map(|i| (a + i as f64).ln()).sum()
 }
 
-/// All change points, with gamma posteriors of both rates.
+/// The exact moments are sums over all change points, with gamma posteriors of both rates.
 #[test]
 fn disasters_in_mines() {
     let model = disasters(&DISASTERS);
@@ -106,13 +106,13 @@ fn disasters_in_mines() {
         .collect();
     let [early, late, change] = average(&states);
     assert_exact(&model, ["early", "late"], [early, late]);
-    // the mean over change points at every draw: of its mean alone
+    // the model tracks the conditional mean of the change point at every draw: only its mean is known exactly
     let posterior =
         Nuts::default().warmup(300).draws(500).seed(4).sample(&model).expect("it samples");
     check::mean(&posterior, "change", change.0).within_mcse(4.0);
 }
 
-/// The Kalman filter, and quadrature in both standard deviations.
+/// The exact moments are computed by the Kalman filter and quadrature over both standard deviations.
 #[test]
 fn level_of_the_nile() {
     let exact = integrate(0.0..250.0, 40.0..260.0, |step, noise| {
@@ -131,7 +131,7 @@ fn level_of_the_nile() {
     assert_exact_after(4000, &nile(&NILE), ["step", "noise", "now"], exact);
 }
 
-/// Rates integrated out, and quadrature in the two parameters of their distribution.
+/// The rates are integrated out, and quadrature is used for the two parameters of the rates' distribution.
 #[test]
 fn tumours_of_rats() {
     let exact = integrate(0.08..0.24, 0.5..5.5, |mean, ln_size| {
@@ -175,7 +175,7 @@ fn deaths_by_dose() {
     assert_exact(&bioassay(&LN_DOSE, 5, &DEATHS), ["alpha", "beta"], exact);
 }
 
-/// All that can be made of the animals never caught: how many of them exist.
+/// The exact moments are sums over the unknown number of animals that were never caught.
 #[test]
 fn captures_of_hares() {
     let caught: usize = HARES.iter().sum();
@@ -213,7 +213,7 @@ fn remissions_that_go_on() {
     assert_exact(&remissions(&weeks, &over), ["shape", "scale"], exact);
 }
 
-/// All 2¹² paths, with beta posteriors of both chances to stay.
+/// The exact moments are sums over all 2¹² paths, with beta posteriors of both probabilities of staying in a state.
 #[test]
 fn paths_through_two_states() {
     let means = [0.0, 2.5];

@@ -1,4 +1,4 @@
-//! Runs that are placed where the posterior lives, beside more runs all over the box.
+//! Compares runs that are placed in the posterior with a larger number of runs in the whole prior box.
 
 use ppl::prelude::*;
 use rand::SeedableRng;
@@ -8,7 +8,7 @@ use surrogate::{Dataset, DesignMethod, DynPce, FitOptions, Input, PceFit};
 const NAMES: [&str; 3] = ["young_mpa", "toughness_n_per_mm", "viscosity_mpa_s"];
 const PRIOR: [[f64; 2]; 3] = [[250.0, 300.0], [1e-5, 5e-3], [0.05, 0.55]];
 
-/// The viscous limit (definitions 3.3), with a little toughness: slope, peak force and its displacement.
+/// Slope, peak force and displacement at peak in the viscous limit (definitions 3.3), with a small effect of the toughness.
 fn exact(x: &[f64]) -> [f64; 3] {
     let place = (x[2] / x[0]).cbrt() * (1.0 + 4.0 * x[1]);
     [5.0 * x[0], 4.0 * x[0] * place, place]
@@ -19,7 +19,7 @@ fn inputs() -> Vec<Input> {
     inputs.collect::<Result<_, _>>().unwrap()
 }
 
-/// Runs on specimens that scatter by so much, one packing each.
+/// Runs with a separate packing each. `scatter` is the relative standard deviation between packings.
 struct Laboratory {
     scatter: f64,
     rng: Xoshiro256PlusPlus,
@@ -42,7 +42,7 @@ impl Laboratory {
     }
 }
 
-/// Draws of a posterior that knows E and ξ and nothing of Gc, as that of the default case.
+/// Draws of a posterior that determines E and ξ but not Gc, like the posterior of the default case.
 fn posterior(rng: &mut Xoshiro256PlusPlus) -> Vec<Vec<f64>> {
     let mut draw = || {
         let young: f64 = Normal(280.0, 5.0).truncate(250.0..300.0).draw(rng);
@@ -65,7 +65,7 @@ fn error(fit: &PceFit, places: &[Vec<f64>]) -> f64 {
     (places.iter().map(of).sum::<f64>() / places.len() as f64).sqrt()
 }
 
-/// How many times larger errors b are than a, as a mean of logarithms, and its distance from 1 in standard errors.
+/// Geometric mean of the ratios of the errors b to the errors a, and its distance from 1 in standard errors.
 fn beside(a: &[f64], b: &[f64]) -> (f64, f64) {
     let n = a.len() as f64;
     let gaps: Vec<f64> = a.iter().zip(b).map(|(a, b)| (b / a).ln()).collect();
@@ -74,8 +74,8 @@ fn beside(a: &[f64], b: &[f64]) -> (f64, f64) {
     (mean.exp(), mean / (spread / n).sqrt())
 }
 
-/// 24 runs over the box and 24 in batches of eight, each of its own packing, over forty laboratories: batches make
-/// the surrogate better, and are as good as uniform runs at least.
+/// In forty laboratories, 24 runs in the box and 24 runs in batches of eight, with a separate packing each, are compared
+/// with uniform runs: batches improve the surrogate, and placed runs are at least as good as uniform runs.
 #[test]
 fn placed_runs_are_worth_as_many_uniform_ones() {
     const COUNTS: [usize; 4] = [24, 48, 96, 144];

@@ -1,7 +1,7 @@
-//! Published posteriors rewritten in `model!`, 22 of posteriordb and 4 of the MultiBUGS examples: means
-//! and second moments (or standard deviations) within 4 standard errors of the difference, the
-//! reference's own error and rounding included. Chains begin at random, as any user's do, and have to
-//! mix: R-hat at most 1.05, at least 100 effective draws a chain.
+//! Compares published posteriors, rewritten in `model!`, with their references: 22 of posteriordb and 4 of the MultiBUGS
+//! examples. Means and second moments (or standard deviations) agree within 4 standard errors of the difference, which
+//! include the error and the rounding of the reference. Chains begin at the default random points and have to mix: R-hat at
+//! most 1.05, at least 100 effective draws per chain.
 
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -14,16 +14,16 @@ use breccia_tests::posteriors::series::*;
 use breccia_tests::posteriors::{references, rows};
 use ppl::{Bound, Model, Nuts, Posterior};
 
-/// A published posterior by the name of its reference, and the run that repeats it.
+/// Name of the reference of a published posterior, and a function that samples this posterior.
 type Case<'a> = (&'static str, Box<dyn Fn() -> Posterior + 'a>);
 
-/// As a user would: default starts, default warmup.
+/// A case that is sampled with the default starting points and the default warmup.
 fn case<'a>(name: &'static str, model: Bound<impl Model + 'a>) -> Case<'a> {
     with(name, model, Nuts::default())
 }
 
-/// Where a random start may lead into a minor mode that holds a chain for long: with the first seed from
-/// which all chains agree. R-hat knows nothing of the reference.
+/// A case in which a chain with a random start may stay in a minor mode for long. The first seed with which all chains
+/// agree is used. This choice is not biased, because R-hat does not depend on the reference.
 fn once_agreed<'a>(name: &'static str, model: Bound<impl Model + 'a>) -> Case<'a> {
     let agree = |posterior: &Posterior| posterior.summary().rows.iter().all(|r| r.rhat < 1.05);
     let sample = move |seed| {
@@ -37,7 +37,7 @@ fn once_agreed<'a>(name: &'static str, model: Bound<impl Model + 'a>) -> Case<'a
     (name, Box::new(run))
 }
 
-/// For funnels and other posteriors that need small steps.
+/// A case that needs small steps, such as a funnel.
 fn careful<'a>(name: &'static str, model: Bound<impl Model + 'a>) -> Case<'a> {
     with(name, model, Nuts::default().warmup(1000).draws(2000).target_accept(0.95))
 }
@@ -47,7 +47,7 @@ fn with<'a>(name: &'static str, model: Bound<impl Model + 'a>, sampler: Nuts<'a>
     (name, Box::new(move || sampler.sample(&model).expect("the model samples")))
 }
 
-/// Runs all cases and compares them; prints the time of each.
+/// Runs all cases, compares them with their references, and prints the time of each case.
 fn assert_published(cases: Vec<Case<'_>>) {
     let references = references();
     let references: BTreeMap<&str, _> = references.iter().map(|r| (r.name.as_str(), r)).collect();
@@ -71,7 +71,7 @@ fn mean_and_sd(column: &[f64]) -> (f64, f64) {
     (mean, variance.sqrt())
 }
 
-/// Children's scores under seven linear predictors.
+/// Test scores of children with seven linear predictors.
 #[test]
 fn scores_of_children() {
     let kids = Kidiq::load();
@@ -93,7 +93,7 @@ fn scores_of_children() {
     ]);
 }
 
-/// Leaf weights of bushes under four linear predictors.
+/// Leaf weights of bushes with four linear predictors.
 #[test]
 fn weights_of_bushes() {
     let bushes = Mesquite::load();

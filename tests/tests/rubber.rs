@@ -20,7 +20,7 @@ fn loo<M: Model>(model: &Bound<M>) -> Loo {
     posterior.loo().unwrap()
 }
 
-/// One modulus cannot bend with the S-shaped curves of large stretches; three terms can.
+/// A law with one modulus cannot fit the S-shaped curves at large stretches; a law with three terms can.
 #[test]
 fn ogden_predicts_better_than_neo_hookean() {
     let tests = treloar_1944();

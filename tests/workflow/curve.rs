@@ -1,4 +1,4 @@
-//! Curves as a whole instead of three quantities, with runs on two meshes, through all stages.
+//! Calibration against whole curves instead of three quantities, with runs on two meshes, through all stages.
 
 use super::{breccia, number, table, without_image};
 
@@ -37,11 +37,11 @@ fn curves_are_calibrated_against_from_runs_to_the_report() {
             table(&results.join(file)).iter().map(|row| row[column].clone()).collect();
         assert_eq!(named, COLUMNS, "{file}");
     }
-    // runs and specimens are read alike, and the shape is what it says
+    // runs and specimens are evaluated in the same way, and the shapes have the expected values
     let shape = |row: &std::collections::BTreeMap<String, String>| {
         COLUMNS[2..].iter().map(|column| number(row, column)).collect::<Vec<_>>()
     };
-    // specimens that are drawn scatter more: their means have the shape
+    // drawn specimens scatter more: only their means are compared with the shape
     for (file, drawn) in [("runs.csv", false), ("experiments.csv", false), ("predictive.csv", true)]
     {
         let rows = table(&results.join(file));

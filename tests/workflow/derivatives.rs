@@ -1,12 +1,12 @@
-//! Runs that give the derivatives of their quantities.
+//! Runs with derivatives of their quantities.
 
 use super::{TINY, breccia, number, table, without_image};
 
 const PARAMETERS: [&str; 3] =
     ["matrix.young_mpa", "matrix.toughness_n_per_mm", "matrix.viscosity_mpa_s"];
 
-/// Forces are homogeneous of degree one in E, Gc and ξ of all regions together, so that
-/// Σ θ ∂q/∂θ is q for slope and peak and nothing for the displacement at peak.
+/// Forces are homogeneous of degree one in E, Gc and ξ of all regions together, so that Σ θ ∂q/∂θ is q for slope and peak
+/// force, and 0 for the displacement at peak.
 #[test]
 fn derivatives_of_a_uniform_specimen_add_up() {
     let dir = tempfile::tempdir().unwrap();
@@ -34,7 +34,7 @@ fn derivatives_of_a_uniform_specimen_add_up() {
     }
 }
 
-/// With grains, cheaper meshes and specimens whose stiffness is known.
+/// The case has grains, cheaper meshes and specimens with known stiffness ratios.
 #[test]
 fn derivatives_of_corrected_runs_reach_the_posterior() {
     let dir = tempfile::tempdir().unwrap();
@@ -59,7 +59,7 @@ fn derivatives_of_corrected_runs_reach_the_posterior() {
     assert!(orders.iter().any(|row| row["order"] == "2"), "{orders:?}");
 }
 
-/// What cannot be differentiated is refused before the first run, by name.
+/// Options without derivatives are refused by name before the first run.
 #[test]
 fn histories_are_refused() {
     let dir = tempfile::tempdir().unwrap();

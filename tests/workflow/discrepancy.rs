@@ -1,4 +1,4 @@
-//! What the case says that the model itself may be off by.
+//! The table `[calibration.discrepancy]`: errors of the model itself.
 
 use super::{TINY, breccia, copy_of_tiny, number, table};
 
@@ -28,7 +28,7 @@ fn an_error_of_the_model_is_in_the_intervals_and_in_the_budget() {
     case("[calibration.discrepancy]\npercent = { slope = 20.0, peak-force = 20.0 }");
     let (code, out, err) = breccia(dir.path(), &run);
     assert_eq!(code, Some(0), "{err}");
-    // simulations are as they were
+    // simulations are not repeated
     let told = out + &err;
     for stage in ["experiments", "ensemble", "surrogate"] {
         let line = told.lines().find(|line| line.trim_start().starts_with(stage));
@@ -38,7 +38,7 @@ fn an_error_of_the_model_is_in_the_intervals_and_in_the_budget() {
     let share = |name: &str| sources.iter().find(|(source, _)| source == name).unwrap().1;
     assert!(share("discrepancy") > 0.5, "{sources:?}");
     assert!((sources.iter().map(|(_, share)| share).sum::<f64>() - 1.0).abs() < 1e-9);
-    // next to nothing is left but the prior
+    // with a large discrepancy the posterior is nearly the prior
     let prior = 50.0 / 12f64.sqrt();
     assert!(sd_of_young() > before && sd_of_young() > 0.8 * prior, "{before} {}", sd_of_young());
     let report = std::fs::read_to_string(results.join("report.html")).unwrap();

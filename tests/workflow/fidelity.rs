@@ -1,4 +1,4 @@
-//! Runs on a cheap mesh, corrected by a few on the specimen's own.
+//! Runs on a cheap mesh, corrected by a few runs on the specimen's own mesh.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -7,7 +7,7 @@ use super::{breccia, number, table, without_image};
 
 const QUANTITIES: [&str; 3] = ["slope_N_per_mm", "peak_force_N", "displacement_at_peak_mm"];
 
-/// The tiny case on a finer mesh, most runs on the coarse one.
+/// The tiny case with a finer mesh of the specimen; most runs are on the coarse mesh.
 fn case(repeats: usize) -> String {
     without_image()
         .replace("spacing_mm = 1.25\n", "")
@@ -26,7 +26,7 @@ fn run(folder: &Path, repeats: usize) {
     assert_eq!(code, Some(0), "{err}");
 }
 
-/// Finished runs on the disk.
+/// Number of finished runs in the folder.
 fn finished(results: &Path) -> usize {
     let folders = std::fs::read_dir(results.join("ensemble")).unwrap();
     let files = folders.flat_map(|folder| std::fs::read_dir(folder.unwrap().path()).unwrap());
@@ -60,13 +60,13 @@ fn cheap_runs_are_corrected_by_repeated_ones() {
             better.keys().map(|run| log(&better, run) - log(other, run)).sum::<f64>() / 4.0
         };
         assert!(mean(&corrected).abs() < 1e-9, "{quantity}: {}", mean(&corrected));
-        // wide elements are too stiff, and the correction says so
+        // large elements are too stiff, and the ratio corrects this
         let (found, expected) = (number(ratio, "ratio"), mean(&cheap).exp());
         assert!((found / expected - 1.0).abs() < 0.05, "{ratio:?}");
         assert!(*quantity != QUANTITIES[0] || found < 0.999, "{ratio:?}");
         assert!(number(ratio, "error_percent") < number(ratio, "scatter_percent"));
     }
-    // curves of the better mesh correct the shape of those that are predicted
+    // curves on the better mesh correct the shape of predicted curves
     for run in better.keys() {
         assert!(results.join(format!("curves/level-2-run-{run:0>3}.csv")).is_file(), "{run}");
     }
@@ -89,7 +89,7 @@ fn cheap_runs_are_corrected_by_repeated_ones() {
         .collect();
     assert_eq!(sources, ["surrogate", "mesh", "geometry", "specimens"]);
 
-    // one more repeat is one more run
+    // with one more repeat, only one run is made
     let before = finished(&results);
     run(dir.path(), 5);
     assert_eq!(finished(&results), before + 1);

@@ -1,4 +1,4 @@
-//! What further tests would tell: the stage `design`.
+//! The expected benefit of further tests: the stage `design`.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -7,7 +7,7 @@ use super::{TINY, breccia, copy_of_tiny, finished, number, start, table};
 
 const GC: &str = "matrix.toughness_n_per_mm";
 
-/// The tiny case with a further quantity of its curves, and a slow test.
+/// The tiny case with two candidates: a further quantity of the present curves, and a slow test.
 fn case() -> String {
     TINY.to_owned()
         + r#"
@@ -48,7 +48,7 @@ fn a_slow_test_tells_what_fast_ones_leave_open() {
     std::fs::write(dir.path().join("tiny.toml"), case()).unwrap();
     let run = || breccia(dir.path(), &["run", "tiny.toml", "--out", "results"]);
 
-    // interrupted while its own runs are made, it goes on with those that are left
+    // a stage that was interrupted during its own runs continues with the remaining runs
     let results = dir.path().join("results");
     let runs = results.join("ensemble");
     let mut child = start(dir.path(), &["run", "tiny.toml", "--out", "results", "--threads", "1"]);
@@ -60,14 +60,14 @@ fn a_slow_test_tells_what_fast_ones_leave_open() {
     let kept = finished(&runs);
     let (code, _, err) = run();
     assert_eq!(code, Some(0), "{err}");
-    // 12 of the design, one with the other quadrature, 8 slow ones
+    // 12 runs of the design, one run with the other quadrature, 8 slow runs
     let now = finished(&runs);
     assert_eq!(now.len(), 21);
     assert!(kept.iter().all(|(path, time)| now.get(path) == Some(time)), "a run was run again");
 
     let rows = table(&results.join("design.csv"));
     assert_eq!(rows.len(), 3 * 3 * 3);
-    // without further specimens it is what the calibration says
+    // without further specimens the contraction is that of the calibration
     let summary = table(&results.join("summary.csv"));
     let widths = [50.0, 0.005 - 0.00001, 0.5];
     for (summary, width) in summary.iter().zip(widths) {
@@ -81,7 +81,7 @@ fn a_slow_test_tells_what_fast_ones_leave_open() {
             assert!(at[0] <= at[1] && at[1] <= at[2] && at[2] < 1.0, "{name} {parameter} {at:?}");
         }
     }
-    // definitions 3.3 and 3.4: Gc matters where damage has time
+    // definitions 3.3 and 3.4: Gc has an effect only in slow tests
     let of_gc = |name: &str| contraction(&rows, name, "8", GC);
     assert!(of_gc("more specimens") < 0.2, "{}", of_gc("more specimens"));
     let slow = of_gc("a hundred times slower");
@@ -94,19 +94,19 @@ fn a_slow_test_tells_what_fast_ones_leave_open() {
     };
     let slow = of("a hundred times slower", GC, "contraction");
     assert!((1.0..=8.0).contains(&number(slow, "specimens")), "{slow:?}");
-    // what specimens share is not averaged away
+    // the error that specimens share does not decrease with their number
     let never = of("more specimens", "matrix.young_mpa", "width90");
     assert!(never["specimens"].is_empty() && number(never, "limit") > 1e-4, "{never:?}");
 
-    // the runs of a candidate are a dataset, and the page shows it all
+    // the runs of a candidate are a dataset, and the report shows the results
     let data = surrogate::Dataset::read_csv(results.join("design/candidate-2.csv")).unwrap();
-    // where Gc is next to nothing a slow test may break before it has been measured
+    // if Gc is close to 0, a slow test may break before its quantities can be measured
     assert!((6..=8).contains(&data.len()) && data.outputs().len() == 3);
     let page = std::fs::read_to_string(results.join("report.html")).unwrap();
     assert!(page.contains("What further tests would tell"));
     assert!(page.contains("a hundred times slower") && page.contains("never: "));
 
-    // nothing is made again; another number of specimens makes no run
+    // the same command makes no product again; another number of specimens needs no run
     let before = std::fs::read(results.join("design.csv")).unwrap();
     let (code, _, err) = run();
     assert!(code == Some(0) && err.contains("design finished before, unchanged"), "{err}");
@@ -119,7 +119,7 @@ fn a_slow_test_tells_what_fast_ones_leave_open() {
     assert_eq!(table(&results.join("design.csv")).len(), 3 * 3 * 4);
 }
 
-/// A mesh file as another specimen: the cylinder without grains, a ring cut out of its wall.
+/// A candidate whose specimen is a mesh file: a cylinder without grains, with a ring cut out of its wall.
 #[test]
 fn a_notched_specimen_is_a_mesh_file_of_its_own() {
     let dir = copy_of_tiny();
@@ -138,7 +138,7 @@ set.specimen = { mesh = "notched.msh", regions = { matrix = "matrix" }, surfaces
     assert!(results.join("candidates/1.msh").is_file());
     let rows = table(&results.join("design.csv"));
     assert!(contraction(&rows, "notched", "8", "matrix.young_mpa") > 0.0);
-    // it is weaker than the whole one
+    // the notched specimen is weaker than the whole specimen
     let mean = |path: &str| {
         let rows = table(&results.join(path));
         rows.iter().map(|row| number(row, "peak_force_N")).sum::<f64>() / rows.len() as f64
@@ -156,7 +156,7 @@ fn notched(path: &Path) {
     };
     let (tets, region_of): (Vec<[u32; 4]>, Vec<u16>) =
         mesh.tets.iter().zip(&mesh.region_of).filter(|(tet, _)| is_kept(tet)).unzip();
-    // numbers of the nodes that are left
+    // new indices of the remaining nodes
     let mut number = vec![u32::MAX; mesh.nodes.len()];
     let mut nodes = Vec::new();
     for &node in tets.iter().flatten() {

@@ -15,7 +15,7 @@ fn the_stiffness_of_scanned_specimens_is_an_input_of_the_surrogate() {
     let (code, _, err) = breccia(dir.path(), &["run", "tiny.toml", "--out", "results"]);
     assert_eq!(code, Some(0), "{err}");
     let results = dir.path().join("results");
-    // as for the runs, which have the same grains, or a little more
+    // the ratios of the runs, which have the same grains, are equal or slightly larger
     let ratios = |file: &str| -> Vec<f64> {
         table(&results.join(file)).iter().map(|row| number(row, "stiffness_ratio")).collect()
     };
@@ -29,7 +29,7 @@ fn the_stiffness_of_scanned_specimens_is_an_input_of_the_surrogate() {
     assert!((mean(&runs) / mean(&specimens) - 1.0).abs() < 0.05, "{runs:?} {specimens:?}");
     let surrogate = std::fs::read_to_string(results.join("surrogate.json")).unwrap();
     assert!(surrogate.contains("\"stiffness_ratio\""), "{surrogate}");
-    // it is known, and not calibrated
+    // the stiffness ratio is known, and not a calibrated parameter
     assert_eq!(table(&results.join("map.csv")).len(), 3);
     assert!(
         table(&results.join("uncertainty.csv"))
@@ -39,7 +39,7 @@ fn the_stiffness_of_scanned_specimens_is_an_input_of_the_surrogate() {
     let page = std::fs::read_to_string(results.join("report.html")).unwrap();
     assert!(page.contains("<th>stiffness ratio</th>"));
 
-    // the same as measured specimens, of which one has no scan
+    // the same specimens as a measured table, in which one specimen has no scan
     let scans = results.join("experiments/scans");
     let written = std::fs::read_to_string(results.join("experiments/specimens.csv")).unwrap();
     assert!(written.starts_with("id,height_mm,radius_mm,group,image\n"), "{written}");
@@ -71,10 +71,10 @@ fn the_stiffness_of_scanned_specimens_is_an_input_of_the_surrogate() {
         let rows = table(&dir.path().join("own/experiments.csv"));
         let found: Vec<&str> = rows.iter().map(|row| row["stiffness_ratio"].as_str()).collect();
         assert_eq!(found.iter().filter(|ratio| !ratio.is_empty()).count(), known);
-        // a scan is a scan, wherever it lies
+        // the ratio does not depend on the folder of the scan
         assert_eq!(found[0].parse::<f64>().unwrap(), specimens[0]);
     }
-    // what its grains do is taken from the packings of the runs and from the others
+    // the population of ratios is estimated from the packings of the runs and from the other specimens
     let (code, _, err) = breccia(dir.path(), &["run", "measured.toml", "--out", "own"]);
     assert_eq!(code, Some(0), "{err}");
     let own = dir.path().join("own");
@@ -101,8 +101,8 @@ fn the_stiffness_of_scanned_specimens_is_an_input_of_the_surrogate() {
     assert!(err.contains("V-04.tif") && err.contains("specimens.csv"), "{err}");
 }
 
-/// A case of virtual specimens with scans, and one that takes the scans for images of its own and the curves for
-/// measured ones.
+/// Writes a case of virtual specimens with scans. Returns a case that uses these scans as images, and the curves of the
+/// specimens as measured curves.
 fn with_images_of_virtual_specimens(dir: &std::path::Path, further: &str) -> String {
     let case = TINY
         .replace("spacing_mm = 1.25\n", "scans = true\n")
@@ -175,11 +175,11 @@ fn runs_are_spread_over_the_images_of_several_specimens() {
     let mut better: Vec<String> = better.map(|row| image_of(&row["run"])).collect();
     better.sort();
     assert_eq!(better, ["1", "2", "3", "4"]);
-    // they are those of the specimens, whose scans they are
+    // the ratios equal those of the specimens, because the images are their scans
     for (row, image) in table(&out.join("experiments.csv")).iter().zip(1..) {
         assert_eq!(row["stiffness_ratio"], of(image)[0]["stiffness_ratio"]);
     }
-    // with four specimens the ratio is an input, linear on its scale, and two degrees of freedom are left
+    // with four images the ratio is an input with a linear effect, and two degrees of freedom remain
     let surrogate = std::fs::read_to_string(out.join("surrogate.json")).unwrap();
     assert!(surrogate.contains("\"stiffness_ratio\""), "{surrogate}");
     let specimens = std::fs::read_to_string(out.join("surrogate_specimens.json")).unwrap();
@@ -195,12 +195,12 @@ fn runs_are_spread_over_the_images_of_several_specimens() {
     assert!(err.contains(warning) && page.contains(warning), "{err}");
     assert!((2..=4).all(|image| page.contains(&format!("image {image}, V-0{image}.tif"))));
 
-    // nothing is made again, and status does not need the images
+    // no product is made again, and `status` does not need the images
     let (code, _, err) = run();
     assert!(code == Some(0) && !err.contains("again"), "{err}");
     let (code, text, _) = breccia(dir.path(), &["status", "out"]);
     assert!(code == Some(0) && text.contains("16 of 16"), "{text}");
-    // another image in the same file makes its labels, its mesh and the runs again
+    // if the content of an image file changes, its labels, its mesh and the runs are made again
     let scans = dir.path().join("virtual/experiments/scans");
     std::fs::copy(scans.join("V-02.tif"), scans.join("V-04.tif")).unwrap();
     let (code, _, err) = breccia(dir.path(), &["mesh", "case.toml", "--out", "out"]);
@@ -236,7 +236,7 @@ fn images_of_several_specimens_are_refused_with_what_helps() {
         assert!(parts.iter().all(|part| err.contains(part)), "{parts:?} in {err}");
         assert!(err.contains("specimen.image.further_stacks"), "{err}");
     }
-    // one that cannot be read, and one of a specimen of another size, are named by their files
+    // an image that cannot be read, and an image of a specimen of another size, are refused with the name of the file
     let other = dir.path().join("virtual/experiments/scans/V-02.tif");
     let good = std::fs::read(&other).unwrap();
     std::fs::write(&other, b"II*\0 a photograph").unwrap();
@@ -253,7 +253,7 @@ fn images_of_several_specimens_are_refused_with_what_helps() {
     for part in ["V-02.tif", "shows a specimen of", "Give specimen.radius_mm"] {
         assert!(err.contains(part), "{part} in {err}");
     }
-    // "one" leaves the further images alone
+    // with microstructure = "one" the further images are not used
     let (code, err) = segment(&case.replace("[design]", "[design]\nmicrostructure = \"one\""));
     assert_eq!(code, Some(0), "{err}");
     assert!(!dir.path().join("out/images").exists());
@@ -275,7 +275,7 @@ fn runs_share_fewer_packings() {
     assert_eq!(seeds.len(), 3);
     assert!(out.join("surrogate_specimens.json").is_file());
     assert!(err.contains("The runs are on 3 packings"), "{err}");
-    // of one image nothing is known of how specimens scatter, and that is said
+    // one image does not show the scatter between specimens, and a warning reports this
     let scans =
         with_images_of_virtual_specimens(dir.path(), "").replace("further_stacks = []\n", "");
     std::fs::write(dir.path().join("one.toml"), scans).unwrap();

@@ -1,12 +1,12 @@
-//! Labels of the user's own: phases become regions, voids are left out, and edited labels are used.
+//! Labels of the user: phases become regions, voids are omitted, and edited labels are used.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::{breccia, table};
 
-/// Voxels of 0.1 mm: a cylinder of radius 1.5 mm and height 2.6 mm, matrix 7, with balls of the labels 1 and 2 (one of
-/// each touch) and a pore of label 3, in background 255.
+/// Number of voxels of 0.1 mm. The image has a cylinder with a radius of 1.5 mm and a height of 2.6 mm. Labels: matrix 7,
+/// balls 1 and 2 (a ball of label 1 touches a ball of label 2), a pore 3, background 255.
 const SHAPE: [usize; 3] = [40, 40, 34];
 const VOXEL_MM: f64 = 0.1;
 
@@ -97,7 +97,7 @@ fn own_labels_become_a_mesh_of_phases_and_a_simulation() {
     assert!(mesh["multiphase_tets"] > 0.0 && mesh["void_tets"] > 0.0, "{mesh:?}");
     let warnings = std::fs::read_to_string(out.join("warnings/mesh.txt")).unwrap();
     assert!(warnings.contains("several phases besides the matrix"), "{warnings}");
-    // stiffer than the matrix alone, softer than with stiff inclusions
+    // the specimen is stiffer than the matrix alone and softer than with stiff inclusions
     let force = || {
         let curve = table(&out.join("curve.csv"));
         curve.last().unwrap()["force_N"].parse::<f64>().unwrap()
@@ -140,7 +140,7 @@ fn edited_labels_are_used_and_never_given_up() {
     let column = "volume_grain_mm3";
     assert!(after[column] < 0.7 * before[column], "{} {}", after[column], before[column]);
     assert_eq!(after["grains"], 3.0);
-    // a new grain has no phase, and what helps gives up nothing
+    // a new grain has no phase; the suggested remedy does not discard the edit
     edited.values[0] = 99;
     fem::tiff::write_labels(&path, &edited).unwrap();
     let (code, err) = run("mesh", CASE);

@@ -79,7 +79,7 @@ fn start(folder: &Path, arguments: &[&str]) -> Child {
         .expect("cargo has built the program")
 }
 
-/// Runs to the end and returns exit code, stdout and stderr.
+/// Runs the program to its end and returns exit code, stdout and stderr.
 fn breccia(folder: &Path, arguments: &[&str]) -> (Option<i32>, String, String) {
     let output = start(folder, arguments).wait_with_output().unwrap();
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
@@ -117,7 +117,7 @@ fn without_image() -> String {
     text
 }
 
-/// A copy of the finished tiny case, for a test that goes on from there.
+/// A copy of the finished tiny case, for a test that changes the results.
 fn copy_of_tiny() -> tempfile::TempDir {
     copy_with_results(finished_tiny().dir.path(), "results")
 }
@@ -126,7 +126,7 @@ fn copy_of_tiny() -> tempfile::TempDir {
 fn copy_with_results(whole: &Path, out: &str) -> tempfile::TempDir {
     let dir = tempfile::tempdir().unwrap();
     copy(whole, dir.path());
-    // results know their case by its place
+    // the results contain the path of their case, which the copy has to change
     let [old, new] = [whole, dir.path()].map(|d| d.canonicalize().unwrap().display().to_string());
     let out = dir.path().join(out);
     edit(&out.join("origin.toml"), |text| text.replace(&old, &new));
@@ -146,7 +146,7 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// The content of a file as the record of written files has it: FNV-1a of its bytes and its length.
+/// Checksum of a file as in `written.csv`: FNV-1a of its bytes, and its length.
 fn content(path: &Path) -> String {
     let text = std::fs::read(path).unwrap();
     let bytes = text.iter().copied().chain((text.len() as u64).to_le_bytes());
@@ -156,7 +156,7 @@ fn content(path: &Path) -> String {
     format!("{sum:016x}")
 }
 
-/// Makes a file of the results one that the program has written.
+/// Registers a file of the results as written by the program.
 fn record(out: &Path, name: &str) {
     let line = format!("{},{name}\n", content(&out.join(name)));
     edit(&out.join("written.csv"), |text| format!("{text}{line}"));
@@ -169,7 +169,7 @@ fn edit(path: &Path, change: impl Fn(&str) -> String) {
     std::fs::write(path, changed).unwrap();
 }
 
-/// Cells by column name, one map a row.
+/// Cells by column name, one map per row.
 fn table(path: &Path) -> Vec<BTreeMap<String, String>> {
     let text = std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     let mut lines = text.lines().skip_while(|line| line.starts_with('#'));
@@ -281,14 +281,14 @@ fn from_an_empty_directory_to_every_documented_file() {
         assert!(out.contains(part), "{part} is not printed: {out}");
     }
 
-    // every run has a place inside the prior and finished with quantities of its own
+    // the parameters of every run are inside the prior box, and its quantities differ from those of other runs
     let runs = table(&results.join("runs.csv"));
     assert_eq!(runs.len(), 12);
     for run in &runs {
         assert!((250.0..=300.0).contains(&number(run, "matrix.young_mpa")));
         assert!(number(run, "seconds") >= 0.0);
     }
-    // definitions 3.3: slope follows E, the displacement at peak follows (ξ/E)^(1/3)
+    // definitions 3.3: the slope is proportional to E, the displacement at peak to (ξ/E)^(1/3)
     let correlation = |x: &dyn Fn(&BTreeMap<String, String>) -> f64, y: &str| {
         let pairs: Vec<(f64, f64)> = runs.iter().map(|r| (x(r), number(r, y))).collect();
         let n = pairs.len() as f64;
@@ -304,7 +304,7 @@ fn from_an_empty_directory_to_every_documented_file() {
     };
     assert!(correlation(&law, "displacement_at_peak_mm") > 0.9);
 
-    // the mode is inside the prior, its truth is the case's, its simulation near the experiments
+    // the mode is inside the prior box, the truth is that of the case, and the simulation at the mode agrees with the experiments
     let map = table(&results.join("map.csv"));
     let names: Vec<&str> = map.iter().map(|row| row["parameter"].as_str()).collect();
     assert_eq!(names, ["matrix.young_mpa", "matrix.toughness_n_per_mm", "matrix.viscosity_mpa_s"]);
@@ -319,7 +319,7 @@ fn from_an_empty_directory_to_every_documented_file() {
         assert!(error < 10.0, "{row:?}");
     }
 
-    // fields are those of the confirming simulation, and its peak is among them
+    // the fields are those of the confirming simulation and include its peak
     let curve = table(&results.join("curves/map.csv"));
     let states = table(&results.join("fields/map.csv"));
     let of = |rows: &[BTreeMap<String, String>]| -> Vec<[f64; 2]> {
@@ -334,11 +334,11 @@ fn from_an_empty_directory_to_every_documented_file() {
         assert!(fields.contains(&format!("Name=\"{name}\"")), "{name}");
     }
 
-    // on this mesh a choice of quadrature, which was compared
+    // on this mesh the quadrature affects the result, and the report contains the comparison
     let page = std::fs::read_to_string(results.join("report.html")).unwrap();
     assert!(page.contains("Where damage is integrated is a choice"));
 
-    // what a person reads has names, and the units of the experiments
+    // tables for users have names, and the units of the experiments
     let summary = std::fs::read_to_string(results.join("summary.csv")).unwrap();
     assert!(summary.contains("correlation[peak-force,slope]") && !summary.contains("corr["));
     let slopes = |rows: &[BTreeMap<String, String>]| {
@@ -364,7 +364,7 @@ fn from_an_empty_directory_to_every_documented_file() {
     }
     assert_eq!(units("posterior/theta"), serde_json::json!(["MPa", "N/mm", "MPa s"]));
     assert_eq!(units("posterior/sd"), "1");
-    // the specimens as they were measured, and not what the likelihood makes of them
+    // the stored data are the measured quantities, not the contrasts of the likelihood
     let qois: Vec<f64> = std::fs::read(store.join("observed_data/qois/c/0/0"))
         .unwrap()
         .chunks(8)
@@ -381,7 +381,7 @@ fn from_an_empty_directory_to_every_documented_file() {
     assert!(text("posterior/qoi/c/0").contains("slope_N_per_mm"));
     assert!(text("posterior/parameter/c/0").contains("matrix.young_mpa"));
 
-    // the page says what it should, and is the same again
+    // the report has its sections, and a second report is identical
     let page = std::fs::read_to_string(results.join("report.html")).unwrap();
     for part in [
         "Where the uncertainty comes from",
@@ -395,7 +395,7 @@ fn from_an_empty_directory_to_every_documented_file() {
     }
     std::fs::remove_file(results.join("report.html")).unwrap();
 
-    // the same command again makes only that
+    // the same command makes only the missing product again
     let stamp = |name: &str| std::fs::metadata(results.join(name)).unwrap().modified().unwrap();
     let names = ["runs.csv", "surrogate.json", "map.csv", "confirm.csv"];
     let before = names.map(stamp);
@@ -404,7 +404,7 @@ fn from_an_empty_directory_to_every_documented_file() {
     assert_eq!(names.map(stamp), before);
     assert!(page == std::fs::read_to_string(results.join("report.html")).unwrap());
 
-    // the directory is a case of its own; a change of the sampler leaves the simulations alone
+    // the folder contains its own case file; a change of the sampler does not repeat simulations
     let case = results.join("case.toml");
     let text = std::fs::read_to_string(&case).unwrap();
     assert!(text.contains("draws = 150"), "{text}");
@@ -416,7 +416,7 @@ fn from_an_empty_directory_to_every_documented_file() {
     assert_eq!(table(&results.join("posterior.csv")).len(), 2 * 160);
 }
 
-/// Files of finished runs with their time stamps; every ensemble has a folder of its own.
+/// Files of finished runs with their time stamps; every ensemble has its own folder.
 fn finished(runs: &Path) -> BTreeMap<std::path::PathBuf, std::time::SystemTime> {
     let entries = |path: &Path| std::fs::read_dir(path).into_iter().flatten().flatten();
     entries(runs)
@@ -432,7 +432,7 @@ fn killed_at_any_moment_it_goes_on_and_ends_at_the_same_numbers() {
     let dir = case_folder();
     let runs = dir.path().join("killed/ensemble");
     let mut seen = BTreeMap::new();
-    // two kills, each once more runs have been finished
+    // the program is killed twice, each time after more runs have finished
     for wanted in [2, 6] {
         let mut child =
             start(dir.path(), &["run", "tiny.toml", "--out", "killed", "--threads", "1"]);

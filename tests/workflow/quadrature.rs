@@ -1,4 +1,4 @@
-//! The choice of where damage is integrated, compared on one run of the ensemble.
+//! Compares the two rules by which damage is integrated, on one run of the ensemble.
 
 use super::{breccia, number, table, without_image};
 
@@ -27,7 +27,7 @@ fn the_other_quadrature_is_compared_with_a_run_that_is_as_if_made_with_it() {
     assert_eq!(compared.len(), 3);
     let peak = &compared[1];
     assert_eq!(peak["qoi"], "peak_force_N");
-    // the run is one of the design, and the other ensemble has made it too
+    // the compared run is a run of the design, which the other ensemble has also made
     let runs = [&vertex, &consistent].map(|results| table(&results.join("runs.csv")));
     let middle = runs[0].iter().position(|run| run["peak_force_N"] == peak["vertex"]).unwrap();
     for row in &compared {
@@ -39,7 +39,7 @@ fn the_other_quadrature_is_compared_with_a_run_that_is_as_if_made_with_it() {
     let moved = number(peak, "percent");
     assert!(moved.abs() > 1.0, "{compared:?}");
     assert!(told.contains(&format!("peak-force by {moved:+.1} %")), "{told}");
-    // and from there the way back is the same
+    // the comparison from the other rule is the inverse
     let back = table(&consistent.join("quadrature.csv"));
     assert_eq!(
         (&back[1]["vertex"], &back[1]["consistent"]),

@@ -1,4 +1,4 @@
-//! The work to the peak, the slope past it and the force at a displacement, from curves to the report.
+//! Three further quantities from curves to the report: work to the peak, slope past the peak, force at a displacement.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use super::{breccia, number, table, without_image};
 const COLUMNS: [&str; 3] =
     ["energy_to_peak_N_mm", "post_peak_slope_N_per_mm", "force_at_0.05_mm_N"];
 
-/// They are compared in place of the paper's three, on curves that go on past the peak.
+/// The tiny case with these quantities in place of the paper's three, and with curves that continue past the peak.
 fn case() -> String {
     let qoi =
         "[qoi]\nquantities = [\"energy-to-peak\", \"post-peak-slope\", \"force-at-0.05-mm\"]\n";
@@ -16,8 +16,9 @@ fn case() -> String {
         .replace("[surrogate]", &format!("{qoi}[surrogate]"))
 }
 
-/// The three by hand from the steps of a curve, straight between them: sums of trapezia, a line through many points
-/// of the window, which refers to the vertex of a parabola through the highest three, and a value.
+/// Computes the three quantities independently from the piecewise linear curve: the work by the trapezoidal rule, the slope
+/// by a line through many points of its window, and the force by interpolation. The window refers to the vertex of a parabola
+/// through the highest three points.
 fn by_hand(path: &Path) -> [f64; 3] {
     let rows = table(path);
     let mut points = vec![[0.0, 0.0]];
@@ -51,7 +52,7 @@ fn further_quantities_are_calibrated_against_from_runs_to_the_report() {
     assert_eq!(code, Some(0), "{err}");
     let results = dir.path().join("results");
 
-    // the work to the highest step is off by up to half a step, 4 % of it or so
+    // the work up to the highest step has an error of up to half a step, about 4 %
     let runs = table(&results.join("runs.csv"));
     assert!(runs.len() >= 10, "{}", runs.len());
     for row in &runs {
@@ -61,7 +62,7 @@ fn further_quantities_are_calibrated_against_from_runs_to_the_report() {
             assert!((found / exact - 1.0).abs() < within, "{found} {exact} {row:?}");
         }
     }
-    // single predictions are draws of a normal distribution, which may have the other sign
+    // single predictions are draws from a normal distribution and may have the opposite sign
     for file in ["experiments.csv", "predictive.csv"] {
         let rows = table(&results.join(file));
         let [energy, slope, force] =
@@ -75,7 +76,7 @@ fn further_quantities_are_calibrated_against_from_runs_to_the_report() {
     }
     let sobol = table(&results.join("sobol.csv"));
     assert!(COLUMNS.iter().all(|column| sobol.iter().any(|row| row["qoi"] == *column)));
-    // the simulation at the mode has the specimens' means, within their scatter and the surrogate's error
+    // the simulation at the mode agrees with the specimens' means within their scatter and the surrogate's error
     for row in table(&results.join("confirm.csv")) {
         assert!(number(&row, "percent_error").abs() < 25.0, "{row:?}");
     }

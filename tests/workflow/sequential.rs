@@ -1,4 +1,4 @@
-//! Batches of runs where the posterior lives.
+//! Batches of runs that are placed in the posterior.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -7,7 +7,7 @@ use super::{breccia, finished, number, start, table, without_image, without_seco
 
 const BATCHES: &str = "[sequential]\nshare = 0.001\nbatch = 4\nmost = 8\n[surrogate]";
 
-/// The tiny case with few runs of the design, and batches.
+/// The tiny case with fewer runs of the design, and with batches.
 fn case() -> String {
     without_image()
         .replace("runs = 12", "runs = 8")
@@ -22,8 +22,8 @@ fn run(folder: &Path, case: &str, arguments: &[&str]) -> String {
     err
 }
 
-/// Runs are added until there are enough, where the posterior is, and the surrogate's share falls; what is
-/// done is not done again, a larger `most` goes on, and `status` sees them.
+/// Runs are added in the posterior until there are enough, and the surrogate's share decreases. Finished runs are not made
+/// again, a larger `most` continues, and `status` counts the runs.
 #[test]
 fn batches_are_placed_where_the_posterior_lives() {
     let dir = tempfile::tempdir().unwrap();
@@ -36,7 +36,7 @@ fn batches_are_placed_where_the_posterior_lives() {
     assert_eq!(batches, [[""; 4], [""; 4], ["1"; 4], ["2"; 4]].concat());
     let seeds: BTreeSet<&str> = runs.iter().map(|row| row["packing_seed"].as_str()).collect();
     assert_eq!(seeds.len(), 16, "each has a packing of its own");
-    // with twelve runs E and ξ are known well enough that the last four lie about their posterior
+    // twelve runs determine the posterior of E and ξ well enough that the last four runs are placed in it
     let draws = table(&results.join("posterior.csv"));
     for parameter in ["matrix.young_mpa", "matrix.viscosity_mpa_s"] {
         let values: Vec<f64> = draws.iter().map(|row| number(row, parameter)).collect();
@@ -62,7 +62,7 @@ fn batches_are_placed_where_the_posterior_lives() {
     let (_, told, _) = breccia(dir.path(), &["status", "results"]);
     assert!(told.contains("16 of 16 runs"), "{told}");
 
-    // again: nothing; more: the same runs and four others
+    // the same command makes no runs; a larger `most` keeps the runs and adds four
     let before = finished(&results.join("ensemble"));
     run(dir.path(), &case(), &all);
     assert_eq!(finished(&results.join("ensemble")), before);
@@ -72,13 +72,13 @@ fn batches_are_placed_where_the_posterior_lives() {
     assert!(before.iter().all(|(path, time)| now.get(path) == Some(time)), "a run was made twice");
     assert_eq!(table(&results.join("runs.csv"))[..16], runs[..]);
 
-    // a share that is reached already asks for none, and those made remain on the disk
+    // if `share` is already reached, no runs are used; finished runs of batches are kept in the folder
     run(dir.path(), &case().replace("share = 0.001", "share = 1.0"), &all);
     assert_eq!(table(&results.join("runs.csv")).len(), 8);
     assert_eq!(finished(&results.join("ensemble")), now);
 }
 
-/// Processes that share the runs, on cheap meshes with corrections, come to those of one alone.
+/// Processes that share the runs, on cheap meshes with corrections, make the same runs as a single process.
 #[test]
 fn processes_share_batches() {
     let case = case()
@@ -115,11 +115,11 @@ fn processes_share_batches() {
     }
 }
 
-/// On one specimen the error is what the runs of the batches are missed by.
+/// If all runs are on one specimen, the error is the covariance of the leave-one-out residuals of the batches.
 #[test]
 fn on_one_specimen_the_error_is_that_of_the_batches() {
     let dir = tempfile::tempdir().unwrap();
-    // the specimens, each on a packing of its own, are softer than this one
+    // the tested specimens, each with its own packing, are softer than this specimen
     let case = case()
         .replace("runs = 8", "runs = 8\nmicrostructure = \"one\"")
         .replace("matrix.young_mpa = [250.0, 300.0]", "matrix.young_mpa = [230.0, 300.0]");

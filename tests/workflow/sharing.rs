@@ -1,5 +1,4 @@
-//! One folder of results and several processes: what they share, what ends them, and what is seen of it
-//! from outside.
+//! Several processes share one folder of results: division of the runs, interruptions and failures, and `breccia status`.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -55,7 +54,7 @@ fn processes_that_share_an_ensemble_make_each_run_once_and_one_collects_them() {
     let mut killed = start(dir.path(), &worker);
     wait_for("two runs", || finished(&runs).len() >= 2);
     let mut others: Vec<_> = (0..2).map(|_| start(dir.path(), &worker)).collect();
-    // SIGKILL: its run is made by another
+    // SIGKILL: another process makes the run of the killed process
     killed.kill().unwrap();
     killed.wait().unwrap();
     while others.iter_mut().any(|child| child.try_wait().unwrap().is_none()) {
@@ -74,7 +73,7 @@ fn processes_that_share_an_ensemble_make_each_run_once_and_one_collects_them() {
     assert_eq!(finished(&runs).len(), 12);
     assert!(!dir.path().join("shared/runs.csv").exists(), "workers write nothing else");
 
-    // two that collect at once: one does, the other finds what it has made
+    // two processes collect at once: one writes the table, the other uses it
     let collecting = [(); 2].map(|()| start(dir.path(), &["ensemble", "--out", "shared"]));
     for child in collecting {
         let output = child.wait_with_output().unwrap();
@@ -86,7 +85,7 @@ fn processes_that_share_an_ensemble_make_each_run_once_and_one_collects_them() {
     let now = finished(&runs);
     assert!(seen.iter().all(|(path, time)| now.get(path) == Some(time)), "a run was made twice");
 
-    // submitted again, there is nothing to do
+    // if all runs have ended, the same command has nothing to do
     let (code, _, err) = breccia(dir.path(), &worker);
     assert!(code == Some(0) && err.contains("finished before"), "{err}");
 }
@@ -125,7 +124,7 @@ fn status_tells_what_is_done_stale_stopped_and_under_way_and_changes_nothing() {
         assert!(err.contains(folder) && err.contains(why) && err.contains("--out DIR"), "{err}");
     }
 
-    // one that is at work, and then is no more
+    // the status of a process that runs, and after it was killed
     let mut child =
         start(dir.path(), &["ensemble", "tiny.toml", "--out", "out", "--share", "--threads", "1"]);
     wait_for("a run that has ended", || !finished(&results.join("ensemble")).is_empty());
@@ -139,7 +138,7 @@ fn status_tells_what_is_done_stale_stopped_and_under_way_and_changes_nothing() {
     child.kill().unwrap();
     child.wait().unwrap();
 
-    // a report shows what there is, and is no product
+    // a report shows the present state and does not count as a product
     let (code, _, err) = breccia(dir.path(), &["report", "--out", "out"]);
     assert_eq!(code, Some(0), "{err}");
     let page = || std::fs::read_to_string(results.join("report.html")).unwrap();
@@ -162,7 +161,7 @@ fn status_tells_what_is_done_stale_stopped_and_under_way_and_changes_nothing() {
     assert_eq!((stages["ensemble"].as_str(), stages["surrogate"].as_str()), (&*stopped, "to do"));
     assert!(before == everything(&results), "looking has changed something");
 
-    // one that is finished
+    // the status of finished results
     let dir = copy_of_tiny();
     let results = dir.path().join("results");
     let page = std::fs::read_to_string(results.join("report.html")).unwrap();
@@ -174,7 +173,7 @@ fn status_tells_what_is_done_stale_stopped_and_under_way_and_changes_nothing() {
     assert_eq!(stages["ensemble"], "done     12 of 12 runs");
     assert!(before == everything(&results), "looking has changed something");
 
-    // what follows from a change is stale with it, though it has not changed itself
+    // stages after a stale stage are stale, too
     let case = results.join("case.toml");
     let text = std::fs::read_to_string(&case).unwrap();
     std::fs::write(&case, text.replace("max_order = 2", "max_order = 1")).unwrap();
@@ -195,12 +194,12 @@ fn damaged_and_foreign_runs_are_told_from_good_ones() {
     let ensemble = ["ensemble", "tiny.toml", "--out", "results"];
     let runs = dir.path().join("results/ensemble");
     let before = finished(&runs);
-    // other folders have the few runs of later stages
+    // the ensemble's folder; other folders have the runs of later stages
     let torn = before.keys().find(|path| path.ends_with("run-000003.json")).unwrap().clone();
     let folder = torn.parent().unwrap().to_owned();
     let table = std::fs::read(dir.path().join("results/runs.csv")).unwrap();
 
-    // half a file: made again, and nothing else is
+    // only the run whose file is incomplete is made again
     let text = std::fs::read_to_string(&torn).unwrap();
     std::fs::write(&torn, &text[..text.len() / 2]).unwrap();
     std::fs::remove_file(dir.path().join("results/runs.csv")).unwrap();
@@ -215,7 +214,7 @@ fn damaged_and_foreign_runs_are_told_from_good_ones() {
     let rows = |bytes: &[u8]| String::from_utf8_lossy(bytes).lines().count();
     assert_eq!(rows(&std::fs::read(dir.path().join("results/runs.csv")).unwrap()), rows(&table));
 
-    // runs by another version are neither taken nor lost
+    // runs by another version are neither used nor removed
     let manifest = folder.join("ensemble.json");
     let text = std::fs::read_to_string(&manifest).unwrap();
     let own = concat!("breccia ", env!("CARGO_PKG_VERSION"));
@@ -233,12 +232,12 @@ fn damaged_and_foreign_runs_are_told_from_good_ones() {
     assert_eq!(finished(&runs), all);
 }
 
-/// A limit of the size of files stands for a full disk: the system refuses to write, in the middle of a file.
+/// A limit of the file size simulates a full disk: the system refuses to write in the middle of a file.
 #[cfg(unix)]
 #[test]
 fn what_cannot_be_written_is_told_and_what_was_finished_is_kept() {
     let dir = tempfile::tempdir().unwrap();
-    // a curve of the first runs fits, longer ones do not
+    // the curves of the first runs are below the limit, longer curves are not
     std::fs::write(dir.path().join("tiny.toml"), TINY).unwrap();
     let program = env!("CARGO_BIN_EXE_breccia");
     let limited = format!(
@@ -255,7 +254,7 @@ fn what_cannot_be_written_is_told_and_what_was_finished_is_kept() {
     for part in ["cannot write", "run-0000", "free disk space", "resume"] {
         assert!(err.contains(part), "{part} is not in {err}");
     }
-    // no half file has the name of a whole one
+    // no incomplete file has the name of a complete file
     let kept = finished(&dir.path().join("out/ensemble"));
     for path in kept.keys() {
         let text = std::fs::read_to_string(path).unwrap();
@@ -266,6 +265,6 @@ fn what_cannot_be_written_is_told_and_what_was_finished_is_kept() {
     assert_eq!(code, Some(0), "{err}");
     assert!(!err.contains("damaged"), "{err}");
     let now = finished(&dir.path().join("out/ensemble"));
-    // the design's, and one of them with another quadrature
+    // the runs of the design, and one of them with the other quadrature
     assert!(now.len() == 12 + 1 && kept.iter().all(|(path, time)| now[path] == *time));
 }

@@ -1,4 +1,4 @@
-//! What a stage has read decides when it is run again: key by key of the case.
+//! A stage is run again if a key of the case that it has read changes. Checked for every key.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -9,7 +9,7 @@ use toml::{Table, Value};
 
 use super::TINY;
 
-/// The stages that read a key of the case, beside the report, which shows all of it.
+/// Stages that read a key of the case, except the report, which reads all keys.
 fn readers(key: &str) -> &'static [&'static str] {
     let simulating = &["mesh", "experiments", "ensemble", "confirm"];
     match key.split('.').collect::<Vec<_>>()[..] {
@@ -19,19 +19,19 @@ fn readers(key: &str) -> &'static [&'static str] {
         }
         ["specimen", ..] => simulating,
         ["material" | "phase_field" | "test" | "solver", ..] => simulating,
-        // of single simulations
+        // keys of single simulations only
         ["output", ..] => &[],
         ["qoi", ..] => &["experiments", "ensemble", "confirm"],
         ["prior", ..] => &["ensemble", "calibrate", "design"],
         ["design", ..] => &["ensemble"],
         ["fidelity", ..] => &["experiments", "ensemble"],
-        // the shape of predicted curves has a surrogate of its own
+        // the shapes of predicted curves have their own surrogate, which `calibrate` fits
         ["surrogate", ..] => &["surrogate", "calibrate"],
         ["experiments", "virtual", "truth", ..] => &["experiments", "calibrate"],
         // predicted curves are drawn over the measured curves; a rule of the verdict reads the toes
         ["experiments", "toe"] => &["experiments", "calibrate", "verdict"],
         ["experiments", ..] => &["experiments"],
-        // another likelihood puts other quantities into [qoi]
+        // the likelihood determines the quantities of [qoi]
         ["calibration", "likelihood"] => {
             &["experiments", "ensemble", "calibrate", "confirm", "verdict", "design"]
         }
@@ -43,7 +43,7 @@ fn readers(key: &str) -> &'static [&'static str] {
     }
 }
 
-/// Another valid value.
+/// Another valid value of a key.
 fn changed(key: &str, value: &Value) -> Value {
     let name = |word: &str| match word {
         "hencky" => "neo-hookean",
@@ -73,7 +73,7 @@ fn changed(key: &str, value: &Value) -> Value {
         Value::Boolean(flag) => (!flag).into(),
         Value::Integer(_) if key.ends_with("projections") => 32.into(),
         Value::Integer(n) => (n + 1).into(),
-        // a number that may be 0
+        // values of this key may be 0, so that a relative change has no effect
         Value::Float(_) if key.ends_with("lean") => 0.01.into(),
         Value::Float(x) => (0.99 * x).into(),
         Value::String(_) if key.ends_with("group") => "60C".into(),
@@ -124,7 +124,7 @@ fn a_changed_key_runs_the_stages_that_read_it_and_no_others() {
         .replace("specimens = 3", "specimens = 2")
         .replace("warmup = 150\ndraws = 150", "warmup = 60\ndraws = 60")
         .replace("max_order = 2", "max_order = 1")
-        // a parameter of another region beside the three
+        // in addition to the three parameters, a parameter of another region
         .replace(
             "matrix.viscosity_mpa_s = [0",
             "grain.young_mpa = [18000.0, 26000.0]\nmatrix.viscosity_mpa_s = [0",
@@ -155,7 +155,7 @@ fn a_changed_key_runs_the_stages_that_read_it_and_no_others() {
         let value = at(&mut table, key);
         *value = changed(key, value);
         if let "test.friction" | "test.drag_mpa_s_per_mm" = key.as_str() {
-            // only for platens from which the ends may lift off
+            // this key is allowed only for platens from which the ends may lift off
             *at(&mut table, key) = 0.1.into();
             *at(&mut table, "test.platens") = "unilateral".into();
         }
@@ -167,7 +167,7 @@ fn a_changed_key_runs_the_stages_that_read_it_and_no_others() {
     }
     assert_eq!(due(&case, dir.path()), BTreeSet::new(), "a case changed back is as it was");
 
-    // seen: with these two the ensemble said "finished before, unchanged"
+    // regression: with these two changes the ensemble printed "finished before, unchanged"
     let mut loose = case.clone();
     loose.case.solver.tolerance = 1e-2;
     loose.case.solver.iterations = 1;

@@ -41,7 +41,7 @@ fn cases_share_their_specimens_and_are_compared() {
     std::fs::write(dir.path().join("study.toml"), STUDY).unwrap();
     let results = dir.path().join("out");
 
-    // Ctrl-C in the middle ends all cases; it goes on, and a case that fails leaves the others going on
+    // Ctrl-C ends all cases; the same command continues, and a failing case does not stop the other cases
     let study = ["study", "study.toml", "--out", "out"];
     let runs = results.join("runs/ensemble");
     let mut child = start(dir.path(), &study);
@@ -70,7 +70,7 @@ fn cases_share_their_specimens_and_are_compared() {
     assert!(err.contains("failed broken: ") && err.contains("calibrate second: "), "{err}");
     let now = finished(&runs);
     assert!(kept.iter().all(|(run, time)| now.get(run) == Some(time)), "a run was run again");
-    // what the others show is written without it
+    // the report and the table of the study are written without the failed case
     assert!(results.join("twin/report.html").is_file());
     assert_eq!(table(&results.join("study.csv")).len(), 9);
     let page = std::fs::read_to_string(results.join("report.html")).unwrap();
@@ -80,8 +80,8 @@ fn cases_share_their_specimens_and_are_compared() {
     assert_eq!(code, Some(0), "{err}");
     assert!(out.contains("study.csv") && out.contains("report.html"), "{out}");
 
-    // one microstructure and one set of runs for the two cases that have them in common: with that of the
-    // other quadrature in the middle of the box, 14 + 1, and 16 + 1 of the third one
+    // two cases share one microstructure and one set of 14 + 1 runs, and the third case has 16 + 1 runs; the additional run
+    // has the other quadrature in the middle of the box
     assert_eq!(finished(&runs).len(), 32);
     let [second, twin] = ["second", "twin"].map(|case| results.join(case));
     for name in ["scan.tif", "labels.tif", "mesh.msh", "runs.csv", "curves/run-003.csv"] {
@@ -92,7 +92,7 @@ fn cases_share_their_specimens_and_are_compared() {
     }
     assert_eq!(finished(&second.join("ensemble")).len(), 15, "each folder is complete");
 
-    // the numbers are those of the case by itself
+    // the results equal those of the case run by itself
     let alone = ["run", "out/second/case.toml", "--out", "alone"];
     let (code, _, err) = breccia(dir.path(), &alone);
     assert_eq!(code, Some(0), "{err}");
@@ -100,7 +100,7 @@ fn cases_share_their_specimens_and_are_compared() {
         assert!(same(&second.join(name), &dir.path().join("alone").join(name)), "{name}");
     }
 
-    // what is lost in one folder comes back from another one
+    // a product that is missing in one folder is restored from the folder of another case
     let before = std::fs::read(twin.join("report.html")).unwrap();
     std::fs::remove_file(twin.join("stages.toml")).unwrap();
     std::fs::remove_dir_all(twin.join("ensemble")).unwrap();
@@ -112,7 +112,7 @@ fn cases_share_their_specimens_and_are_compared() {
     assert!(err.contains("calibrate twin: 300 draws"), "{err}");
     assert!(std::fs::read(twin.join("report.html")).unwrap() == before);
 
-    // one folder a case, with all that `run` writes; both have the laboratory's curves
+    // each case has its own folder with all files of `run` and the curves of the laboratory
     for case in ["first", "second", "twin"] {
         let file = |name: &str| std::fs::read(results.join(case).join(name)).unwrap();
         let tested = results.join("laboratories/L");
@@ -123,7 +123,7 @@ fn cases_share_their_specimens_and_are_compared() {
     }
     assert_eq!(table(&results.join("second/runs.csv")).len(), 14);
 
-    // the table has the numbers of the cases, in the order of the study, and the laboratory's truth
+    // the table has the results of the cases, in the order of the study, and the truth of the laboratory
     let text = std::fs::read_to_string(results.join("study.csv")).unwrap();
     assert!(text.starts_with("case,parameter,map,mean,sd,q05,q95,truth\nsecond,matrix.young_mpa,"));
     let rows = table(&results.join("study.csv"));
@@ -159,7 +159,7 @@ fn cases_share_their_specimens_and_are_compared() {
     }
 
     let now = finished(&runs);
-    // again: nothing to do, the same bytes; one more draw is one stage more
+    // the same command again has nothing to do and writes the same bytes; with one more draw, one stage is run again
     let (code, _, err) = breccia(dir.path(), &study);
     assert_eq!(code, Some(0), "{err}");
     assert_eq!(std::fs::read_to_string(results.join("report.html")).unwrap(), page);
@@ -172,10 +172,10 @@ fn cases_share_their_specimens_and_are_compared() {
     assert!(err.contains("calibration has changed in the case"), "{err}");
     assert_eq!(finished(&runs), now);
 
-    // what is offered is taken: the first batch is kept, and the prior cuts no more
+    // the suggested lines are used: the first batch is kept, and the prior no longer cuts the posterior
     let first = results.join("first/ensemble");
     let batch = finished(&first);
-    // with that of the other quadrature in the middle of the box
+    // including the run with the other quadrature in the middle of the box
     assert_eq!(batch.len(), 17);
     let offered = "set.extend = [{ runs = 16, prior = { matrix.young_mpa = [225.0, 275.0] } }]";
     let extended = STUDY.replace("set.design = {", &format!("{offered}\nset.design = {{"));
@@ -183,7 +183,7 @@ fn cases_share_their_specimens_and_are_compared() {
     let (code, _, err) = breccia(dir.path(), &more_draws);
     assert_eq!(code, Some(0), "{err}");
     let both = finished(&first);
-    // the middle is elsewhere now
+    // the middle of the box has moved, so that another run may be repeated with the other quadrature
     assert!((33..=34).contains(&both.len()), "{}", both.len());
     assert!(batch.iter().all(|(run, time)| both.get(run) == Some(time)), "a run was run again");
     let rows = table(&results.join("first/runs.csv"));

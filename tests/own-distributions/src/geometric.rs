@@ -26,7 +26,7 @@ impl<R: Scalar, P: Parameter + Datum<R>> ppl::Density<R> for Geometric<P> {
     }
 
     fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> u64 {
-        // a uniform number of (0, 1], so that the logarithm is finite
+        // uniform in (0, 1], so that the logarithm is finite
         let uniform = 1.0 - rng.random::<f64>();
         (uniform.ln() / (-self.0.number()).ln_1p()) as u64
     }

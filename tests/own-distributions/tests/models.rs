@@ -1,4 +1,4 @@
-//! The three distributions in models: conformance, gradients, and posteriors that are known.
+//! Tests the three distributions in models: conformance, gradients, and posteriors in closed form.
 
 use own_distributions::{Geometric, Laplace, RandomWalk};
 use ppl::check;
@@ -71,7 +71,7 @@ fn the_conjugate_posterior_of_counts() {
     assert!((row.sd / variance.sqrt() - 1.0).abs() < 0.1, "{}", row.sd);
 }
 
-/// The walk and its noise are jointly normal: the posterior mean solves a tridiagonal system.
+/// The random walk and its noisy data are jointly normal: the posterior mean solves a tridiagonal system.
 #[test]
 fn the_normal_posterior_of_a_walk() {
     let seen = [0.4, 1.9];

@@ -1,11 +1,12 @@
-//! The dependency tree: permissive licences, and one version of what stands in signatures.
+//! Checks the dependency tree: all licences are permissive, and each package whose types occur in public signatures has
+//! only one version.
 
 use std::process::Command;
 
 use serde_json::Value;
 
 fn packages() -> Vec<Value> {
-    // packages for other platforms need not be on this machine
+    // only the packages of this platform are checked, because others may be absent on this machine
     let rustc = Command::new("rustc").arg("-vV").output().expect("rustc runs");
     let version = String::from_utf8_lossy(&rustc.stdout).into_owned();
     let host = version.lines().find_map(|line| line.strip_prefix("host: ")).expect("a host");
@@ -31,7 +32,7 @@ fn one_version_of_what_stands_in_signatures() {
 
 #[test]
 fn licences_are_permissive() {
-    // an expression passes if one of its alternatives does
+    // a licence expression with alternatives is accepted if one alternative is permissive
     let permissive =
         ["MIT", "Apache-2.0", "BSD-2-Clause", "BSD-3-Clause", "ISC", "Zlib", "Unlicense", "0BSD"];
     for package in packages() {

@@ -1,4 +1,4 @@
-//! What documents name is there: links, paths, packages, examples and benches.
+//! Checks that the links, paths, packages, examples and benches that documents name exist.
 
 use std::path::{Path, PathBuf};
 
@@ -34,13 +34,13 @@ fn documents() -> Vec<(PathBuf, String)> {
     documents
 }
 
-/// Texts between backticks that stand on one line.
+/// Texts between backticks, each within one line.
 fn spans(text: &str) -> Vec<&str> {
     let lines = text.lines().filter(|line| !line.trim_start().starts_with("```"));
     lines.flat_map(|line| line.split('`').skip(1).step_by(2)).collect()
 }
 
-/// Whether a path with `*`, `{a,b}`, or none of them is there.
+/// Whether a path exists; the path may contain `*` or `{a,b}`.
 fn is_there(folder: &Path, path: &str) -> bool {
     if let Some((before, (list, after))) =
         path.split_once('{').and_then(|(before, rest)| Some((before, rest.split_once('}')?)))
@@ -64,7 +64,7 @@ fn every_link_of_a_document_leads_to_a_file() {
         for (_, target) in text.match_indices("](").map(|(at, _)| text[at + 2..].split_at(0)) {
             let target = target.split(')').next().unwrap_or_default();
             let target = target.split('#').next().unwrap_or_default();
-            // links of rustdoc name items, and links to the web are not asked for
+            // links of rustdoc to items and links to the web are not checked
             let is_file = target.contains(['.', '/']) && !target.contains("::");
             if !is_file || target.contains("://") || target.contains(['\n', ' ', '`']) {
                 continue;
@@ -83,7 +83,7 @@ fn every_path_of_the_repository_that_a_document_names_is_there() {
     for (file, text) in documents() {
         for span in spans(&text) {
             let words = span.split([' ', '(', ')', '"', '=']).filter(|word| {
-                // placeholders stand for many
+                // paths with placeholders are not checked
                 FOLDERS.iter().any(|folder| word.starts_with(folder)) && !word.contains(['<', '…'])
             });
             for word in words {

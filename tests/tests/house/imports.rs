@@ -1,10 +1,10 @@
 //! The imports of a crate, file by file, read from its source.
 //!
-//! A path that begins with `crate`, `self`, `super` or a child module is followed through modules
-//! and re-exports to the file that defines what it names. Tests do not count: what is behind
-//! `#[cfg(test)]` may look at everything. A re-export (`pub use`) is no import.
+//! A path that begins with `crate`, `self`, `super` or a child module is resolved through modules and re-exports to the
+//! file that defines the named item. Code behind `#[cfg(test)]` is ignored: tests may import everything. A re-export
+//! (`pub use`) is not an import.
 //!
-//! An `impl` of a type of another file counts as an import in both directions: who calls a method of the type may
+//! An `impl` of a type of another file counts as an import in both directions, because a caller of a method of the type may
 //! call code of either file. Exceptions are traits that the file itself defines, and traits with a type argument that
 //! the file defines, such as `impl From<Own> for Other`.
 
@@ -17,12 +17,12 @@ use syn::visit::Visit;
 /// The path of a module below the crate's root; the root itself is empty.
 type ModulePath = Vec<String>;
 
-/// What a module defines, and what it passes on under a name.
+/// Items that a module defines, and names that it imports.
 #[derive(Debug, Default)]
 struct Module {
     file: PathBuf,
     items: BTreeSet<String>,
-    /// Name under which a path is imported here.
+    /// Imported paths by the name under which the module imports them.
     names: BTreeMap<String, Vec<String>>,
     globs: Vec<Vec<String>>,
     /// Paths that the module's own code names.
@@ -46,7 +46,7 @@ pub(crate) struct Crate {
     modules: BTreeMap<ModulePath, Module>,
 }
 
-/// One import: which name a file takes from which other file.
+/// One import: a file, the file from which it imports, and the imported name.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Import {
     pub(crate) from: PathBuf,
@@ -65,14 +65,14 @@ impl Crate {
         this
     }
 
-    /// The names of the modules at the top that are files or folders: the crate's rooms.
+    /// Names of the crate's top-level modules that are files or folders.
     pub(crate) fn rooms(&self) -> Vec<&str> {
         let root = self.source.join("lib.rs");
         let rooms = self.modules.iter().filter(|(path, m)| path.len() == 1 && m.file != root);
         rooms.map(|(path, _)| path[0].as_str()).collect()
     }
 
-    /// The room of a file of this crate; `None` for the root.
+    /// Top-level module to which a file of this crate belongs; `None` for the root.
     pub(crate) fn room_of(&self, file: &Path) -> Option<String> {
         let inside = file.strip_prefix(&self.source).ok()?;
         let first = inside.iter().next()?.to_string_lossy().into_owned();
@@ -99,7 +99,7 @@ impl Crate {
         imports
     }
 
-    /// The `impl`s of types of other files, as imports from the file of the `impl` to that of the type.
+    /// The `impl`s of types of other files, as imports by the file of the `impl` from the file of the type.
     pub(crate) fn foreign_impls(&self) -> BTreeSet<Import> {
         let mut foreign = BTreeSet::new();
         for (path, module) in &self.modules {
@@ -123,7 +123,7 @@ impl Crate {
         matches!(named, [name] if self.defines(&module.file, name))
     }
 
-    /// Modules below the root that have more than `most` files, with their children: path, files of all levels.
+    /// Paths of the modules below the root that have more than `most` files, including the files of all their descendants.
     pub(crate) fn large_modules(&self, most: usize) -> Vec<ModulePath> {
         let is_file = |path: &ModulePath| {
             let parent = self.modules.get(&path[..path.len().saturating_sub(1)]);
@@ -223,7 +223,7 @@ impl Crate {
         found.unwrap_or_else(|| panic!("{}: no file for `mod {name};`", parent.display()))
     }
 
-    /// The file that defines what a path names, seen from a module; `None` outside the crate.
+    /// The file that defines the item which a path names in a module; `None` if the item is not of this crate.
     fn file_of(&self, from: &[String], path: &[String], depth: usize) -> Option<PathBuf> {
         let mut at: ModulePath;
         let mut rest = path;
@@ -244,7 +244,7 @@ impl Crate {
                 at.push(child.to_owned());
                 if !self.modules.contains_key(&at) {
                     at.pop();
-                    // a name that is imported here, or not of this crate
+                    // the name is imported in this module, or is not of this crate
                     let known = depth > 0 && self.modules[from].names.contains_key(child);
                     return if known { self.defined(&at, path, depth) } else { None };
                 }
@@ -283,7 +283,7 @@ impl Crate {
                 return Some(file);
             }
         }
-        // what a macro defines
+        // the item is defined by a macro
         Some(module.file.clone())
     }
 
@@ -316,7 +316,7 @@ impl<'ast> Visit<'ast> for Paths {
 }
 
 impl Paths {
-    /// `crate::…` within what a macro gets or makes.
+    /// Collects paths `crate::…` in the arguments and the body of a macro.
     fn tokens(&mut self, tokens: TokenStream) {
         let mut path: Vec<String> = Vec::new();
         for token in tokens {
@@ -344,7 +344,7 @@ impl Paths {
     }
 }
 
-/// The names and full paths of an import; no name for all that a module has.
+/// Returns the names and full paths of an import; a glob import has no name.
 fn flatten(
     tree: &syn::UseTree,
     before: &mut Vec<String>,

@@ -1,4 +1,4 @@
-//! What holds for the house as a whole: the order of its rooms, and what it depends on.
+//! Rules for the repository as a whole: the order of modules, dependencies, and references in documents.
 
 mod dependencies;
 mod documents;

@@ -1,5 +1,5 @@
-//! Each crate keeps to the order of rooms that its `lib.rs` states: an import goes down only, and no
-//! files import each other in a circle.
+//! Checks the order of layers that each crate's `lib.rs` states: a module imports only modules of lower layers, and no
+//! files import each other in a cycle.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -23,7 +23,7 @@ const CRATES: [&str; 10] = [
     "surrogate",
 ];
 
-/// Another checkout may be looked at in place of this one.
+/// Folder of the repository that is checked. The environment variable may name another checkout.
 pub(super) fn workspace() -> PathBuf {
     match std::env::var_os("BRECCIA_HOUSE") {
         Some(folder) => folder.into(),
@@ -31,8 +31,8 @@ pub(super) fn workspace() -> PathBuf {
     }
 }
 
-/// The rooms that a crate's page lists, from the ground up: lines such as ``//! 3. `mesh` …``, in
-/// which several names may stand in their order too.
+/// Modules in the order that a crate's page states, lowest layer first. The page has lines such as ``//! 3. `mesh` …``; a
+/// line may list several modules, which are ordered, too.
 fn stated_order(text: &str) -> Vec<String> {
     let mut order = Vec::new();
     for line in text.lines() {
@@ -109,7 +109,7 @@ fn listed(import: &Import) -> String {
     format!("{}: {}", inside(&import.from), import.name)
 }
 
-/// The imports of a crate without the `impl`s that are listed as exceptions.
+/// Imports of a crate, without the `impl`s in the list of exceptions.
 fn without_exceptions(name: &str, imports: BTreeSet<Import>) -> BTreeSet<Import> {
     let excused: Vec<&str> =
         FOREIGN_IMPLS.iter().filter(|(of, _)| *of == name).map(|(_, what)| *what).collect();
@@ -120,7 +120,7 @@ fn without_exceptions(name: &str, imports: BTreeSet<Import>) -> BTreeSet<Import>
     imports.into_iter().filter(|import| !is_excused(import)).collect()
 }
 
-/// An exception that is no longer needed must leave the list.
+/// An exception that is no longer needed must be removed from the list.
 #[test]
 fn every_exception_is_needed() {
     let mut gone = Vec::new();
@@ -142,7 +142,8 @@ fn every_exception_is_needed() {
     assert!(gone.is_empty(), "take these out of exceptions.rs:\n{}", gone.join("\n"));
 }
 
-/// What is wrong with the order of a module's children: children that it does not list, imports that go up.
+/// Describes faults in the order of a module's children: children that the module does not list, and imports of a child in
+/// a higher layer.
 fn faults_of_order(house: &Crate, imports: &BTreeSet<Import>, module: &str) -> Option<String> {
     let path: Vec<String> = module.split("::").map(String::from).collect();
     let text = std::fs::read_to_string(house.file(&path)).expect("the file was read before");
@@ -191,7 +192,7 @@ fn inside(file: &Path) -> String {
     parts[start..].join("/")
 }
 
-/// A line for each pair of files: what the first takes from the second.
+/// Formats one line for each pair of files: the names that the first file imports from the second.
 fn shown(imports: &[Import]) -> String {
     let mut pairs: BTreeMap<(String, String), Vec<&str>> = BTreeMap::new();
     for import in imports {
@@ -202,7 +203,7 @@ fn shown(imports: &[Import]) -> String {
     lines.collect::<Vec<_>>().join("\n")
 }
 
-/// The imports within each set of files that reach each other.
+/// Imports within each set of files that import each other directly or indirectly.
 fn circles(imports: &BTreeSet<Import>) -> Vec<Vec<Import>> {
     let mut next: BTreeMap<&Path, BTreeSet<&Path>> = BTreeMap::new();
     for import in imports {

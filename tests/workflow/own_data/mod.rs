@@ -1,4 +1,4 @@
-//! A person's own curves, from the shipped example to the posterior, and what can go wrong on the way.
+//! A user's own curves, from the shipped example to the posterior, and possible mistakes.
 
 mod refused;
 mod verdicts;
@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 
 use super::{breccia, content, copy, copy_with_results, edit, number, record, table};
 
-/// The shipped example in `mine`, with the case and the curves of `coarse_example/`: a case of seconds.
+/// Writes the shipped example to `mine`, with the case and the curves of `coarse_example/`, which runs in seconds.
 fn coarse_example(dir: &Path) -> PathBuf {
     let (code, out, err) = breccia(dir, &["init", "--own-data", "mine"]);
     assert!(code == Some(0) && out.contains("breccia run mine/case.toml"), "{out} {err}");
@@ -18,7 +18,7 @@ fn coarse_example(dir: &Path) -> PathBuf {
     mine
 }
 
-/// The coarse example, smaller still.
+/// Reduces the coarse example further.
 fn smaller(folder: &Path) {
     let path = folder.join("case.toml");
     let text = std::fs::read_to_string(&path).unwrap();
@@ -57,7 +57,7 @@ fn readings(text: &str, change: impl Fn(f64, f64) -> (f64, f64)) -> String {
     text.lines().map(line).collect()
 }
 
-/// The way of the README: `init --own-data`, own curves in place of the examples, `run`.
+/// The steps of the README: `init --own-data`, own curves in place of the examples, `run`.
 #[test]
 fn a_folder_of_curves_becomes_a_posterior() {
     let dir = tempfile::tempdir().unwrap();
@@ -65,7 +65,7 @@ fn a_folder_of_curves_becomes_a_posterior() {
     edit(&case, |text| {
         text.replace("runs = 24", "runs = 16").replace("draws = 1000", "draws = 400")
     });
-    // a person's four curves take the place of the five
+    // four curves of the user replace the five curves of the example
     for k in 1..=5 {
         let path = dir.path().join(format!("mine/curves/S-0{k}.csv"));
         if k < 5 {
@@ -87,7 +87,7 @@ fn a_folder_of_curves_becomes_a_posterior() {
     let results = dir.path().join("out");
     assert_eq!(table(&results.join("experiments.csv")).len(), 4);
     let map = table(&results.join("map.csv"));
-    // what the examples were simulated with, within their scatter and that of the packings
+    // the MAP is the true parameters of the example, within the scatter of specimens and packings
     for (row, [truth, within]) in map.iter().zip([[280.0, 0.12], [0.3, 0.2]]) {
         let map = number(row, "map");
         assert!((map / truth - 1.0).abs() < within, "{row:?}");
@@ -123,7 +123,7 @@ fn what_is_deleted_is_made_again_and_what_a_person_changed_or_added_stays() {
     let (_, _, err) = run();
     assert!(!err.contains("again"), "{err}");
 
-    // a person's own curves have names of products, and nothing is due
+    // files of the user have the names of products, but no stage has to run
     let own = ["curves/run-099.csv", "curves/draw-7.csv", "design/notes.txt"];
     let assert_own_files_stay = || {
         for name in own {
@@ -138,7 +138,7 @@ fn what_is_deleted_is_made_again_and_what_a_person_changed_or_added_stays() {
     assert_eq!(code, Some(0), "{err}");
     assert_own_files_stay();
 
-    // what a person has changed is not replaced before that is allowed by its name
+    // a file that the user has changed is replaced only if `--replace` names it
     for (name, content) in names.iter().zip(&whole) {
         let half = &content[..content.len() / 2];
         std::fs::write(out.join(name), half).unwrap();
@@ -148,7 +148,7 @@ fn what_is_deleted_is_made_again_and_what_a_person_changed_or_added_stays() {
             assert!(err.contains(part), "{part:?} is not in {err:?}");
         }
         assert!(read(name) == half, "{name}");
-        // no run of this case has the number of the person's curves/run-099.csv
+        // no run of this case has the number of the user's file curves/run-099.csv
         let (code, _, err) = run_with(&["--replace", name]);
         assert_eq!(code, Some(0), "{err}");
         assert!(read(name) == *content, "{name}");
@@ -163,7 +163,7 @@ fn what_is_deleted_is_made_again_and_what_a_person_changed_or_added_stays() {
     assert!(std::fs::read(zarr.join("zarr.json")).unwrap() == group);
     assert!(!zarr.join("notes.txt").exists());
 
-    // a smaller design leaves no curves of the larger one, but those of a person
+    // with a smaller design, surplus curves of the larger design are removed, but files of the user are kept
     for name in ["curves/run-099.csv", "curves/draw-7.csv"] {
         std::fs::remove_file(out.join(name)).unwrap();
     }
@@ -179,7 +179,7 @@ fn what_is_deleted_is_made_again_and_what_a_person_changed_or_added_stays() {
     assert!(!out.join("curves/run-011.csv").exists(), "{err}");
 }
 
-/// A person's corrections of a mesh and of a curve, which the following stages use.
+/// The stages use a mesh and a curve that the user has corrected.
 #[test]
 fn edited_products_are_used_and_never_replaced() {
     let dir = finished();
@@ -193,7 +193,7 @@ fn edited_products_are_used_and_never_replaced() {
         rows.iter().map(|row| number(row, "peak_force_N")).collect()
     };
 
-    // a curve: its copy in the results is used in place of the original
+    // the edited copy of a curve in the results is used in place of the original
     let (before, copy) = (peaks(), "experiments/curves/S-02.csv");
     let whole = read(copy);
     edit(&out.join(copy), |text| readings(text, |u, f| (u, 1.1 * f)));
@@ -209,7 +209,7 @@ fn edited_products_are_used_and_never_replaced() {
     assert_eq!(code, Some(0), "{err}");
     assert!(read(copy) == whole && peaks() == before);
 
-    // the mesh: the stage counts as done, whatever has changed in the case
+    // with an edited mesh the stage counts as done, even if the case has changed
     let heights = || number(&table(&out.join("experiments.csv"))[0], "displacement_factor");
     let factor = heights();
     let whole = read("mesh.msh");
@@ -245,13 +245,13 @@ fn a_folder_belongs_to_one_case_and_a_report_to_one_state_of_it() {
     let case = dir.path().join("mine/case.toml");
     let report = std::fs::read(dir.path().join("out/report.html")).unwrap();
 
-    // another file with the same case is the same case
+    // a case file with another name and the same content is the same case
     std::fs::copy(&case, dir.path().join("mine/moved.toml")).unwrap();
     for alike in ["mine/moved.toml", "mine/case.toml"] {
         let (code, _, err) = breccia(dir.path(), &["report", alike, "--out", "out"]);
         assert_eq!(code, Some(0), "{err}");
     }
-    // another file with another box is another case, and so is one with other curves
+    // a case file with another prior box is another case, and so is a case with other curves
     let other = dir.path().join("mine/other.toml");
     std::fs::copy(&case, &other).unwrap();
     edit(&other, |text| text.replace("[220.0, 340.0]", "[200.0, 340.0]"));
@@ -270,7 +270,7 @@ fn a_folder_belongs_to_one_case_and_a_report_to_one_state_of_it() {
     assert_eq!(code, Some(0), "{err}");
     assert!(std::fs::read(dir.path().join("out/report.html")).unwrap() == report);
 
-    // a report does not mix the numbers of two states of a case, nor does any other stage
+    // neither the report nor another stage mixes results of two states of a case
     edit(&case, |text| text.replace("[220.0, 340.0]", "[230.0, 340.0]"));
     for stage in ["report", "surrogate", "confirm"] {
         let (code, _, err) = breccia(dir.path(), &[stage, "mine/case.toml", "--out", "out"]);
@@ -297,7 +297,7 @@ fn a_chain_that_does_not_exist_is_an_error() {
     let report = || breccia(dir.path(), &["report", "--out", "out"]);
     let (code, _, err) = report();
     assert!(code == Some(1) && err.contains("posterior.csv"), "{err}");
-    // the same where nobody notices the change
+    // the same is true if the recorded checksum hides the change
     edit(&dir.path().join("out/stages.toml"), |text| text.replace(&whole, &content(&path)));
     record(&dir.path().join("out"), "stages.toml");
     std::fs::remove_file(dir.path().join("out/report.html")).unwrap();

@@ -1,8 +1,8 @@
-//! Own curves that are refused, with the reason and the mend.
+//! Curves of a user that are refused, with the reason and the remedy.
 
 use super::*;
 
-/// What the program says of a changed example, run into a new folder; nothing is simulated.
+/// Runs a changed example in a new folder and returns the printed error; asserts that nothing is simulated.
 fn refused(change: impl Fn(&Path)) -> String {
     let dir = tempfile::tempdir().unwrap();
     smaller(&coarse_example(dir.path()));
@@ -69,8 +69,8 @@ fn specimens_that_cannot_be_meant_are_refused_before_the_ensemble_by_the_persons
     assert!(err.contains("mine/case.toml: test.steps = 1"), "{err}");
 }
 
-/// Units that are wrong by a factor of 4 to 20 are within what a closed form of the matrix alone allows: the first run
-/// shows them, before the others are made.
+/// Units that are wrong by a factor of 4 to 20 are within the range of the closed form of the matrix alone. The first run
+/// detects them, before the other runs are made.
 #[test]
 fn units_that_are_off_by_a_small_factor_are_refused_after_the_first_run() {
     type Change = fn(f64, f64) -> (f64, f64);
@@ -106,7 +106,7 @@ fn units_that_are_off_by_a_small_factor_are_refused_after_the_first_run() {
         let made: usize = ensembles.map(|entry| records(&entry.unwrap().path())).sum();
         assert_eq!(made, 1, "runs were made: {err}");
     }
-    // the unit that the message names mends it: the same curves, read as they are meant
+    // with the unit that the message suggests, the same curves are accepted
     for (k, text) in (1..).zip(&whole) {
         std::fs::write(curve(k), readings(text, |u, f| (u, f / 4.448_222))).unwrap();
     }

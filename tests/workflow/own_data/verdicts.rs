@@ -1,4 +1,4 @@
-//! Verdicts and warnings on own curves: soft starts, and the error of the mesh.
+//! Verdicts and warnings on a user's curves: soft starts, and the error of the mesh.
 
 use super::*;
 
@@ -36,7 +36,7 @@ fn soft_starts_are_told_and_taken_away_on_request() {
     assert!(toes.len() == 5 && toes.iter().all(|toe| (toe - 0.02).abs() < 3e-3), "{toes:?}");
 }
 
-/// What a run prints, and its files that say what to think of the result.
+/// Output of a run, and the contents of its files with warnings and verdicts.
 fn said_of(dir: &Path, run: (Option<i32>, String, String)) -> [String; 4] {
     let (code, out, err) = run;
     assert_eq!(code, Some(0), "{err}");
@@ -44,11 +44,12 @@ fn said_of(dir: &Path, run: (Option<i32>, String, String)) -> [String; 4] {
     [out + &err, read("warnings.txt"), read("summary.txt"), read("report.html")]
 }
 
-/// The example on a mesh of 1.5 mm: its error is far above the width of the posterior, and is said everywhere.
+/// The example on a mesh of 1.5 mm: the error of the mesh is far above the width of the posterior and is reported in all
+/// places.
 #[test]
 fn an_error_of_the_mesh_qualifies_the_result_everywhere() {
     let dir = finished();
-    // what is finished is not run again, and its summary is printed
+    // finished stages are not run again, and the summary is printed
     let run = breccia(dir.path(), &["run", "mine/case.toml", "--out", "out"]);
     let said = said_of(dir.path(), run);
     for told in &said {
@@ -66,7 +67,7 @@ fn an_error_of_the_mesh_qualifies_the_result_everywhere() {
     }
 }
 
-/// A toe of 0.02 mm is a fifth of the displacement at peak: left in, it is a warning in every place.
+/// A toe of 0.02 mm is a fifth of the displacement at peak. If the toe is not corrected, all reports contain a warning.
 #[test]
 fn a_toe_that_is_left_in_is_a_warning() {
     let dir = finished();
@@ -86,7 +87,7 @@ fn a_toe_that_is_left_in_is_a_warning() {
         assert!(row["verdict"].contains("with the toe"), "{row:?}");
     }
 
-    // corrected, there is nothing to warn of
+    // with the correction there is no warning
     edit(&dir.path().join("mine/case.toml"), |text| {
         text.replace("toe = \"report\" ", "toe = \"correct\"")
     });
