@@ -281,7 +281,7 @@ fn from_an_empty_directory_to_every_documented_file() {
         assert!(out.contains(part), "{part} is not printed: {out}");
     }
 
-    // the parameters of every run are inside the prior box, and its quantities differ from those of other runs
+    // every run has parameters inside the prior box
     let runs = table(&results.join("runs.csv"));
     assert_eq!(runs.len(), 12);
     for run in &runs {

@@ -39,7 +39,7 @@ fn the_other_quadrature_is_compared_with_a_run_that_is_as_if_made_with_it() {
     let moved = number(peak, "percent");
     assert!(moved.abs() > 1.0, "{compared:?}");
     assert!(told.contains(&format!("peak-force by {moved:+.1} %")), "{told}");
-    // the comparison from the other rule is the inverse
+    // an ensemble with the other rule writes the same comparison
     let back = table(&consistent.join("quadrature.csv"));
     assert_eq!(
         (&back[1]["vertex"], &back[1]["consistent"]),

@@ -72,7 +72,7 @@ fn batches_are_placed_where_the_posterior_lives() {
     assert!(before.iter().all(|(path, time)| now.get(path) == Some(time)), "a run was made twice");
     assert_eq!(table(&results.join("runs.csv"))[..16], runs[..]);
 
-    // if `share` is already reached, no runs are used; finished runs of batches are kept in the folder
+    // if `share` is already reached, no runs of batches are used; finished runs of batches are kept in the folder
     run(dir.path(), &case().replace("share = 0.001", "share = 1.0"), &all);
     assert_eq!(table(&results.join("runs.csv")).len(), 8);
     assert_eq!(finished(&results.join("ensemble")), now);
