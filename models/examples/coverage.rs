@@ -103,7 +103,8 @@ fn main() -> Result<(), Error> {
     Ok(())
 }
 
-/// The surrogate of the results as the mean response, with the scatter between packings.
+/// Returns the model by which laboratories are emulated: the surrogate of the results is the mean response, and the scatter
+/// between packings is added.
 fn world(
     arguments: &Arguments,
     case: &models::Case,

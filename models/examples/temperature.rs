@@ -103,8 +103,9 @@ fn fitted(stiffness: f64) -> Result<DynPce, SurrogateError> {
     Ok(DynPce::fit(&runs, &FitOptions::default())?.pce)
 }
 
-/// Draws the specimens at each temperature. Their quantities scatter by 5, 6 and 3 % with a common part, and the two
-/// microstructures alternate between temperatures.
+/// Draws the specimens at each temperature. The relative scatter of their quantities is 5 % (slope), 6 % (peak force) and 3 %
+/// (displacement at peak), with a part that is common to all quantities. The two microstructures alternate between
+/// temperatures.
 fn tests(microstructures: &[DynPce; 2], seed: u64) -> Result<Vec<TestGroup>, SurrogateError> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
     let mut groups = Vec::new();

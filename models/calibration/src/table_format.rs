@@ -104,7 +104,7 @@ mod tests {
         Ok((table.rows().map(row).collect::<Result<_, InputError>>()?, understood))
     }
 
-    /// One table, saved by spreadsheets of several countries, is read to the same rows.
+    /// Files of one table that were saved by spreadsheets of several countries have the same rows.
     #[test]
     fn one_table_in_every_form_is_one_table() {
         let (plain, understood) = read(PLAIN.as_bytes()).unwrap();

@@ -47,7 +47,7 @@ pub struct Specimens {
 pub(super) struct Open {
     /// Posterior of the coefficients, which gives the leverage h.
     coefficients: CoefficientPosterior,
-    /// Covariance of the error at leverage 1, in the same relative quantities.
+    /// Covariance of the error at leverage 1, for quantities relative to the means of the specimens.
     scatter: Vec<Vec<f64>>,
 }
 
@@ -150,8 +150,8 @@ impl Specimens {
         Ok(Expected { own, contrasts, mean, unknown, shared })
     }
 
-    /// Sets the covariance S of the error δ that all specimens share, in the same relative quantities: the error of the
-    /// surrogate, the mesh and the geometry.
+    /// Sets the covariance S of the error δ that all specimens share: the error of the surrogate, the mesh and the geometry,
+    /// for quantities relative to the means of the specimens.
     ///
     /// # Errors
     /// If the size of `covariance` differs from the number of quantities.
@@ -169,7 +169,7 @@ impl Specimens {
     }
 
     /// Adds an error of the forward model that depends on the parameters and that all specimens share. Its covariance
-    /// is `scatter`, in the same relative quantities, times the leverage at the parameters.
+    /// is `scatter`, for quantities relative to the means of the specimens, times the leverage at the parameters.
     ///
     /// # Errors
     /// If the size of `scatter` differs from the number of quantities.

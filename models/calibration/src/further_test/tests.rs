@@ -109,7 +109,7 @@ fn more_specimens_teach_more_until_what_they_share_is_left() {
             }
             before = now;
         }
-        // nine specimens reach their own width; no number of specimens reaches a width below the limit
+        // the goal is the width after nine specimens: nine are needed. No number of specimens reaches a width below the limit
         let at = |n: usize| test.expected(&belief, n).unwrap()[0].width90;
         let needed = test.specimens_for(&belief, 0, Goal::Width90(at(9))).unwrap();
         assert_eq!(needed.specimens, Some(9));
