@@ -112,8 +112,10 @@ impl InspectedCurve {
         self.findings.push(Finding {
             name: "unloading",
             value,
-            problem: format!("comes back from {value:.4} mm by {back:.4} mm at its end"),
-            help: "The way back is left out.",
+            problem: format!(
+                "has displacements that decrease from {value:.4} mm by {back:.4} mm at its end"
+            ),
+            help: "The readings after the largest displacement are omitted.",
             weight: Weight::Warning,
         });
         self.loading.displacement_mm.truncate(farthest + 1);

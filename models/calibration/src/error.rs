@@ -81,7 +81,7 @@ impl InputError {
 /// Describes why `path` is not a regular file: it does not exist, or it is a folder, a pipe or a device.
 pub fn absence(path: &Path) -> &'static str {
     match path.exists() {
-        true => "is a folder, a pipe or a device, and no regular file",
+        true => "is a folder, a pipe or a device, not a regular file",
         false => "there is no such file",
     }
 }

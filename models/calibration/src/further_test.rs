@@ -36,10 +36,14 @@ pub enum FurtherTestError {
     },
     /// The covariance of the draws is not positive definite: there are no or too few draws, or they do not vary in all
     /// directions.
-    #[error("{0} draws of the posterior have no covariance: sample more")]
+    #[error(
+        "the covariance of {0} draws of the posterior is not positive definite: draw more samples"
+    )]
     Draws(usize),
     /// The scatter between specimens plus the shared error is not a positive definite covariance.
-    #[error("the scatter between specimens and the shared error make no covariance")]
+    #[error(
+        "the sum of the scatter between specimens and the shared error is not positive definite"
+    )]
     Covariance,
 }
 

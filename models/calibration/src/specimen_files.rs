@@ -59,7 +59,7 @@ impl SpecimenFiles {
                 "",
                 "",
                 "lists no specimen",
-                "Write one line a specimen under the header.",
+                "Write one line per specimen under the header.",
             ));
         }
         read
@@ -76,8 +76,9 @@ impl SpecimenFiles {
     ) -> Option<(Specimen, Option<String>)> {
         let id = row.text("id").to_owned();
         if id.is_empty() || id.contains(['/', '\\']) || id.starts_with('.') {
-            let help = "It names the file curves/<id>.csv: use letters, digits, - and _.";
-            self.mistakes.push(row.error("id", "is no plain name", help));
+            let help =
+                "The id is the name of the file curves/<id>.csv: use letters, digits, - and _.";
+            self.mistakes.push(row.error("id", "is not a plain name", help));
             return None;
         }
         if ids.contains(&id) {
@@ -138,7 +139,7 @@ impl SpecimenFiles {
         let PlainRecord { curve, time_s } = recorded;
         if let Some(same) = self.table.specimens.iter().find(|other| other.curve == curve) {
             let problem = format!("is the curve of {}, too", same.id);
-            let help = "One test would count twice: put the right file in its place, or remove one of the two \
+            let help = "One test would count twice: replace the wrong file, or remove one of the two \
                         lines from the table.";
             return Err(InputError::new(&path, "specimen", id, problem, help));
         }

@@ -45,7 +45,7 @@ impl<'a> CsvTable<'a> {
         };
         let twice = |(i, name): (usize, &String)| !name.is_empty() && columns[..i].contains(name);
         if let Some(i) = columns.iter().enumerate().position(twice) {
-            let help = "Give each column a name of its own: which one counts is not known.";
+            let help = "Give each column a different name.";
             return Err(InputError::new(file, "line 1, column", &columns[i], "occurs twice", help));
         }
         for &column in required {
@@ -208,13 +208,13 @@ fn malformed(file: &Path, text: &[u8], error: &csv::Error) -> InputError {
             place,
             "",
             format!("has {len} fields, the header has {expected_len}"),
-            "Write numbers with a decimal point, not a comma, and leave no field out.",
+            "Write numbers with a decimal point, not a comma, and write every field.",
         ),
         _ => InputError::new(
             file,
             place,
             "",
-            format!("is no readable CSV ({error})"),
+            format!("is not readable CSV ({error})"),
             "Save it as plain text, UTF-8, fields separated by commas.",
         ),
     }

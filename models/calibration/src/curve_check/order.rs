@@ -65,13 +65,13 @@ pub(super) fn order(curve: &TestCurve) -> Option<Finding> {
                 "order",
                 u[0] - u[last],
                 format!("begins at {} mm and ends at {} mm, without force", u[0], u[last]),
-                "Its rows stand in reverse order: write the first reading first.",
+                "The rows are in reverse order: write the first reading first.",
             )
         } else {
             error(
                 "sign-of-displacement",
                 u[last],
-                format!("has displacements that fall, from {} to {} mm", u[0], u[last]),
+                format!("has displacements that decrease from {} to {} mm", u[0], u[last]),
                 "Compression is positive: change the sign of displacement_mm.",
             )
         };
@@ -82,7 +82,7 @@ pub(super) fn order(curve: &TestCurve) -> Option<Finding> {
         return error(
             "order",
             noise_mm,
-            format!("goes back and forth by {noise_mm:.4} mm from reading to reading"),
+            format!("has displacements that vary by {noise_mm:.4} mm from reading to reading"),
             "Sort its rows by time.",
         );
     }
@@ -91,7 +91,7 @@ pub(super) fn order(curve: &TestCurve) -> Option<Finding> {
         return error(
             "order",
             back,
-            format!("goes back by {back:.4} mm before its peak"),
+            format!("has displacements that decrease by {back:.4} mm before its peak"),
             "Sort its rows, or keep the monotonic test only: slope and peak are taken from one loading.",
         );
     }

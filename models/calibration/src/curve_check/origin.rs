@@ -85,8 +85,8 @@ pub(super) fn toe(toe_mm: f64, qois: &Qois) -> Finding {
             "begins to carry load at {toe_mm:.4} mm, {:.1} % of its displacement at peak",
             100.0 * part
         ),
-        help: "The displacement at peak includes it; toe = \"correct\" under [experiments] counts \
-               displacement from there.",
+        help: "The displacement at peak includes the toe; toe = \"correct\" under [experiments] measures \
+               displacement from the end of the toe.",
         weight: if large { Weight::Warning } else { Weight::Note },
     }
 }

@@ -11,7 +11,7 @@ pub enum CalibrationError {
     TooFew(usize),
     /// The number of rows with known inputs differs from the number of specimens, or the rows have different lengths.
     #[error(
-        "known inputs of the forward model are given for {found} specimens, of {expected}, or not as many of each"
+        "known inputs of the forward model: {found} rows for {expected} specimens, or rows of different lengths"
     )]
     Known {
         /// Number of specimens.
@@ -22,8 +22,8 @@ pub enum CalibrationError {
     /// Fewer than four specimens have known inputs, so that the distribution of the unknown inputs of the other
     /// specimens cannot be estimated.
     #[error(
-        "some specimens' inputs of the forward model are not known, and {found} others are too few to say what \
-         they may be: it takes four"
+        "the inputs of some specimens are unknown, and only {found} specimens have known inputs: at least four are \
+         needed to estimate the distribution of the unknown inputs"
     )]
     Population {
         /// Number of specimens with known inputs.

@@ -100,10 +100,16 @@ impl Groups {
         };
         for group in groups {
             if unknown(group) != inputs {
-                return wrong(&group.name, format!("has not the parameters of {}", first.name));
+                return wrong(
+                    &group.name,
+                    format!("does not have the parameters of {}", first.name),
+                );
             }
             if group.forward.outputs() != first.forward.outputs() {
-                return wrong(&group.name, format!("has not the quantities of {}", first.name));
+                return wrong(
+                    &group.name,
+                    format!("does not have the quantities of {}", first.name),
+                );
             }
             if !group.temperature_c.is_finite() {
                 return wrong(&group.name, format!("was tested at {} °C", group.temperature_c));
@@ -117,12 +123,12 @@ impl Groups {
         if !(*deviation >= 0.0 && deviation.is_finite()) {
             return wrong(
                 "pooling",
-                format!("has a deviation of {deviation}, not a number from 0"),
+                format!("has a deviation of {deviation}, which must be finite and at least 0"),
             );
         }
         for (input, _) in inputs.iter().zip(trends).filter(|(_, t)| **t == Trend::LogLinear) {
             if temperatures.len() < 2 {
-                return wrong(&input.name, "follows the temperature, of which there is one".into());
+                return wrong(&input.name, "follows the temperature, but there is only one".into());
             }
             if input.lower <= 0.0 {
                 let problem = format!("has no logarithm at its lower bound {}", input.lower);

@@ -135,12 +135,12 @@ impl Role<'_> {
             }
             found => {
                 let problem = match found {
-                    Some(_) => format!("has a unit that is none of a {}", self.key),
+                    Some(_) => format!("has a unit that is not a unit of {}", self.key),
                     None => "has an unknown unit".to_owned(),
                 };
                 let help = format!(
-                    "Known units are: {}. For another one, write {1}_factor = … under [experiments.read]: \
-                     what 1 in the file is in {2}.",
+                    "Known units are: {}. For another unit, write {1}_factor = … under [experiments.read]: \
+                     the value of one unit of the file in {2}.",
                     self.units(),
                     self.key,
                     if self.dimensions[0] == Dimension::Force { "N" } else { "mm" },
@@ -196,7 +196,7 @@ impl Role<'_> {
             }
         }
         let help = format!(
-            "Name it: {0} = \"…\" under [experiments.read]. The columns are: {1}.",
+            "State the column: {0} = \"…\" under [experiments.read]. The columns are: {1}.",
             self.key,
             layout.listed()
         );

@@ -115,7 +115,7 @@ impl Layout {
             let cell = row.cells.get(index).map_or("", String::as_str);
             sheet.decimal.number(cell).ok_or_else(|| {
                 let place = format!("line {}, column {}", row.line, self.names[index].written);
-                let help = "Remove what is no reading, or state separator and decimal under [experiments.read].";
+                let help = "Remove rows that are not readings, or state separator and decimal under [experiments.read].";
                 InputError::new(file, place, cell, "is not a finite number", help)
             })
         };

@@ -112,7 +112,7 @@ fn a_workbook_is_read_from_the_sheet_that_is_named() {
     assert!(error.help.contains("Notes, Readings"), "{error}");
     let (_dir, file) = write("S-1.xlsx", b"no workbook");
     let error = Record::read(&file, &ReadOptions::default(), SIZE).unwrap_err();
-    assert!(error.problem.contains("no readable workbook"), "{error}");
+    assert!(error.problem.contains("not a readable workbook"), "{error}");
 }
 
 #[test]
@@ -143,7 +143,7 @@ fn mistakes_name_file_line_value_and_fix() {
         (
             &BLUEHILL.replace("(kN)", "(mm)"),
             "force = \"Kraft\"",
-            &["Kraft = (mm)", "none of a force"],
+            &["Kraft = (mm)", "not a unit of force"],
         ),
         (
             "u,F\n0,0\n1,2\n2,3\n",

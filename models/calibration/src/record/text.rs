@@ -69,7 +69,7 @@ impl Sheet {
                 "",
                 "",
                 "has no line with two numbers",
-                "Export the readings as text, one line a reading, or state separator and decimal under \
+                "Export the readings as text, one line per reading, or state separator and decimal under \
                  [experiments.read].",
             ));
         };
@@ -131,7 +131,7 @@ pub(crate) fn decoded(
     let wrong = |name: &str| {
         let help = "State encoding = \"utf-8\", \"utf-16\" or \"latin-1\" under [experiments.read], or leave it \
                     out.";
-        InputError::new(file, "", "", format!("is no {name} text"), help)
+        InputError::new(file, "", "", format!("is not {name} text"), help)
     };
     let utf16 = |bytes: &[u8], unit: fn([u8; 2]) -> u16| {
         let units = bytes.chunks_exact(2).map(|pair| unit([pair[0], pair[1]]));

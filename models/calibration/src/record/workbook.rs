@@ -20,7 +20,7 @@ pub(super) fn sheet(
 ) -> Result<Sheet, InputError> {
     let unreadable = |e: calamine::XlsxError| {
         let help = "Save it as .xlsx, or export the readings as text.";
-        InputError::new(file, "", "", format!("is no readable workbook ({e})"), help)
+        InputError::new(file, "", "", format!("is not a readable workbook ({e})"), help)
     };
     let mut workbook = Xlsx::new(Cursor::new(bytes)).map_err(unreadable)?;
     let names = workbook.sheet_names();

@@ -217,7 +217,7 @@ fn groups_that_do_not_belong_together_are_refused() {
         good().into_iter().map(|group| TestGroup { temperature_c: 50.0, ..group }).collect();
     let one = message(&at_one, &follows);
     assert!(
-        one.contains("matrix.young_mpa follows the temperature, of which there is one"),
+        one.contains("matrix.young_mpa follows the temperature, but there is only one"),
         "{one}"
     );
     let none = Pooling { trends: Vec::new(), deviation: 0.0 };
@@ -226,5 +226,5 @@ fn groups_that_do_not_belong_together_are_refused() {
     assert!(message(&good(), &negative).contains("deviation of -1"));
     let mut other = good();
     other[1].forward = viscous_limit(1.0);
-    assert!(message(&other, &follows).contains("has not the parameters of group"));
+    assert!(message(&other, &follows).contains("does not have the parameters of group"));
 }
