@@ -128,10 +128,10 @@ fn world(
     let packings = (0..mean.len())
         .map(|i| (0..mean.len()).map(|j| scatter[i][j] / (mean[i] * mean[j])).collect())
         .collect();
-    let of = |name: &String| specimens.scatter.get(&name.parse().ok()?).copied();
+    let scatter_of = |name: &String| specimens.scatter.get(&name.parse().ok()?).copied();
     let parameters =
         &response.inputs()[..response.inputs().len() - usize::from(stiffness.is_some())];
-    let scatter = parameters.iter().map(|input| of(&input.name).unwrap_or(0.0)).collect();
+    let scatter = parameters.iter().map(|input| scatter_of(&input.name).unwrap_or(0.0)).collect();
     Ok(Emulated {
         response,
         stiffness,

@@ -98,8 +98,8 @@ fn main() -> Result<(), Error> {
     let mut simulation = Simulation::new(&directory.join("simulations.csv"))?;
     // six specimens with E near 280 MPa and ξ near 0.3 MPa s, and a surrogate from thirty runs
     let part = |k: i32, n: i32| f64::from(k % n - n / 2);
-    let of = |k: i32| [280.0 + 6.0 * part(k, 3), 2.5e-3, 0.3 + 0.01 * part(k, 5)];
-    let found = (0..6).map(|k| simulation.run(&of(k))).collect::<Result<Vec<_>, _>>()?;
+    let point = |k: i32| [280.0 + 6.0 * part(k, 3), 2.5e-3, 0.3 + 0.01 * part(k, 5)];
+    let found = (0..6).map(|k| simulation.run(&point(k))).collect::<Result<Vec<_>, _>>()?;
     let units = [0, 1, 2].map(|m| found.iter().map(|q| q[m]).sum::<f64>() / 6.0);
     let qois: Vec<_> = found.iter().map(|q| [0, 1, 2].map(|m| q[m] / units[m])).collect();
     simulation.units = units;

@@ -26,11 +26,11 @@ pub fn shares(
     let gain = Cholesky::new(information)?.solve(&weighted);
     let parts: Vec<DMatrix<f64>> =
         sources.iter().map(|source| &gain * source * gain.transpose()).collect();
-    let of = |i: usize| {
+    let parameter_shares = |i: usize| {
         let sum: f64 = parts.iter().map(|part| part[(i, i)]).sum();
         parts.iter().map(|part| part[(i, i)] / sum).collect()
     };
-    Some((0..prior_variances.len()).map(of).collect())
+    Some((0..prior_variances.len()).map(parameter_shares).collect())
 }
 
 /// Returns the largest factor t ≤ 1 for which whole − t · part is positive semidefinite; 0 if `whole` is not positive

@@ -228,13 +228,13 @@ impl FurtherTest {
                 widths[i] += width.min(belief.width90[i]) / self.draws.len() as f64;
             }
         }
-        let of = |(mut values, width90): (Vec<f64>, f64)| {
+        let expectation = |(mut values, width90): (Vec<f64>, f64)| {
             values.sort_by(f64::total_cmp);
             let at = |p: f64| values[(p * (values.len() - 1) as f64).round() as usize];
             let contraction = values.iter().sum::<f64>() / values.len() as f64;
             Expected { contraction, range: [at(0.05), at(0.95)], width90 }
         };
-        Ok(contractions.into_iter().zip(widths).map(of).collect())
+        Ok(contractions.into_iter().zip(widths).map(expectation).collect())
     }
 
     /// Finds the smallest number of further specimens that meets a goal for the parameter with this index.
@@ -276,12 +276,12 @@ impl FurtherTest {
             draw.jacobian[m][i] * belief.prior_sd[i]
         });
         let scatter = matrix(&draw.scatter);
-        let of = |n: usize| -> Option<DMatrix<f64>> {
+        let information = |n: usize| -> Option<DMatrix<f64>> {
             let covariance: Cholesky<f64, Dyn> = Cholesky::new(&scatter / n as f64 + shared)?;
             Some(jacobian.transpose() * covariance.solve(&jacobian))
         };
-        let all = of(self.seen + specimens)?;
-        if self.seen == 0 { Some(all) } else { Some(all - of(self.seen)?) }
+        let all = information(self.seen + specimens)?;
+        if self.seen == 0 { Some(all) } else { Some(all - information(self.seen)?) }
     }
 
     fn check(&self, belief: &Belief) -> Result<(), FurtherTestError> {

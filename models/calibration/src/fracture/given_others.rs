@@ -54,7 +54,7 @@ impl Specimens {
         let groups: Vec<(Kind, usize)> =
             self.groups().into_iter().map(others).filter(|(_, n)| *n > 0).collect();
         let after = self.after(&groups, kind, expected, scatter)?;
-        let of = |(place, row): (usize, &Vec<f64>)| {
+        let ln_conditional = |(place, row): (usize, &Vec<f64>)| {
             let own = expected.own_mean(kind, place);
             let residual: Vec<f64> = row.iter().zip(own).map(|(y, mean)| y - mean).collect();
             let gaps = groups.iter().flat_map(|&(group, n)| {
@@ -72,7 +72,7 @@ impl Specimens {
             let gaps: Vec<f64> = gaps.collect();
             Ok(after.specimen(own, &gaps)?.ln_density(row))
         };
-        self.group(kind).rows.iter().enumerate().map(of).collect()
+        self.group(kind).rows.iter().enumerate().map(ln_conditional).collect()
     }
 
     /// Distribution of one more specimen of a kind, given the totals of groups with these sizes. With the covariance V

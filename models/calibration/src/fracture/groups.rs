@@ -172,7 +172,7 @@ impl Groups {
     /// box, a small deviation is a change of the logarithm.
     fn parameters<R: Scalar>(&self, place: f64, lowest: &[R], highest: &[R], off: &[R]) -> Vec<R> {
         let mut following = highest.iter().enumerate();
-        let of = |((input, trend), &low): ((&Input, &Trend), &R)| {
+        let parameter = |((input, trend), &low): ((&Input, &Trend), &R)| {
             let Some((k, &high)) = (*trend == Trend::LogLinear).then(|| following.next()).flatten()
             else {
                 return low;
@@ -186,7 +186,7 @@ impl Groups {
             let logit = share.ln() - (-share).ln_1p() + off * (4.0 / width);
             inside(logit.logistic() * width + bottom)
         };
-        self.inputs.iter().zip(&self.trends).zip(lowest).map(of).collect()
+        self.inputs.iter().zip(&self.trends).zip(lowest).map(parameter).collect()
     }
 }
 

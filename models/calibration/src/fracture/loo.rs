@@ -37,8 +37,10 @@ pub(super) fn ln_conditionals(
     specimens: &Specimens,
 ) -> Vec<f64> {
     let group = &posterior.posterior;
-    let of = |name: &str| group.variables.iter().find(|v| v.name == name).map(|v| &v.data[..]);
-    let (Some(theta), Some(sd), Some(corr)) = (of("theta"), of("sd"), of("corr")) else {
+    let draws_of =
+        |name: &str| group.variables.iter().find(|v| v.name == name).map(|v| &v.data[..]);
+    let (Some(theta), Some(sd), Some(corr)) = (draws_of("theta"), draws_of("sd"), draws_of("corr"))
+    else {
         return Vec::new();
     };
     let count = (group.chains * group.draws).max(1);

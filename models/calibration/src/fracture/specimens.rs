@@ -98,11 +98,11 @@ impl Specimens {
             return Err(CalibrationError::Population { found: 0 });
         }
         let rows = self.rows();
-        let of = |known: bool| {
+        let group_with = |known: bool| {
             let chosen = rows.iter().zip(&is_known).filter(|(_, own)| **own == known);
             Group::of(chosen.map(|(row, _)| (*row).clone()).collect())
         };
-        let (known, unknown) = (of(true), of(false));
+        let (known, unknown) = (group_with(true), group_with(false));
         let totals = [&known.total[..], &unknown.total].concat();
         let population = population.filter(|_| unknown.len() > 0);
         let inputs = inputs.iter().flatten().cloned().collect();

@@ -210,9 +210,9 @@ fn what_runs_leave_open_is_shared_where_the_parameters_are() {
         .unwrap()
         .leaving_open(open.clone(), scatter.clone())
         .unwrap();
-    let of = |theta: f64| specimens.shared_at(&[theta]).unwrap();
+    let shared_at = |theta: f64| specimens.shared_at(&[theta]).unwrap();
     let h = open.leverage(&[1.3, 0.95]).unwrap();
-    for (i, row) in of(1.3).iter().enumerate() {
+    for (i, row) in shared_at(1.3).iter().enumerate() {
         for (j, found) in row.iter().enumerate() {
             let expected = SHARED[i][j] + h * scatter[i][j];
             assert!((found - expected).abs() < 1e-15, "{found} {expected}");
@@ -220,9 +220,9 @@ fn what_runs_leave_open_is_shared_where_the_parameters_are() {
     }
     let dual = ppl::Dual::variables([1.3]);
     let slope = specimens.shared_at(&dual).unwrap()[1][0].gradient()[0];
-    let difference = (of(1.3 + 1e-5)[1][0] - of(1.3 - 1e-5)[1][0]) / 2e-5;
+    let difference = (shared_at(1.3 + 1e-5)[1][0] - shared_at(1.3 - 1e-5)[1][0]) / 2e-5;
     assert!((slope / difference - 1.0).abs() < 1e-6, "{slope} {difference}");
-    assert!(of(0.1)[0][0] > of(1.0)[0][0], "less is known at the ends");
+    assert!(shared_at(0.1)[0][0] > shared_at(1.0)[0][0], "the error is larger at the ends of the box");
 }
 
 /// A single specimen, as in a group whose covariance is determined by other groups.

@@ -115,10 +115,10 @@ pub fn read_tension_tests(
             None => readings.push((name, vec![reading])),
         }
     }
-    let of = |(name, all): &(&str, Vec<(f64, f64)>)| {
+    let test_of = |(name, all): &(&str, Vec<(f64, f64)>)| {
         TensionTest::of_readings(name, all, young_mpa, unloading)
     };
-    let tests: Vec<TensionTest> = readings.iter().map(of).collect();
+    let tests: Vec<TensionTest> = readings.iter().map(test_of).collect();
     if let Some(test) = tests.iter().find(|test| test.points.len() < LEAST_POINTS) {
         let problem = format!(
             "has {} points between {OFFSET_STRAIN} of plastic strain and its largest load, of {LEAST_POINTS}",
@@ -173,12 +173,13 @@ mod tests {
         let part = |drop: f64| (strain - drop / young, at - drop);
         let turn = [50.0, 150.0, 100.0, 40.0].map(part);
         let readings = [&curve[..150], &turn, &curve[150..]].concat();
-        let of = |readings: &[(f64, f64)], unloading| {
+        let converted = |readings: &[(f64, f64)], unloading| {
             TensionTest::of_readings("A", readings, young, unloading)
         };
-        let (straight, kept) = (of(&curve, Unloading::Kept), of(&readings, Unloading::Kept));
+        let (straight, kept) =
+            (converted(&curve, Unloading::Kept), converted(&readings, Unloading::Kept));
         assert_eq!(kept.points.len(), straight.points.len() + 4);
-        let left = of(&readings, Unloading::default());
+        let left = converted(&readings, Unloading::default());
         assert_eq!(left.unloading.len(), 4);
         assert_eq!(TensionTest { unloading: Vec::new(), ..left }, straight);
     }

@@ -104,11 +104,12 @@ mod tests {
     fn laws_are_those_of_their_references() {
         let voce = |strain: f64| 260.0 + 900.0 * (1.0 - (-2.5 * strain).exp());
         let swift = |strain: f64| 1400.0 * (0.05 + strain).sqrt();
-        let of = |law: &dyn Fn(f64) -> f64, shape: f64| [law(0.0), law(0.3) - law(0.0), shape];
+        let parameters_of =
+            |law: &dyn Fn(f64) -> f64, shape: f64| [law(0.0), law(0.3) - law(0.0), shape];
         for strain in [0.0, 0.01, 0.2, 0.6] {
-            let found: f64 = Voce::stress_mpa(&of(&voce, 2.5), strain);
+            let found: f64 = Voce::stress_mpa(&parameters_of(&voce, 2.5), strain);
             approx::assert_relative_eq!(found, voce(strain), max_relative = 1e-13);
-            let found: f64 = Swift::stress_mpa(&of(&swift, 0.5), strain);
+            let found: f64 = Swift::stress_mpa(&parameters_of(&swift, 0.5), strain);
             approx::assert_relative_eq!(found, swift(strain), max_relative = 1e-13);
         }
     }

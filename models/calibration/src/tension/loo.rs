@@ -69,9 +69,10 @@ pub fn loo_by_specimen<L: HardeningLaw>(
 }
 
 pub(super) fn populations(posterior: &Posterior) -> Result<Vec<Population>, DomainError> {
-    let of = |name: &str| posterior.values(name).map_or(&[][..], |values| &values.data[..]);
-    let (means, scatters) = (of("ln_mean").chunks_exact(3), of("scatter").chunks_exact(3));
-    let draws = means.zip(scatters).zip(of("corr").chunks_exact(9)).zip(of("sd"));
+    let draws_of = |name: &str| posterior.values(name).map_or(&[][..], |values| &values.data[..]);
+    let (means, scatters) =
+        (draws_of("ln_mean").chunks_exact(3), draws_of("scatter").chunks_exact(3));
+    let draws = means.zip(scatters).zip(draws_of("corr").chunks_exact(9)).zip(draws_of("sd"));
     let mut found = Vec::new();
     for (((mean, scatter), corr), &sd_mpa) in draws {
         let rows = std::array::from_fn(|i| std::array::from_fn(|j| scatter[i] * corr[3 * i + j]));

@@ -117,11 +117,11 @@ fn a_curve_of_voce_has_its_marginal_density() {
         for b in steps(own[1], halves[1]) {
             for c in steps(own[2], halves[2]) {
                 let law = [a, b, c].map(f64::exp);
-                let of = |p: &HardeningPoint| {
+                let ln_fit = |p: &HardeningPoint| {
                     let mean: f64 = Voce::stress_mpa(&law, p.plastic_strain);
                     Normal(mean, sd).ln_density(&p.true_stress_mpa)
                 };
-                let fits: f64 = test.points.iter().map(of).sum();
+                let fits: f64 = test.points.iter().map(ln_fit).sum();
                 terms.push(fits + prior.ln_density(&[a, b, c]));
             }
         }
