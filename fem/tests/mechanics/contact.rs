@@ -209,5 +209,5 @@ fn platens_with_invalid_parameters_are_rejected() {
     refused(plane().friction(-0.1, 1.0), "friction = -0.1");
     refused(plane().friction(0.1, 0.0), "slip_velocity_mm_per_s = 0");
     refused(Platen::sphere([0.0; 3], -2.0), "radius_mm = -2");
-    refused(plane().moving(|_| [0.0, 0.0, 1.0]), "where it starts");
+    refused(plane().moving(|_| [0.0, 0.0, 1.0]), "position at time zero");
 }

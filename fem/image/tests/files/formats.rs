@@ -187,7 +187,7 @@ fn errors_of_invalid_headers_state_the_line() {
     assert_eq!(read(&header, &TAGS).unwrap().volume.shape, SHAPE);
     for (from, to, part) in [
         ("5 4 3", "5 4", "scan.mhd:2: DimSize = 5 4 is not a volume"),
-        ("5 4 3", "5 4 x", "scan.mhd:2: DimSize = 5 4 x is no list of numbers"),
+        ("5 4 3", "5 4 x", "scan.mhd:2: DimSize = 5 4 x is not a list of numbers"),
         ("5 4 3", "5 4 4", "scan.raw: has 60 bytes of values, but scan.mhd declares 80"),
         ("5 4 3", "5 4 2", "scan.raw: has 60 bytes of values, but scan.mhd declares 40"),
         ("5 4 3", "5 0 3", "declares [5, 0, 3] voxels"),

@@ -94,7 +94,7 @@ fn unknown_names_are_answered_with_known_ones() {
     let error = posterior.predictive_table("z").expect_err("no such data");
     assert!(matches!(&error, PredictiveError::NotObserved { known, .. } if known == "y"));
     let error = posterior.power_scaling_of(&["nu"]).expect_err("no such parameter");
-    assert!(error.to_string().contains("there are: mu"), "{error}");
+    assert!(error.to_string().contains("the parameters are: mu"), "{error}");
     let silent = Nuts::default().warmup(100).draws(50).sample(&silent()).expect("runs");
     assert_eq!(silent.power_scaling(), Err(PowerScalingError::NoObservations));
 }

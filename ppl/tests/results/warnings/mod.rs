@@ -205,7 +205,7 @@ fn divergences_at_rejected_points_are_the_rejections() {
     let summary = rejecting(1.0).posterior(1).summary();
     let found = what(&summary, WarningKind::Divergences);
     assert!(
-        found.contains("ended at a point that a statement rejects, median of these points: x"),
+        found.contains("ended at a point that a statement rejects; median of these points: x"),
         "{found}"
     );
     assert!(!found.contains("target acceptance"), "{found}");
