@@ -4,8 +4,8 @@ use crate::support::block::{block, even};
 use crate::support::hertz::hertz;
 use crate::support::{between, loading, matrix, phase_field, prism};
 use fem::{
-    Axis, Conditions, End, Friction, Material, Order, Platen, Platens, Problem, Schedule,
-    SolverOptions,
+    Axis, Checkpoint, Conditions, End, Friction, Material, Order, Platen, Platens, Problem,
+    Schedule, SolverOptions,
 };
 
 fn steps(n: u32) -> Schedule {
@@ -142,6 +142,30 @@ fn unilateral_platens_without_friction_give_the_force_of_sliding_platens() {
             assert!((a.work_n_mm / b.work_n_mm - 1.0).abs() < 1e-5, "{order:?}: {a:?} {b:?}");
         }
     }
+}
+
+/// A saved state contains no contact points; the run computes them again after every save.
+#[test]
+fn a_run_that_saves_its_state_has_the_contact_points_of_its_last_step() {
+    let way = loading(0.1, 1.0, 4);
+    let test = crate::support::test(
+        prism(2, false),
+        Order::Linear,
+        vec![matrix()],
+        None,
+        way.clone(),
+        1e-10,
+    );
+    let test = between(&test, &way, Platens::Unilateral(Friction::none()));
+    let folder = tempfile::tempdir().expect("a folder");
+    let checkpoint = Checkpoint { path: folder.path().join("state"), every: 1 };
+    let mut saved = test.resume(&checkpoint).expect("nothing is there yet");
+    saved.step().expect("it converges");
+    let mut plain = test.start();
+    plain.step().expect("it converges");
+    let (saved, plain) = (saved.finish().contact, plain.finish().contact);
+    assert!(plain.values().flatten().any(|point| point.pressure_mpa > 0.0), "{plain:?}");
+    assert_eq!(saved, plain);
 }
 
 #[test]
