@@ -59,15 +59,15 @@ fn derivatives_of_corrected_runs_reach_the_posterior() {
     assert!(orders.iter().any(|row| row["order"] == "2"), "{orders:?}");
 }
 
-/// What cannot be differentiated is refused before the first run, by name.
+/// A test that cannot be differentiated is refused by name before the first run.
 #[test]
-fn histories_are_refused() {
+fn friction_is_refused() {
     let dir = tempfile::tempdir().unwrap();
     let case = without_image()
         .replace("runs = 12", "runs = 12\nderivatives = true")
-        .replace("length_mm = 0.06", "length_mm = 0.06\nirreversibility = \"history\"");
+        .replace("steps = 44", "steps = 44\nplatens = \"unilateral\"\nfriction = 0.1");
     std::fs::write(dir.path().join("tiny.toml"), case).unwrap();
     let (code, _, err) = breccia(dir.path(), &["run", "tiny.toml", "--out", "results"]);
     assert_eq!(code, Some(1), "{err}");
-    assert!(err.contains("design.derivatives") && err.contains("history"), "{err}");
+    assert!(err.contains("design.derivatives") && err.contains("friction"), "{err}");
 }

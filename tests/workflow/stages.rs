@@ -22,7 +22,8 @@ fn readers(key: &str) -> &'static [&'static str] {
         // of single simulations
         ["output", ..] => &[],
         ["qoi", ..] => &["experiments", "ensemble", "confirm"],
-        ["prior", ..] => &["ensemble", "calibrate", "design"],
+        // the verdict compares the posterior with the prior
+        ["prior", ..] => &["ensemble", "calibrate", "verdict", "design"],
         ["design", ..] => &["ensemble"],
         ["fidelity", ..] => &["experiments", "ensemble"],
         // the shape of predicted curves has a surrogate of its own
