@@ -28,7 +28,7 @@ impl CaseFile {
             let (Some((parameter, &PriorBounds([lower, upper]))), None) = (all.next(), all.next())
             else {
                 let help = "Write a table [[extend]] for each parameter.";
-                return refuse(&format!("{key}.prior"), "must extend one parameter", help);
+                return refuse(&format!("{key}.prior"), "extends several parameters or none", help);
             };
             let place = format!("{key}.prior.{parameter}");
             let whole = case.whole_prior();
