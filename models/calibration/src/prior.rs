@@ -98,7 +98,9 @@ impl Prior {
         let unlimited = Self { family, values, range: [f64::NAN; 2] };
         // quantiles exist only for valid parameters
         match family != PriorFamily::Uniform && unlimited.check_parameters().is_ok() {
-            true => with_family!(&unlimited, d => unlimited.within(d.quantile(0.001), d.upper_quantile(0.001))),
+            true => {
+                with_family!(&unlimited, d => unlimited.within(d.quantile(0.001), d.upper_quantile(0.001)))
+            }
             false => unlimited,
         }
     }
