@@ -1,7 +1,7 @@
 //! Multigrid that is replaced by a sparse factor where it converges badly.
 //!
-//! On some curved meshes of other programs a solution takes hundreds of iterations or does not converge at all, and
-//! load steps are cut for it. The cause is not known (docs/own-meshes.md), so the rule counts iterations.
+//! If a solution takes hundreds of iterations or does not converge, load steps are cut. The rule counts iterations, so
+//! that it does not depend on the cause.
 
 use std::sync::Arc;
 
