@@ -66,8 +66,7 @@ impl Default for FurtherTestsCase {
 }
 
 impl CandidateCase {
-    /// Whether the candidate is another test than the present one (and not only further quantities of the present
-    /// curves).
+    /// Whether the candidate is a different test, and not only further quantities from curves of the present test.
     pub(crate) fn is_another_test(&self) -> bool {
         !(self.set.is_empty() && self.without.is_empty())
     }
@@ -158,7 +157,7 @@ impl CaseFile {
         })
     }
 
-    /// Checks the candidates, each as a complete case.
+    /// Checks each candidate as a complete case.
     pub(super) fn check_further_tests(&self) -> Result<(), InputError> {
         let further = &self.case.further_tests;
         // a case without a prior is a single simulation and calibrates nothing

@@ -183,13 +183,13 @@ impl Case {
         }
     }
 
-    /// The parts that a calibrated parameter can change.
+    /// Returns the parts of the case that calibrated parameters can change.
     pub(crate) fn parts(&self) -> SimulationParts {
         let Self { material, phase_field, test, .. } = self.clone();
         SimulationParts { material, phase_field, test }
     }
 
-    /// The prior with the ranges of all extensions: its ranges are the box of the surrogate.
+    /// Returns the prior with the ranges of all extensions. These ranges are the bounds of the surrogate's inputs.
     pub fn whole_prior(&self) -> Option<PriorCase> {
         let prior = self.prior.as_ref()?;
         let mut bounds = prior.bounds();

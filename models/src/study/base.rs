@@ -75,7 +75,7 @@ impl Base {
     }
 }
 
-/// Makes a path absolute that is relative to the folder of the case.
+/// Makes a path absolute; a relative path refers to the folder of the case.
 fn absolute(case: &Path, named: Option<&mut Value>) {
     if let Some(Value::String(named)) = named {
         let beside = case.with_file_name("").join(&*named);

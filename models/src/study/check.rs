@@ -32,7 +32,7 @@ pub struct PartCheck {
     pub understood: Vec<(&'static str, String)>,
 }
 
-/// Messages, each with the parts that it concerns, in order of first occurrence.
+/// Messages in order of first occurrence, each with the names of the parts concerned.
 #[derive(Default)]
 struct Concerning(Vec<(String, Vec<String>)>);
 
@@ -122,7 +122,7 @@ impl Concerning {
     }
 }
 
-/// Removes the mistakes of parts that the base case has too.
+/// Removes mistakes of parts that repeat a mistake of the base case.
 fn without_repetitions(mistakes: Vec<StudyMistake>) -> impl Iterator<Item = StudyMistake> {
     // the merged text may contain the same value with different spaces and quotes
     let bare = |value: &str| value.replace([' ', '"', '\''], "");

@@ -6,8 +6,8 @@ use crate::report::{
 
 /// Probability with which a correct 90 % interval contains the truth.
 const NOMINAL: f64 = 0.9;
-/// Significance level: intervals are called too narrow if the probability of at most the observed number of hits is
-/// below it.
+/// Significance level. A hit is an interval that contains the truth. Intervals are called too narrow if the probability
+/// of at most the observed number of hits is below this level.
 const CHANCE: f64 = 0.05;
 
 /// A result of the calibrations: a claim as a sentence, and the numbers that support it.
@@ -206,8 +206,8 @@ fn coverage(cases: &[ComparedCase]) -> Option<Shown> {
     })
 }
 
-/// Probability of at most `hits` of `n` intervals that contain the truth, each with the nominal probability (binomial
-/// distribution).
+/// Probability that at most `hits` of `n` intervals contain the truth, if each interval contains it with the nominal
+/// probability (binomial distribution).
 fn at_most(hits: usize, n: usize) -> f64 {
     let mut term = (1.0 - NOMINAL).powi(n as i32);
     let mut sum = 0.0;
@@ -226,7 +226,7 @@ mod tests {
 
     #[test]
     fn chances_are_those_of_the_binomial_distribution() {
-        // of seven: all hits 0.9⁷ = 0.47830, all but one 7 · 0.9⁶ · 0.1 = 0.37201
+        // probability of seven hits in seven intervals: 0.9⁷ = 0.47830; of six hits: 7 · 0.9⁶ · 0.1 = 0.37201
         assert!((at_most(7, 7) - 1.0).abs() < 1e-12);
         assert!((at_most(5, 7) - (1.0 - 0.478_296_9 - 0.372_008_7)).abs() < 1e-6);
         assert_eq!(at_most(0, 0), 1.0);

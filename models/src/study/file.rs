@@ -41,7 +41,7 @@ pub struct StudySetting {
 pub struct StudyLaboratory {
     /// Name of the laboratory and of its folder.
     pub name: String,
-    /// Case of the laboratory, of which only the stages up to the experiments are run.
+    /// Case file of the laboratory. Only its stages up to `experiments` are run.
     pub file: CaseFile,
 }
 
@@ -90,7 +90,7 @@ impl StudyMistake {
 impl StudyFile {
     /// Reads a study and the cases of its parts.
     ///
-    /// `set` has keys that are changed in all parts, as `key.by.path=value` with a TOML value.
+    /// `set` lists changes of keys that apply to all parts, each as `key.by.path=value` with a TOML value.
     ///
     /// # Errors
     /// The first mistake in the study, its base case or a case, with file, key, value and help.
@@ -240,7 +240,7 @@ impl StudySetting {
     }
 }
 
-/// True values of the parameters of the tested specimens, by the paths of the parameters.
+/// Returns the true parameter values of the virtual specimens, by the paths of the parameters.
 pub(super) fn truths(
     laboratory: Option<&StudyLaboratory>,
     own: &CaseFile,

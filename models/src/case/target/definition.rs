@@ -62,14 +62,14 @@ pub trait Target: Debug + Send + Sync + 'static {
     /// Unit, as in `N/mm`; `1` if the parameter is dimensionless.
     fn unit(&self) -> Cow<'_, str>;
 
-    /// Sets the parameter. The parts are those of the case, with the parameters set that come before in the order of the
-    /// paths.
+    /// Sets the parameter in `parts` to `value`. The calibrated parameters that precede this parameter in the order of
+    /// their paths are already set in `parts`; all other values of `parts` are values of the case.
     ///
     /// # Errors
     /// If the case has no such parameter.
     fn set(&self, parts: &mut SimulationParts, value: f64) -> Result<(), TargetError>;
 
-    /// Open interval of the allowed values. Values that the checks of a case refuse are refused anyway.
+    /// Open interval of the allowed values. The checks of a case apply in addition.
     fn range(&self) -> [f64; 2] {
         [f64::NEG_INFINITY, f64::INFINITY]
     }
