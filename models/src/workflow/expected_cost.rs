@@ -22,7 +22,7 @@ struct Measured {
     seconds: f64,
 }
 
-/// A group of simulations on the same mesh.
+/// A group of simulations that use the same mesh.
 struct Runs {
     count: usize,
     what: String,
@@ -43,13 +43,14 @@ pub struct ExpectedCost {
 }
 
 impl ExpectedCost {
-    /// Cost of a calibration, including the tests of virtual specimens; none for a case without a prior.
+    /// Estimates the cost of a calibration, including the tests of virtual specimens; `None` for a case without a
+    /// prior.
     pub(super) fn of_calibration(case: &Case, geometry: &SpecimenGeometry) -> Option<Self> {
         case.prior.as_ref()?;
         Some(Self::of_runs(virtual_tests(case).chain(calibration(case)), geometry))
     }
 
-    /// Cost of the tests of virtual specimens.
+    /// Estimates the cost of the tests of virtual specimens.
     pub(super) fn of_laboratory(case: &Case, geometry: &SpecimenGeometry) -> Self {
         Self::of_runs(virtual_tests(case), geometry)
     }
@@ -136,7 +137,7 @@ fn virtual_tests(case: &Case) -> impl Iterator<Item = Runs> {
     })
 }
 
-/// Simulations on the specimen of a case.
+/// Returns `count` simulations on the mesh of the case's specimen, described by `what`.
 fn on_specimen(case: &Case, count: usize, what: &str) -> Runs {
     Runs {
         count,

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use super::WorkflowError;
 
-/// Copies a file, or a folder with its contents, to a path that does not exist yet. File systems that support it share
-/// the blocks of the two files. Hard links are not used, because an edit of one file would also change the other.
+/// Copies a file, or a folder with its contents, to a path that does not exist yet. Some file systems share the blocks
+/// of the two files. Hard links are not used, because an edit of one file would also change the other file.
 ///
 /// # Errors
 /// Fails if a file cannot be read or written.

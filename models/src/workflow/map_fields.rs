@@ -1,4 +1,4 @@
-//! Fields of the simulation at the mode, at several stages of damage.
+//! Fields of the simulation at the posterior mode, at several stages of damage.
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,14 +12,14 @@ use super::simulator::Simulator;
 use super::task::Task;
 use crate::progress::Bar;
 
-/// The first stored state is at this fraction of the displacement at the highest force.
+/// Displacement of the first stored state, as a fraction of the displacement at the highest force.
 const EARLY: f64 = 0.5;
 
-/// Repeats the run with this curve and writes its fields while the force rises, at the peak and at the end:
+/// Repeats the run that gave `curve`, and writes its fields while the force rises, at the peak and at the end:
 /// `fields/map-*.vtu` with their collection `fields/map.pvd` for ParaView, a picture of the damage in each state, and
 /// `fields/map.csv`.
 ///
-/// The fields of runs are not stored when the runs are made, so that ensembles can be large; hence the repetition.
+/// The run is repeated because runs do not store their fields, which would take too much disk space in large ensembles.
 pub(super) fn write_fields(
     task: &Task<'_>,
     simulator: &Simulator,

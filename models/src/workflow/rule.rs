@@ -13,7 +13,7 @@ pub(super) struct Warning {
     pub(super) qualifier: Option<Qualifier>,
 }
 
-/// A condition on the results of stages, with the warnings if it is violated.
+/// Condition on the results of stages. If it is violated, it gives warnings.
 pub(super) struct Rule {
     /// Stages whose files the rule reads.
     pub(super) reads: &'static [&'static str],
@@ -21,7 +21,7 @@ pub(super) struct Rule {
     pub(super) check: fn(&Inputs<'_>) -> Result<Vec<Warning>, WorkflowError>,
 }
 
-/// A single warning with a qualifier.
+/// Returns a single warning with a qualifier.
 pub(super) fn qualified(qualifier: Qualifier, text: String) -> Vec<Warning> {
     vec![Warning { text, qualifier: Some(qualifier) }]
 }

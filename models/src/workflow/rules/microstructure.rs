@@ -28,7 +28,7 @@ enum Source {
 }
 
 impl Source {
-    /// The origin of the microstructure; none for specimens of matrix alone.
+    /// Returns the origin of the microstructure; `None` for specimens that consist of matrix only.
     fn of(geometry: &SpecimenGeometry, asked: Microstructure) -> Option<Self> {
         match geometry {
             SpecimenGeometry::Cylinder { grains, .. } => grains.as_ref().map(|_| Self::Packing),
