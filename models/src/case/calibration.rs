@@ -67,7 +67,7 @@ impl DesignCase {
     /// Draws `n` points of the design, whose coordinates are the parameters of a prior.
     ///
     /// # Errors
-    /// As [`DesignMethod::sample`].
+    /// The errors of [`DesignMethod::sample`].
     pub(crate) fn points(
         &self,
         prior: &PriorCase,

@@ -27,7 +27,7 @@ pub struct CaseCheck {
     pub notes: Vec<String>,
     /// Mistakes that would stop a run.
     pub mistakes: Vec<String>,
-    /// Expected simulations and their cost; none for a case without a prior.
+    /// Expected simulations and their cost; `None` for a case without a prior.
     pub cost: Option<ExpectedCost>,
 }
 

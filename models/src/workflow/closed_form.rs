@@ -107,7 +107,7 @@ impl ClosedForm {
         phases.min_by(|a, b| a.young[0].total_cmp(&b.young[0]))
     }
 
-    /// Range of the quantity over the corners of the prior box; none for a quantity without a closed form.
+    /// Range of the quantity over the corners of the prior box; `None` for a quantity without a closed form.
     pub(super) fn range(
         &self,
         quantity: &dyn Qoi,

@@ -378,7 +378,7 @@ pub(super) fn progress(inputs: &Inputs<'_>, dir: &Path) -> Result<Vec<Progress>,
 /// Returns the ended runs on the first level, including those of batches, and the number of levels.
 ///
 /// # Errors
-/// As [`progress`].
+/// The errors of [`progress`].
 pub(super) fn so_far(inputs: &Inputs<'_>) -> Result<(LevelRuns, usize), WorkflowError> {
     // the identity of the runs depends on all inputs that were read: start with an empty record of inputs
     let inputs = inputs.afresh();

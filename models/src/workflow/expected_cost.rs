@@ -36,7 +36,7 @@ struct Runs {
 pub struct ExpectedCost {
     /// Number of simulations.
     pub simulations: usize,
-    /// Processor seconds; none if the number of tetrahedra is unknown before the image is segmented.
+    /// Processor seconds; `None` if the number of tetrahedra is unknown before the image is segmented.
     pub seconds: Option<f64>,
     /// Description of each group of simulations, one line each.
     pub(super) lines: Vec<String>,
@@ -101,7 +101,7 @@ impl ExpectedCost {
     }
 }
 
-/// Volume of the specimen, mm³; none if the case does not specify its size.
+/// Volume of the specimen, mm³; `None` if the case does not specify its size.
 fn volume_mm3(geometry: &SpecimenGeometry) -> Option<f64> {
     match geometry {
         SpecimenGeometry::Cylinder { radius_mm, height_mm, .. } => {

@@ -182,10 +182,10 @@ pub(super) fn error_of(
     }
 }
 
-/// Relative error covariance of all corrections together (the sum of their covariances); none without corrections.
+/// Relative error covariance of all corrections together (the sum of their covariances); `None` without corrections.
 ///
 /// # Errors
-/// As [`error_of`].
+/// The errors of [`error_of`].
 pub(super) fn error_of_all(
     reports: &[FitReport],
     made_on: &MadeOn,

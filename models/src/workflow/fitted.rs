@@ -48,7 +48,7 @@ impl Fitted {
     /// dominated by the corners of the box.
     ///
     /// # Errors
-    /// As [`DynPce::fit`].
+    /// The errors of [`DynPce::fit`].
     pub(super) fn of(
         runs: &Dataset,
         specimens: &[Option<f64>],
@@ -130,10 +130,10 @@ pub(super) fn options_on(
     }
 }
 
-/// Separates the error of a fit into scatter within and between specimens; none unless runs share specimens.
+/// Separates the error of a fit into scatter within and between specimens; `None` unless runs share specimens.
 ///
 /// # Errors
-/// As [`GroupedRuns::of`].
+/// The errors of [`GroupedRuns::of`].
 pub(super) fn of_specimens_of_runs(
     fit: &PceFit,
     runs: &Dataset,

@@ -26,7 +26,7 @@ pub(super) fn copy_tree(from: &Path, to: &Path) -> Result<(), WorkflowError> {
 /// Copies every finished record of a folder of runs to another folder, unless a file of the same name exists there.
 ///
 /// # Errors
-/// As [`copy_tree`].
+/// The errors of [`copy_tree`].
 pub(super) fn copy_records(from: &Path, to: &Path) -> Result<(), WorkflowError> {
     let Ok(entries) = std::fs::read_dir(from) else { return Ok(()) };
     let failed = |e| WorkflowError::io(to, e);

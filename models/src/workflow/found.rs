@@ -37,7 +37,7 @@ impl Found {
         }
     }
 
-    /// Grain fraction of each voxel; none for labels of the user, which have no grey values.
+    /// Grain fraction of each voxel; `None` for labels of the user, which have no grey values.
     pub(super) fn solid(&self) -> Option<&Volume<f32>> {
         match self {
             Self::Grey(found) => Some(&found.solid),

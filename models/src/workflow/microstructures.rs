@@ -94,7 +94,7 @@ impl Microstructures {
         }
     }
 
-    /// Seed of the case's own packing; none for images.
+    /// Seed of the case's own packing; `None` for images.
     pub(super) fn own_seed(&self) -> Option<u64> {
         match &self.source {
             Source::Packings(packings) => Some(packings.own_seed()),

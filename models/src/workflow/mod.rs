@@ -208,7 +208,7 @@ impl<'a> Workflow<'a> {
     /// replaced.
     ///
     /// # Errors
-    /// As [`Workflow::open`].
+    /// The errors of [`Workflow::open`].
     pub fn open_with(
         source: &CaseFile,
         dir: &Path,
@@ -360,7 +360,7 @@ impl<'a> Workflow<'a> {
         self.folder.write(STAGES_FILE, stage.name, text.as_bytes()).map(drop)
     }
 
-    /// Returns the reason, as text, why a stage has to be run; none if it is finished and nothing that it read or wrote
+    /// Returns the reason, as text, why a stage has to be run; `None` if it is finished and nothing that it read or wrote
     /// has changed.
     pub fn due(&self, stage: &Stage) -> Option<String> {
         match self.finished().get(stage.name) {

@@ -26,7 +26,7 @@ pub(crate) struct Together {
 }
 
 impl Together {
-    /// Reads the list of folders from the folder of a study; none if `dir` is not such a folder.
+    /// Reads the list of folders from the folder of a study; `None` if `dir` is not such a folder.
     pub(crate) fn read(dir: &Path) -> Option<Self> {
         toml::from_str(&fem::read_regular_text(&dir.join(FILE)).ok()?).ok()
     }
@@ -51,7 +51,7 @@ impl Together {
     /// Writes the list of folders to `study.toml`, unless the file already has this content.
     ///
     /// # Errors
-    /// Fails if a file of the user is there, or if the file cannot be written.
+    /// Fails if a file of the user has the path of `study.toml`, or if the file cannot be written.
     pub(crate) fn write(&self, dir: &Path, folder: &ProductFolder) -> Result<(), WorkflowError> {
         if Self::read(dir).as_ref() == Some(self) {
             return Ok(());
@@ -95,7 +95,7 @@ impl Neighbours {
     /// Waits until no neighbour with the same specimen runs the stage. Afterwards its products can be copied.
     ///
     /// # Errors
-    /// As [`lock`].
+    /// The errors of [`lock`].
     pub(super) fn lock(
         &self,
         stage: &'static str,

@@ -51,7 +51,8 @@ impl Workflow<'_> {
     pub(super) fn check_what_it_read(&self, stage: &Stage) -> Result<(), WorkflowError> {
         let finished = self.finished();
         let inputs = self.inputs();
-        // a file may be unchanged although the stage that wrote it has to be run again
+        // comparing contents is not enough: a file may be unchanged although the stage that wrote it has to be run
+        // again
         for name in finished.get(stage.name).into_iter().flat_map(|record| record.files_read()) {
             if inputs.writer_of(name) != Some(stage.name) && self.dir.join(name).exists() {
                 self.freshness.check(name, &finished, &inputs, &self.dir)?;

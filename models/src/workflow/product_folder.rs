@@ -98,7 +98,7 @@ impl ProductFolder {
     /// Whether the user has changed a file that the program has written.
     ///
     /// # Errors
-    /// As [`Self::owner`].
+    /// The errors of [`Self::owner`].
     pub(super) fn is_edited(&self, name: &str) -> Result<bool, WorkflowError> {
         Ok(self.written.names(name)? && self.owner(name)? == Owner::User)
     }
@@ -138,7 +138,7 @@ impl ProductFolder {
     /// match it and for which `may_write` is true.
     ///
     /// # Errors
-    /// As [`Self::claim`].
+    /// The errors of [`Self::claim`].
     pub(crate) fn claim_all<'p>(
         &self,
         patterns: impl IntoIterator<Item = &'p str>,
@@ -154,7 +154,7 @@ impl ProductFolder {
     /// is read.
     ///
     /// # Errors
-    /// As [`Self::claim`].
+    /// The errors of [`Self::claim`].
     pub(super) fn claim_unwritten<'p>(
         &self,
         patterns: impl IntoIterator<Item = &'p str>,
@@ -250,7 +250,7 @@ impl ProductFolder {
     /// its content.
     ///
     /// # Errors
-    /// As [`Self::write`].
+    /// The errors of [`Self::write`].
     pub(crate) fn begin_growing(
         &self,
         name: &str,
@@ -282,7 +282,7 @@ impl ProductFolder {
     /// Copies a file or a folder from another results folder.
     ///
     /// # Errors
-    /// As [`Self::write`].
+    /// The errors of [`Self::write`].
     pub(super) fn copy_from(
         &self,
         from: &Path,
@@ -328,7 +328,7 @@ impl ProductFolder {
     /// products of an earlier case or design.
     ///
     /// # Errors
-    /// As [`Self::remove`].
+    /// The errors of [`Self::remove`].
     pub(super) fn remove_leftovers(
         &self,
         patterns: &[&str],

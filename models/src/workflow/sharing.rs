@@ -33,7 +33,7 @@ impl Workflow<'_> {
     /// left.
     ///
     /// # Errors
-    /// As [`Workflow::share`].
+    /// The errors of [`Workflow::share`].
     pub fn rehearse(&self, stage: &'static Stage) -> Result<bool, WorkflowError> {
         /// Interrupt flag that is always set, so that an ensemble starts no run.
         static RAISED: AtomicBool = AtomicBool::new(true);
