@@ -13,8 +13,8 @@ use serde::{Deserialize, Deserializer, Serialize};
 /// user.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ImageCase {
-    /// Grey values: a file (multi-page TIFF, MetaImage, NRRD, HDF5) or a folder of slices (TIFF, PNG, BMP). Without `stack`,
-    /// `[specimen.scan]` computes the image.
+    /// Grey values: a file (multi-page TIFF, MetaImage, NRRD, HDF5) or a folder of slices (TIFF, PNG, BMP). Without
+    /// `stack`, `[specimen.scan]` computes the image.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stack: Option<PathBuf>,
     /// Labels instead of grey values: a multi-page TIFF file, or a folder of slices.

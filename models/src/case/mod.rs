@@ -92,7 +92,7 @@ pub struct Case {
     /// Calibrated parameters with their priors; not needed for a single simulation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub prior: Option<PriorCase>,
-    /// Extensions of the prior, each with runs in addition to those of `[design]`.
+    /// Extensions of the prior. Each extension adds runs to the runs of `[design]`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub extend: Vec<ExtendCase>,
     /// The runs to which the surrogate is fitted.

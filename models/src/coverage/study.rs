@@ -180,7 +180,7 @@ impl CoverageStudy {
         let open = setting.error.iter().cloned().collect();
         let evidence = Evidence { qois, known, population, open, ..Evidence::default() };
         let sampler = self.sampler.clone().seed(seed).threads(1);
-        // true parameters are drawn without a prior
+        // uniform priors, because the true parameters are drawn uniformly and not from the priors of a case
         let priors = Prior::uniform_on(&setting.forward.inputs()[..size]);
         let posterior = sample(&setting.forward, &priors, &evidence, &sampler, seed)?;
         let group = &posterior.posterior;

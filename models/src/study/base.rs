@@ -69,7 +69,7 @@ impl Base {
         }
         sets.into_iter().for_each(|set| merge(&mut table, set));
         let (file, of_case) = CaseFile::parse_all(&table.to_string(), study);
-        // lines of the merged text are not lines of the user's file
+        // line numbers of the merged text are not line numbers of the user's file
         mistakes.extend(of_case.into_iter().map(|error| InputError { excerpt: None, ..error }));
         (file, mistakes)
     }

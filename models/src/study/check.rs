@@ -17,9 +17,9 @@ pub struct StudyCheck {
     pub understood: Vec<(&'static str, String)>,
     /// Laboratories and cases of each setting, with the interpreted input that differs between parts.
     pub parts: Vec<PartCheck>,
-    /// Notes for the user, with the parts that they concern.
+    /// Notes for the user, with the names of the parts concerned.
     pub notes: Vec<String>,
-    /// Errors that would prevent a run, with the parts that they concern.
+    /// Errors that would prevent a run, with the names of the parts concerned.
     pub mistakes: Vec<String>,
 }
 
@@ -42,7 +42,7 @@ impl StudyCheck {
         CaseFile::text(path).is_ok_and(|text| CaseFile::is_study(&text))
     }
 
-    /// Reads a study and all files that its parts name, with the same functions as the stages.
+    /// Reads a study and all files that its parts name. The stages use the same functions for reading.
     pub fn read(path: &Path) -> Self {
         let ReadStudy { file, mistakes } = StudyFile::read_all(path, &[]);
         let mut all = Concerning::default();

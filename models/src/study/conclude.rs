@@ -83,7 +83,8 @@ fn parameter<'c>(case: &'c ComparedCase, label: &str) -> Option<&'c CalibratedPa
     case.parameters.iter().find(|p| p.label == label)
 }
 
-/// Whether the data narrowed the parameter, even if the posterior is at a bound of the prior.
+/// Whether the data narrowed the distribution of the parameter, even if the posterior is truncated by a bound of the
+/// prior.
 fn is_learnt(p: &CalibratedParameter) -> bool {
     let verdict = p.verdict();
     verdict.is_identified() || verdict == Verdict::AtBound

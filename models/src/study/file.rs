@@ -52,7 +52,8 @@ pub struct StudyCase {
     pub name: String,
     /// The case file of the calibration.
     pub file: CaseFile,
-    /// Name of the laboratory whose specimens the case is calibrated against, instead of its own experiments.
+    /// Name of the laboratory that provides the specimens; `None` if the case is calibrated against its own
+    /// experiments.
     pub laboratory: Option<String>,
     /// Published results for comparison.
     pub reference: Reference,
@@ -75,7 +76,7 @@ pub(super) struct StudyMistake {
 }
 
 impl StudyMistake {
-    /// Converts to an error whose place includes the part.
+    /// Converts the mistake to an error; its location includes the name of the part.
     fn into_error(self) -> InputError {
         let Self { part, error } = self;
         let place = match (part.is_empty(), error.place.is_empty()) {

@@ -157,7 +157,8 @@ impl<'a> Shift<'a> {
             .into())
     }
 
-    /// Runs the work of a part, whose name is shown in all its messages. A failure is reported immediately and stored.
+    /// Runs `work` for a part. All messages of the work show the name of the part. A failure is reported immediately
+    /// and stored.
     fn part<T>(
         &self,
         rank: usize,

@@ -83,7 +83,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         row.name = parameter_name(&row.name);
         row.place.clone_from(&row.name);
     }
-    // omit the warnings about empty groups: often all specimens have known inputs, or none has
+    // omit the warnings about empty groups: usually the inputs of all specimens are known, or all are unknown
     summary.warnings.retain(|warning| warning.kind != WarningKind::NoData);
     task.product("summary.csv", |path| {
         summary.write_csv(path).map_err(|e| named("summary.csv", e))

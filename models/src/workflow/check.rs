@@ -32,7 +32,7 @@ pub struct CaseCheck {
 }
 
 impl CaseCheck {
-    /// Reads a case and all files that it names, with the same readers as the stages.
+    /// Reads a case and all files that it names. The stages use the same functions for reading.
     pub fn read(path: &Path) -> Self {
         let mut check = Self::default();
         let text = match CaseFile::text(path) {

@@ -183,8 +183,9 @@ impl Copies {
 
     /// Checks that the results in a folder do not belong to another case.
     ///
-    /// A case is identified by its file or, failing that, by its tables `specimen`, `prior` and `experiments` and the
-    /// copied curves and mesh. Other changes in the same file count as the same case.
+    /// Two cases count as the same case if their files have the same path. Otherwise they count as the same case if the
+    /// tables `specimen`, `prior` and `experiments`, the copied curves and the copied mesh are equal. A case file that
+    /// was edited is therefore still the same case.
     ///
     /// # Errors
     /// [`WorkflowError::OtherFolder`] if the results belong to another case.

@@ -186,7 +186,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         })
 }
 
-/// Finished runs, with the looks of the batches (see [`Batches`]) and the corrections.
+/// Finished runs, with the looks (intermediate calibrations, see the module `sequential`) and the corrections.
 struct Made {
     /// The runs of each level; runs of batches belong to the first level.
     done: Vec<LevelRuns>,
@@ -375,7 +375,7 @@ pub(super) fn progress(inputs: &Inputs<'_>, dir: &Path) -> Result<Vec<Progress>,
     Ok(found)
 }
 
-/// Returns the ended runs on the first level, including those of batches, and the number of levels.
+/// Returns the ended runs on the first level, including the runs of batches, and the number of levels.
 ///
 /// # Errors
 /// The errors of [`progress`].

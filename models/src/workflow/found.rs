@@ -5,7 +5,7 @@ use fem::{
     VoxelGrains,
 };
 
-/// A specimen with its grains.
+/// Result of a segmentation or of reading labels: a specimen with its grains.
 pub(super) enum Found {
     /// Segmented from grey values.
     Grey(Segmented),

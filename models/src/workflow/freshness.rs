@@ -12,7 +12,7 @@ use super::task::StageRecord;
 /// Name of the file with the records of finished stages.
 pub(super) const STAGES_FILE: &str = "stages.toml";
 
-/// Record of each finished stage: what it has read and written.
+/// Records of the finished stages by name: the inputs and the products of each stage.
 pub(super) type Records = BTreeMap<String, StageRecord>;
 
 /// Reads the records of the finished stages of a results folder.

@@ -51,7 +51,7 @@ impl<'a> Inputs<'a> {
         Self { file, dir, origin, writer, guard: None, read: RefCell::default() }
     }
 
-    /// Inputs of another case with the same results folder. The record is empty.
+    /// Creates the inputs of another case with the same results folder and an empty record.
     pub(super) fn of<'b>(&self, file: &'b CaseFile) -> Inputs<'b>
     where
         'a: 'b,
@@ -59,7 +59,7 @@ impl<'a> Inputs<'a> {
         Inputs::new(file, self.dir, self.writer)
     }
 
-    /// Inputs of the same case and folder with an empty record.
+    /// Creates the inputs of the same case and the same folder with an empty record.
     pub(super) fn afresh(&self) -> Inputs<'a> {
         Inputs::new(self.file, self.dir, self.writer)
     }

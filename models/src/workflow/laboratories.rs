@@ -46,7 +46,8 @@ pub struct SimulatedLaboratories {
 /// points with two runs each. Runs are stored in `dir/coverage`, so that an interrupted study is resumed.
 ///
 /// # Errors
-/// Fails for a case with a prior that is not uniform, without virtual specimens or without a packing, or if the simulation of a specimen fails.
+/// Fails if a prior of the case is not uniform, if the case has no virtual specimens or no packing, or if the
+/// simulation of a specimen fails.
 pub fn simulate_laboratories(
     file: &CaseFile,
     dir: &Path,

@@ -77,7 +77,7 @@ impl Runner<'_> {
 /// The runs of a level with their quantities of interest.
 pub(super) struct LevelRuns {
     pub(super) records: Vec<RunRecord>,
-    /// Quantities of each record, or the reason why it has none.
+    /// Quantities of each record, or the reason why the run has no quantities.
     found: Vec<Result<Found, String>>,
 }
 

@@ -49,8 +49,8 @@ pub(super) fn write_fields(
     task.write_csv("fields/map.csv", header, rows)
 }
 
-/// Steps whose fields are stored, each with a name: before the peak, at the peak, and the last step; fewer for a curve
-/// that lacks some of them.
+/// Selects the steps whose fields are stored, each with a name: a step before the peak, the peak, and the last step. A
+/// curve may lack some of these steps.
 fn moments(curve: &[CurvePoint]) -> Vec<(usize, &'static str)> {
     let highest = |a: &usize, b: &usize| curve[*a].force_n.total_cmp(&curve[*b].force_n);
     let Some(peak) = (0..curve.len()).max_by(highest) else { return Vec::new() };

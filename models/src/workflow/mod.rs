@@ -37,8 +37,8 @@
 //! of copies stores equal files once.
 //!
 //! Any number of processes may work in one results folder, on all machines that see it. They share the runs of the
-//! stage `ensemble`. All products of a stage are made by one process, which holds a lock in `.locks/` until it ends;
-//! the other processes wait. [`status`] reports the progress and changes nothing.
+//! stage `ensemble`. One process makes all products of a stage and holds a lock in `.locks/` until the stage ends; the
+//! other processes wait. [`status`] reports the progress and changes nothing.
 
 mod adoption;
 mod calibrate;
@@ -350,8 +350,7 @@ impl<'a> Workflow<'a> {
         work(task).map_err(|error| self.copies.named_by_owner(error))
     }
 
-    /// Adds the record of a stage to `stages.toml`, keeping the records that other processes have added in the
-    /// meantime.
+    /// Adds the record of a stage to `stages.toml`. Records that other processes have added in the meantime are kept.
     fn remember(&self, stage: &Stage, record: StageRecord) -> Result<(), WorkflowError> {
         let _lock = lock(&self.dir, "stages", stage.name, self.interrupt)?;
         let mut finished = self.finished();
@@ -360,8 +359,8 @@ impl<'a> Workflow<'a> {
         self.folder.write(STAGES_FILE, stage.name, text.as_bytes()).map(drop)
     }
 
-    /// Returns the reason, as text, why a stage has to be run; `None` if it is finished and nothing that it read or wrote
-    /// has changed.
+    /// Returns the reason, as text, why a stage has to be run; `None` if the stage is finished and its inputs and
+    /// products are unchanged.
     pub fn due(&self, stage: &Stage) -> Option<String> {
         match self.finished().get(stage.name) {
             None => Some("it has not been run".to_owned()),

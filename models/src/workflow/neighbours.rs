@@ -92,7 +92,8 @@ impl Neighbours {
         })
     }
 
-    /// Waits until no neighbour with the same specimen runs the stage. Afterwards its products can be copied.
+    /// Waits until no neighbour with the same specimen is running the stage. Afterwards the products of the neighbours
+    /// can be copied.
     ///
     /// # Errors
     /// The errors of [`lock`].

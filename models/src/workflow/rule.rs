@@ -7,7 +7,7 @@ use crate::report::Qualifier;
 /// A warning that the reader of a result needs before using it.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Warning {
-    /// The consequence for the result, its cause, and what to do.
+    /// Text of the warning: consequence for the result, cause and remedy.
     pub(super) text: String,
     /// Restriction that is added to the verdict "identified", if any.
     pub(super) qualifier: Option<Qualifier>,
@@ -17,7 +17,7 @@ pub(super) struct Warning {
 pub(super) struct Rule {
     /// Stages whose files the rule reads.
     pub(super) reads: &'static [&'static str],
-    /// Returns the warnings for a results folder; none if the condition holds.
+    /// Returns the warnings for a results folder; empty if the condition is satisfied.
     pub(super) check: fn(&Inputs<'_>) -> Result<Vec<Warning>, WorkflowError>,
 }
 

@@ -80,8 +80,8 @@ impl Notes {
     }
 }
 
-/// Notes each specimen whose height differs from the mesh, so that its displacements are scaled, or whose radius
-/// differs, so that its forces are scaled.
+/// Adds a note for each specimen whose displacements are scaled because its height differs from the mesh, or whose
+/// forces are scaled because its radius differs.
 pub(super) fn note_sizes(table: &SpecimenTable, mesh: MeshSize, notes: &mut Notes) {
     for specimen in &table.specimens {
         let scale = MeshScale::of(specimen, mesh);

@@ -270,7 +270,7 @@ mod tests {
         let runs = counts(&[level(40, 100, 4, 2400.0)]);
         assert_eq!((runs.per_hour, runs.seconds_left), (Some(240.0), Some(900.0)));
         assert_eq!(runs.to_string(), "40 of 100 runs, 4 under way, 240 an hour, 15 min left");
-        // ten runs on a finer mesh, of which none has ended
+        // ten runs on a finer mesh, all unfinished
         let runs = counts(&[level(40, 100, 4, 2400.0), level(0, 10, 0, 0.0)]);
         assert!(runs.is_at_least && runs.seconds_left == Some(900.0));
         assert!(runs.to_string().contains("more than 15 min left"));

@@ -26,8 +26,8 @@ pub(super) fn stiffness_ratio(setup: &Setup<'_>, mesh: TetMesh) -> Result<f64, F
     Ok(with_grains / stiffness(setup, mesh, &grainless)?)
 }
 
-/// Force / displacement (N/mm) of a mesh whose regions have the case's materials named `materials`, in the order of the
-/// regions.
+/// Force / displacement (N/mm) of a mesh. `materials` are the names of the case's materials for the regions of the
+/// mesh, in the order of the regions.
 fn stiffness(setup: &Setup<'_>, mesh: TetMesh, materials: &[&str]) -> Result<f64, FemError> {
     let displacement_mm = SMALL * height_mm(&mesh);
     let schedule =

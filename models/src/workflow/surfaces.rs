@@ -52,9 +52,9 @@ struct GrainSurface {
 }
 
 impl Workflow<'_> {
-    /// Writes the surface of each grain to `surfaces/grain-NUMBER.stl`, in mm and in the coordinates of the mesh, and
-    /// a table `surfaces.csv`; returns the path of the table. The grains of an image are those of the stage
-    /// `segment`, which is run first if necessary. Voids are omitted.
+    /// Writes the surface of each grain to `surfaces/grain-NUMBER.stl`, in mm and in the coordinates of the mesh, and a
+    /// table `surfaces.csv`; returns the path of the table. For an image, the grains are read from the results of the
+    /// stage `segment`, which is run first if necessary. Voids are omitted.
     ///
     /// # Errors
     /// Fails if the stage `segment` fails, if a file of the user has the path of one of these files, or if a mesh file

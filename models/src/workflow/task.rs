@@ -93,9 +93,9 @@ pub(super) struct Task<'a> {
     pub(super) interrupt: &'a AtomicBool,
     /// Neighbouring folders with which runs are shared.
     pub(super) neighbours: Option<Neighbours>,
-    /// Whether to calibrate even if the data are outside the range that the simulations reach.
+    /// Whether to calibrate even if the data are outside the range of the simulations.
     pub(super) accept_out_of_range: bool,
-    /// Whether not to wait for work that other processes are doing.
+    /// Whether the stage ends without waiting for work that other processes are doing.
     pub(super) leave_to_others: bool,
     /// Name of the stage.
     stage: &'static str,

@@ -19,13 +19,13 @@ pub struct SimulationParts {
     pub test: TestCase,
 }
 
-/// Reason why a case has no such parameter, and what to change.
+/// Error if the case does not have the parameter: the reason, and the remedy.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{problem}")]
 pub struct TargetError {
     /// The reason, such as "the case has no table [phase_field]".
     pub problem: String,
-    /// What to change.
+    /// The remedy, such as "Add [phase_field], or leave the parameter out."
     pub help: String,
 }
 

@@ -78,7 +78,7 @@ fn with_quantities(level: LevelRuns, qoi: &QoiCase) -> LevelRuns {
     LevelRuns::new(level.records, qoi, derivatives)
 }
 
-/// Quantities of the specimens, computed from their curves as in the stage `experiments`.
+/// Computes the quantities of the specimens from their curves in the same way as the stage `experiments`.
 fn read_again(
     inputs: &Inputs<'_>,
     quantities: &[Quantity],

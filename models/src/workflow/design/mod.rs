@@ -12,7 +12,7 @@ use crate::further_test::{Belief, Expected, FurtherTest, FurtherTestError, Goal}
 use crate::progress::say;
 use present::Present;
 
-/// Contraction above which a parameter is called identified.
+/// Contraction (1 − posterior variance/prior variance) above which a parameter is called identified.
 const IDENTIFIED: f64 = 0.5;
 
 /// A candidate test, and the belief about the parameters before this test.

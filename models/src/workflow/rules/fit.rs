@@ -19,7 +19,7 @@ const LARGEST: f64 = 10.0;
 pub(super) const AT_THE_SURROGATE: Rule =
     Rule { reads: &["calibrate"], check: |inputs| Ok(surrogate(&misfits(inputs)?)) };
 
-/// Rule on the simulation at the mode, which uses a single microstructure.
+/// Rule on the simulation at the posterior mode, which uses a single microstructure.
 pub(super) const SIMULATED: Rule = Rule {
     reads: &["calibrate", "confirm"],
     check: |inputs| Ok(simulation(&misfits(inputs)?, &simulated(inputs)?)),
@@ -58,7 +58,7 @@ fn misfits(inputs: &Inputs<'_>) -> Result<Vec<Misfit>, WorkflowError> {
     Ok(table.rows().map(misfit).collect::<Result<_, InputError>>()?)
 }
 
-/// Misfit of the simulation at the mode, %, in the order of the quantities.
+/// Reads the misfit of the simulation at the posterior mode, %, in the order of the quantities.
 fn simulated(inputs: &Inputs<'_>) -> Result<Vec<f64>, WorkflowError> {
     let path = inputs.file("confirm.csv")?;
     let table = CsvTable::read(&path, &["experiment_mean", "map_simulation"])?;

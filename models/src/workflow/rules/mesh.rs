@@ -21,7 +21,8 @@ struct MeshError {
     percent: f64,
     /// Posterior standard deviation of the mean response.
     sd_percent: f64,
-    /// Standard deviation specified in `[calibration.discrepancy]`; 0 if none is specified.
+    /// Standard deviation that `[calibration.discrepancy]` specifies for the quantity; 0 if the table does not list the
+    /// quantity.
     stated_percent: f64,
 }
 
