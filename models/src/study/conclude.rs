@@ -172,7 +172,7 @@ fn ratio(pair: &Pair) -> String {
     format!("ratio {median:.3} ({low:.3} … {high:.3})")
 }
 
-/// Result: whether simulations at the mode reproduce the experiments.
+/// Result: whether simulations at the posterior mode reproduce the experiments.
 fn reproduction(cases: &[ComparedCase]) -> Shown {
     let errors: Vec<f64> =
         cases.iter().flat_map(|case| &case.qois).map(|qoi| qoi.percent_error).collect();

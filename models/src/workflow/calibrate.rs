@@ -146,7 +146,7 @@ fn parameter_name(name: &str) -> String {
     path.unwrap_or(name).to_owned()
 }
 
-/// Writes the mode and, for virtual specimens, the true medians of the parameters.
+/// Writes the posterior mode and, for virtual specimens, the true medians of the parameters.
 fn write_map(task: &Task<'_>, parameters: &[Input], map: &[f64]) -> Result<(), WorkflowError> {
     let truth = match task.inputs.are_specimens_virtual()? {
         true => task.inputs.truth()?.iter().map(|(_, value)| value.to_string()).collect(),

@@ -95,7 +95,8 @@ impl<'a> Plan<'a> {
     }
 
     /// Returns the dataset to which a surrogate is fitted, and the corrections. The dataset contains the runs of the
-    /// first level with the given quantities, corrected by means of the runs that were repeated on finer levels.
+    /// first level with the given quantities, corrected by means of the runs that were repeated on more accurate
+    /// levels.
     pub(super) fn learnt(
         &self,
         inputs: &Inputs<'_>,
@@ -194,8 +195,8 @@ struct Made {
     corrected: Corrected,
 }
 
-/// Computes the batches after the runs of the design. Only runs of the design are repeated on finer meshes, because the
-/// corrections must be valid over the whole prior box.
+/// Computes the batches after the runs of the design. Only runs of the design are repeated on more accurate meshes,
+/// because the corrections must be valid over the whole prior box.
 fn with_batches(
     runner: &Runner<'_>,
     plan: &Plan<'_>,

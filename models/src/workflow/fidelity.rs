@@ -1,4 +1,4 @@
-//! Correction of quantities from a cheap mesh, fitted to a few runs that are repeated on a better mesh.
+//! Correction of quantities from a cheap mesh, fitted to a few runs that are repeated on a more accurate mesh.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ use super::level_runs::LevelRuns;
 use super::made_on::MadeOn;
 use super::task::Task;
 
-/// Ratio of the quantities on a finer mesh to the quantities on a cheaper mesh, as a function of the inputs.
+/// Ratio of the quantities on a more accurate mesh to the quantities on a cheaper mesh, as a function of the inputs.
 ///
 /// The logarithm of the ratio is fitted, since mesh errors are relative. The fit is a constant or a linear function;
 /// the one with the smaller leave-one-out error is used.
@@ -21,7 +21,7 @@ pub(super) struct Correction {
 
 impl Correction {
     /// Fits a correction to runs made on both meshes. Each run is (inputs, quantities on the cheaper mesh, quantities
-    /// on the better mesh).
+    /// on the more accurate mesh).
     ///
     /// # Errors
     /// Fails for too few runs, or if all ratios are equal.
@@ -70,7 +70,7 @@ impl Correction {
     }
 
     /// Converts quantities on the cheaper mesh, and their derivatives if `jacobian` is not empty (quantities × inputs),
-    /// to the better mesh.
+    /// to the more accurate mesh.
     ///
     /// # Errors
     /// Fails for inputs outside the prior box.

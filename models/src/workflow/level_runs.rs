@@ -16,7 +16,7 @@ use crate::case::QoiCase;
 /// Subfolder with the records of runs.
 pub(super) const FOLDER: &str = "ensemble";
 
-/// Name of the curve file of a run that was repeated on a better mesh. The cheapest level is level 1.
+/// Name of the curve file of a run that was repeated on a more accurate mesh. The cheapest level is level 1.
 pub(super) fn curve_of_level(level: usize, run: &str) -> String {
     format!("curves/level-{level}-run-{run:0>3}.csv")
 }

@@ -33,7 +33,7 @@ impl<'a> Level<'a> {
     /// # Errors
     /// Fails if a mesh file is missing.
     pub(super) fn all(inputs: &'a Inputs<'_>, meshes: usize) -> Result<Vec<Self>, WorkflowError> {
-        // runs on finer levels only correct the values, so that derivatives are needed on the first level only
+        // runs on more accurate levels only correct the values, so that derivatives are needed on the first level only
         let derivatives = inputs.design().derivatives;
         let setup = inputs.setup();
         for image in (images::OWN..).take(meshes) {

@@ -134,7 +134,7 @@ impl Named {
 struct Curves {
     runs: Dataset,
     of_runs: Vec<Named>,
-    /// For each finer level: the curves of the runs that were repeated on this level, by the number of the run.
+    /// For each more accurate level: the curves of the runs that were repeated on this level, by the number of the run.
     better: Vec<BTreeMap<String, Named>>,
     specimens: Vec<Named>,
 }
