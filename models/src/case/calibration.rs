@@ -197,7 +197,7 @@ enum Sampling {
     #[default]
     Default,
     /// Schmid et al.: four chains with 2 000 warm-up steps and 50 000 further steps each. The first 25 000 of these
-    /// steps are discarded, and every tenth of the others is stored.
+    /// steps are discarded, and every tenth of the remaining steps is stored.
     Paper,
 }
 

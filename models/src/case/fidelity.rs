@@ -17,7 +17,7 @@ pub struct FidelityCase {
     pub levels: Vec<LevelCase>,
 }
 
-/// One of `fidelity.levels`; the mesh of the specimen supplies omitted values.
+/// An entry of `fidelity.levels`; omitted values are taken from the mesh of the specimen.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LevelCase {

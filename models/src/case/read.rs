@@ -166,7 +166,7 @@ fn explain_at(error: &toml::de::Error, place: String, value: String, path: &Path
         Some((key, known)) if message.starts_with("unknown field") => {
             let mut known = known.to_vec();
             if place.contains("specimen.image") {
-                // the list of the parser has only the keys of the segmentation
+                // the message of the parser lists only the keys of the segmentation
                 known.extend(OWN_KEYS);
             }
             let help = format!("{}Keys here: {}.", did_you_mean(key, &known), known.join(", "));

@@ -40,10 +40,10 @@ pub struct Emulated {
 }
 
 impl Emulated {
-    /// Draws a laboratory and the settings that calibrate it: the exact response, a surrogate with a separate packing
-    /// for each run and its shared error, and a surrogate with a single packing that is assumed to be exact, as in the
-    /// paper. If the stiffness ratio is an input of the response, there are also surrogates with this input: the ratio
-    /// is known for no specimen, for the first half of the specimens, or for all.
+    /// Draws a laboratory and the forward models for its calibration: the exact response, a surrogate with a separate
+    /// packing for each run and its shared error, and a surrogate with a single packing that is assumed to be exact, as
+    /// in the paper. If the stiffness ratio is an input of the response, there are also surrogates with this input: the
+    /// ratio is known for no specimen, for the first half of the specimens, or for all.
     ///
     /// # Errors
     /// If a covariance is not positive definite, or an ensemble cannot be fitted.

@@ -7,7 +7,7 @@ use surrogate::{CoefficientPosterior, DynPce, PceFit};
 use crate::fracture::{CalibrationError, Evidence, Population, sample};
 use crate::prior::Prior;
 
-/// Probabilities of the central intervals that are counted.
+/// Probabilities of the central intervals whose coverage is determined.
 const NOMINAL: [f64; 3] = [0.5, 0.9, 0.95];
 
 /// Synthetic experiment with a known truth.

@@ -1,4 +1,4 @@
-//! Checks the input of a study with all mistakes of all its parts, without computing or writing anything.
+//! Checks the input of a study: reports all mistakes of all parts, without computing or writing anything.
 
 use std::path::Path;
 

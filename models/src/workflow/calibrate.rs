@@ -1,4 +1,4 @@
-//! Stage `calibrate`: posterior and mode, computed with the surrogate.
+//! Stage `calibrate`: posterior and posterior mode (MAP), computed with the surrogate.
 
 use std::borrow::Cow;
 use std::sync::Mutex;

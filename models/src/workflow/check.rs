@@ -193,7 +193,7 @@ impl CaseCheck {
             100.0 * grain_fraction(&mesh)
         );
         self.say("specimen", text);
-        // building the simulator checks that the materials and the test suit the mesh
+        // build a simulator, which checks that the materials and the test suit the mesh
         let parameters = file.case.whole_prior();
         let parameters = parameters.iter().flat_map(|prior| prior.parameters()).cloned();
         let simulator = Simulator::new(&Setup::from(file), mesh, parameters.collect());

@@ -64,18 +64,18 @@ pub(super) fn far_from_closed_form(
 /// sliding platens.
 #[derive(Clone, Debug)]
 pub(super) struct ClosedForm {
-    /// Young's modulus in MPa.
+    /// Bounds of Young's modulus in MPa.
     young: [f64; 2],
     damage: Option<Damage>,
 }
 
 #[derive(Clone, Debug)]
 struct Damage {
-    /// Crack density and its width in mm.
+    /// Crack density function, and crack width in mm.
     field: (CrackDensity, f64),
-    /// Toughness in N/mm.
+    /// Bounds of the toughness in N/mm.
     toughness: [f64; 2],
-    /// Viscosity in MPa s.
+    /// Bounds of the viscosity in MPa s.
     viscosity: [f64; 2],
     /// Velocity of the platen in mm/s.
     velocity: f64,

@@ -39,7 +39,7 @@ impl EffortFile {
 fn processor_s() -> Option<f64> {
     const TICKS_PER_S: f64 = 100.0;
     let text = std::fs::read_to_string("/proc/self/stat").ok()?;
-    // skip the name in brackets, which may contain spaces
+    // skip the fields up to the program name, which is in brackets and may contain spaces
     let mut fields = text.rsplit(')').next()?.split_whitespace().skip(11);
     let [user, system] = [fields.next()?, fields.next()?].map(|x| x.parse::<f64>().ok());
     Some((user? + system?) / TICKS_PER_S)

@@ -193,7 +193,7 @@ pub enum WorkflowError {
     NoResults {
         /// The folder.
         path: PathBuf,
-        /// What is missing.
+        /// Reason why the folder is not a results folder.
         why: &'static str,
     },
     /// The mesh cannot be read or written.

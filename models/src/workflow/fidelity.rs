@@ -164,7 +164,7 @@ pub(super) fn write_corrections(
 ///   evenly over the specimens.
 ///
 /// # Errors
-/// None for a report that this program has written.
+/// Fails only for a report that this program has not written.
 pub(super) fn error_of(
     report: &FitReport,
     made_on: &MadeOn,

@@ -43,9 +43,9 @@ impl Fitted {
     ///
     /// All runs have equal weight. Weights that correct for the density of the runs would minimise the mean error over
     /// the prior box. However, the error should be small in the region of the posterior, where the batches have added
-    /// runs. If each run has its own packing, weights would also increase the variance. For the same reason, the lack
-    /// of fit is estimated from the runs of batches, once there are enough of them: an estimate from all runs would be
-    /// dominated by the corners of the box.
+    /// runs. If each run has its own packing, weights would also increase the variance. The lack of fit is estimated
+    /// from the runs of batches, once there are enough of them, because it should be valid in the region of the
+    /// posterior: the corners of the box would dominate an estimate from all runs.
     ///
     /// # Errors
     /// The errors of [`DynPce::fit`].

@@ -58,7 +58,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     rows.extend(surfaces.iter().flat_map(of_surfaces));
     let (tets, nodes) = (mesh.tets.len(), mesh.nodes.len());
     let part = grains_in_words(&mesh, report.as_ref());
-    // building the simulator reports materials or a test that do not suit the mesh before any run
+    // build a simulator, so that materials or a test that do not suit the mesh are reported before any run
     let simulator = Simulator::new(&setup, mesh, Vec::new())?;
     for warning in simulator.problem().warnings() {
         task.warn(&warning.to_string());

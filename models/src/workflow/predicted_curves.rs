@@ -112,7 +112,7 @@ fn draws(posterior: &Posterior, quantities: usize) -> impl Iterator<Item = (&[f6
     finite.step_by(count.div_ceil(MOST_DRAWS).max(1))
 }
 
-/// A curve and its name for messages.
+/// A curve, and the name of its run or specimen for messages.
 struct Named {
     name: String,
     curve: TestCurve,

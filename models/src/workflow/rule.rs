@@ -4,7 +4,7 @@ use super::WorkflowError;
 use super::inputs::Inputs;
 use crate::report::Qualifier;
 
-/// A warning that the reader of a result needs before using it.
+/// Warning about a result, which its reader must know before using the result.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Warning {
     /// Text of the warning: consequence for the result, cause and remedy.

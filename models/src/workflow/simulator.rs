@@ -180,8 +180,8 @@ impl Simulator {
         Ok(parts)
     }
 
-    /// Checks that the materials and derivatives are valid at these values of the parameters. Errors name the case file
-    /// of `setup`.
+    /// Checks that the materials and derivatives are valid at these parameter values. Errors name the case file of
+    /// `setup`.
     pub(super) fn check(&self, setup: &Setup<'_>, values: &[f64]) -> Result<(), WorkflowError> {
         let plain = Self { derivatives: false, ..self.clone() };
         let file = setup.path.to_owned();
@@ -191,7 +191,7 @@ impl Simulator {
         })
     }
 
-    /// Runs with these values of the parameters.
+    /// Runs the test with these parameter values.
     pub(super) fn run(
         &self,
         values: &[f64],

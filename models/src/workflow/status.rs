@@ -245,7 +245,7 @@ impl fmt::Display for RunCounts {
     }
 }
 
-/// Formats a time in a convenient unit.
+/// Formats a time, given in seconds, in a convenient unit.
 fn duration(seconds: f64) -> String {
     match seconds {
         s if s < 90.0 => format!("{s:.0} s"),

@@ -55,7 +55,7 @@ mod tests {
         let drawn = in_turn(64, 4, 1);
         for specimen in 0..4 {
             assert!([0, 16].contains(&in_lower_half(&fixed, specimen)));
-            // of 16 runs, 8 ± 2 (one standard deviation) lie in the lower half: 8 is four standard deviations
+            // random assignment: of 16 runs, 8 are expected in the lower half, with a standard deviation of 2
             assert!(in_lower_half(&drawn, specimen).abs_diff(8) < 8, "{drawn:?}");
         }
     }

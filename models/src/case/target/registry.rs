@@ -100,7 +100,7 @@ impl FromStr for Parameter {
 
 /// The parameters that a case can name, besides the constants of its materials.
 ///
-/// The registry of the process is the standard one unless a program installs its own before it reads the first case.
+/// The process uses the standard registry, unless a program installs another registry before it reads the first case.
 #[derive(Debug)]
 pub(crate) struct TargetRegistry {
     targets: Vec<Parameter>,
@@ -120,7 +120,7 @@ impl TargetRegistry {
         self
     }
 
-    /// Makes this the registry of the process. Returns `false` if the process has one already.
+    /// Makes this the registry of the process. Returns `false` if the process already has a registry.
     pub(crate) fn install(self) -> bool {
         REGISTRY.set(self).is_ok()
     }

@@ -116,7 +116,7 @@ impl CaseFile {
         }
         let mut parts = self.case.parts();
         if parameter.set(&mut parts, value).is_err() {
-            // reported by `check_parameter`
+            // `check_parameter` reports the error of a parameter that cannot be set
             return Ok(());
         }
         let changed =
