@@ -21,7 +21,7 @@ pub struct Laboratory {
     pub stiffness_ratios: Vec<f64>,
 }
 
-/// Specimens whose stiffness ratio a calibration uses.
+/// Known stiffness ratios of specimens, and the distribution of the unknown ratios.
 #[derive(Clone, Debug)]
 pub struct KnownStiffness {
     /// Number n of specimens with a known ratio; they are the first n specimens of the laboratory.

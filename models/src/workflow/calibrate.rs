@@ -157,8 +157,8 @@ fn write_map(task: &Task<'_>, parameters: &[Input], map: &[f64]) -> Result<(), W
     task.write_csv("map.csv", ["parameter", "map", "truth"], rows)
 }
 
-/// Whether a number of the posterior belongs in a table for users. Excluded are the Cholesky factor of the
-/// correlations, and the diagonal and one triangle of the symmetric correlation matrix.
+/// Whether the scalar component `name` of the posterior belongs in a table for users. Excluded are the Cholesky factor
+/// of the correlations, and the diagonal and one triangle of the symmetric correlation matrix.
 fn is_for_people(posterior: &Posterior, name: &str) -> bool {
     let of = |quantity: &str| {
         let variable = posterior.layout.variables.iter().find(|v| v.name == quantity)?;
@@ -192,7 +192,7 @@ fn write_predictions(
     task.write_csv("predictive.csv", ["chain", "draw"].into_iter().chain(quantities), rows)
 }
 
-/// Writes the posterior draws: one line per draw, one column per number.
+/// Writes the posterior draws: one line per draw, one column per scalar component of a variable.
 fn write_draws(task: &Task<'_>, posterior: &Posterior) -> Result<(), WorkflowError> {
     let group = &posterior.posterior;
     let mut header = vec!["chain".to_owned(), "draw".to_owned()];

@@ -23,7 +23,7 @@ impl EffortFile {
         self.rows = text.lines().skip(1).take(steps).map(str::to_owned).collect();
     }
 
-    /// Adds a step and returns the content of the file.
+    /// Adds the row of a load step and returns the content of the file.
     pub(super) fn push(&mut self, step: usize, point: &CurvePoint) -> String {
         let spent = processor_s();
         let seconds = spent.map_or(String::new(), |s| format!("{:.2}", s - self.before_s));

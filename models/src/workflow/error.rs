@@ -96,7 +96,7 @@ pub enum WorkflowError {
         /// Stage that writes the file.
         stage: &'static str,
     },
-    /// A result of another stage has other inputs or outputs than the case.
+    /// A result of another stage does not match the case: for example, it has other parameters, phases or image sizes.
     #[error("{} is of other inputs or outputs than the case; run `breccia {stage}` again", path.display())]
     OtherCase {
         /// The file.

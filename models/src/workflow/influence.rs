@@ -1,4 +1,4 @@
-//! `loo.csv` and `influence.csv`: results of calibrations without one specimen each.
+//! `loo.csv` and `influence.csv`: results of calibrations that each leave out one specimen.
 
 use ppl::Nuts;
 use surrogate::Input;

@@ -66,7 +66,7 @@ fn moments(curve: &[CurvePoint]) -> Vec<(usize, &'static str)> {
     moments
 }
 
-/// Observer that stores the fields of the wanted steps, and ends the run after the last one.
+/// Observer that stores the fields of the selected steps, and ends the run after the last selected step.
 struct States<'a> {
     interrupt: &'a AtomicBool,
     wanted: Vec<(usize, &'static str)>,

@@ -48,7 +48,7 @@ pub(super) struct Batches<'a> {
 /// Runs with their quantities, and the fit reports of the corrections.
 type Learnt = (Dataset, Vec<FitReport>);
 
-/// Result of a calibration to the runs made so far.
+/// Look: result of an intermediate calibration to the runs made so far.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Look {
     /// Number of runs with quantities.
@@ -64,12 +64,13 @@ pub(super) struct Look {
     next: Vec<Vec<f64>>,
 }
 
-/// Name of the file of look number `k`, from 0.
+/// Name of the file of look (intermediate calibration) number `k`, from 0.
 fn name_of_look(k: usize) -> String {
     format!("look-{k:02}.json")
 }
 
-/// Reads a stored look. Returns `None` if the file cannot be read; the look is then computed again.
+/// Reads a stored look (intermediate calibration). Returns `None` if the file cannot be read; the look is then computed
+/// again.
 fn read_look(path: &Path) -> Option<Look> {
     serde_json::from_slice(&fem::read_regular(path).ok()?).ok()
 }
@@ -107,7 +108,7 @@ impl<'a> Batches<'a> {
         Some(1 + run.checked_sub(self.first)? / self.case.batch)
     }
 
-    /// The stored looks.
+    /// Reads the stored looks (intermediate calibrations).
     pub(super) fn looks(&self) -> Vec<Look> {
         (0..).map_while(|k| read_look(&self.folder.join(name_of_look(k)))).collect()
     }
@@ -118,7 +119,7 @@ impl<'a> Batches<'a> {
         ((batches * self.case.batch).min(self.most()), &self.folder)
     }
 
-    /// Whether another batch follows a look. The maximum number of runs is not checked here.
+    /// Whether another batch follows a look (intermediate calibration). The maximum number of runs is not checked here.
     fn goes_on(&self, look: &Look) -> bool {
         look.largest > self.case.share && !look.next.is_empty()
     }
@@ -155,8 +156,9 @@ impl<'a> Batches<'a> {
         Ok(looks)
     }
 
-    /// Returns look number `k`: the stored look, or a new look, which only one of several processes computes. Returns
-    /// `None` if the data are outside the range of the runs; the stage `calibrate` reports this error later.
+    /// Returns look (intermediate calibration) number `k`: the stored look, or a new look, which only one of several
+    /// processes computes. Returns `None` if the data are outside the range of the runs; the stage `calibrate` reports
+    /// this error later.
     fn look(
         &self,
         task: &Task<'_>,
@@ -182,7 +184,7 @@ impl<'a> Batches<'a> {
         Ok(found)
     }
 
-    /// Reads look number `k`, if it is stored. Fails if the user has changed its file.
+    /// Reads look (intermediate calibration) number `k`, if it is stored. Fails if the user has changed its file.
     fn kept(&self, k: usize, task: &Task<'_>) -> Result<Option<Look>, WorkflowError> {
         let (name, folder) = (name_of_look(k), task.folder.with_dir(&self.folder));
         folder.claim(&name, task.stage())?;

@@ -15,11 +15,11 @@ const NEGLIGIBLE: f64 = 2.0;
 /// A misfit larger than this is always poor, %.
 const LARGEST: f64 = 10.0;
 
-/// Rule on the surrogate, which is the mean response of all microstructures of the runs.
+/// Rule on the misfit of the surrogate. The surrogate is the mean response over all microstructures of the runs.
 pub(super) const AT_THE_SURROGATE: Rule =
     Rule { reads: &["calibrate"], check: |inputs| Ok(surrogate(&misfits(inputs)?)) };
 
-/// Rule on the simulation at the posterior mode, which uses a single microstructure.
+/// Rule on the misfit of the simulation at the posterior mode. The simulation uses a single microstructure.
 pub(super) const SIMULATED: Rule = Rule {
     reads: &["calibrate", "confirm"],
     check: |inputs| Ok(simulation(&misfits(inputs)?, &simulated(inputs)?)),

@@ -6,7 +6,7 @@ use super::super::rule::{Rule, Warning};
 use crate::report::MOST_SHIFT;
 use crate::table::CsvTable;
 
-/// Rule on each specimen, based on a calibration without this specimen.
+/// Rule on the shift of the parameters if a specimen is left out of the calibration.
 pub(super) const RULE: Rule =
     Rule { reads: &["calibrate"], check: |inputs| Ok(warned(&shifts(inputs)?)) };
 

@@ -9,7 +9,7 @@ use super::super::rule::{Rule, Warning, qualified};
 use crate::case::{Microstructure, SpecimenGeometry};
 use crate::report::Qualifier;
 
-/// Rule on the runs of the ensemble.
+/// Rule on the ensemble: its runs must use more than one microstructure.
 pub(super) const RULE: Rule = Rule { reads: &["ensemble"], check };
 
 /// Origin of the single microstructure of all runs.
