@@ -38,8 +38,8 @@ fn char_boundary(text: &str, index: usize) -> usize {
     (0..=index).rev().find(|&i| text.is_char_boundary(i)).unwrap_or(0)
 }
 
-/// Returns the range of a key's value, or, if the key is missing, of the innermost table around it. A key is a path such
-/// as `extend[0].prior.matrix.young_mpa`.
+/// Returns the range of a key's value, or, if the key is missing, of the innermost table around it. A key is a path
+/// such as `extend[0].prior.matrix.young_mpa`.
 fn span_of(text: &str, key: &str) -> Option<Range<usize>> {
     let table = DeTable::parse_recoverable(text).0;
     let mut table = table.get_ref();

@@ -14,8 +14,8 @@
 //! | design | `posterior.csv`, `surrogate.json`, `experiments.csv`; runs and curves, for candidates with further quantities of existing curves | `design.csv` (`candidate,parameter,specimens,contraction,contraction_q05,contraction_q95,width90`), `design_specimens.csv` (`candidate,parameter,goal,value,specimens,limit`; `specimens` is empty if 1000 specimens do not reach the goal), `design/candidate-*.csv` (runs of each candidate, a [`surrogate::Dataset`]) |
 //! | report | the results of all other stages | `report.html` |
 //!
-//! `breccia surfaces` writes the surface of each grain, `surfaces/grain-*.stl` and `surfaces.csv`. `breccia simulate` runs one
-//! simulation. Neither is a stage.
+//! `breccia surfaces` writes the surface of each grain, `surfaces/grain-*.stl` and `surfaces.csv`. `breccia simulate`
+//! runs one simulation. Neither is a stage.
 //!
 //! `stages.toml` records for each finished stage the keys of the case and the files that the stage has read, and the
 //! files that it has written. A stage is run again if any of these keys and files has changed. Therefore the same

@@ -79,7 +79,8 @@ pub trait Target: Debug + Send + Sync + 'static {
         None
     }
 
-    /// Default standard deviation of the logarithm of the parameter between virtual specimens. The case can override it.
+    /// Default standard deviation of the logarithm of the parameter between virtual specimens. The case can override
+    /// it.
     fn usual_scatter(&self) -> f64 {
         0.0
     }
