@@ -11,14 +11,12 @@ use rayon::prelude::*;
 
 use crate::Volume;
 use crate::classify::blurred::{FULL, share_at};
-use crate::classify::wall_error::WallError;
+use crate::classify::wall_error::{REACH, WallError, depths};
 use crate::locate::fit::Fit;
 use crate::volume::filter::dilate;
 use crate::volume::grey::rounded;
 use crate::volume::voxel_at;
 
-/// Range of the blur of the wall (voxels); the specimen is continued up to this distance.
-pub(super) const REACH: f64 = 4.0;
 /// Distance (voxels) beyond the mirror image of a voxel at which blur does not affect the air.
 const CLEAR: f64 = 2.0;
 /// Depth below the wall (voxels) of the voxels whose values are copied to the outside.
@@ -116,12 +114,6 @@ fn covered(fit: &Fit, shape: [usize; 3], inside: &[u8], ring: &[u8]) -> Vec<u16>
             }
         })
         .collect()
-}
-
-/// Returns the depths (voxels) of a voxel below the wall, the bottom and the top; negative outside.
-pub(super) fn depths(fit: &Fit, voxel: [usize; 3]) -> [f64; 3] {
-    let [square, height] = fit.radius_squared_and_height(voxel);
-    [fit.radius - square.sqrt(), height - fit.bottom, fit.top - height]
 }
 
 /// Returns the voxels of a ring that show the wall of intact matrix: the blur of grains does not reach them, and no void is behind

@@ -1,16 +1,17 @@
 //! Error of the correction at the wall.
 //!
-//! The place of the wall is known to some hundredths of a voxel. This error times the difference of matrix and air is in
-//! the corrected image at the wall. If the contrast of the grains is much smaller than that difference, the error looks
+//! The position of the wall is known to some hundredths of a voxel. This error, times the difference between matrix and
+//! air, remains in the corrected image at the wall. If the contrast of the grains is much smaller than that difference, the error looks
 //! like grain. Where the wall is intact matrix without grains, the corrected image minus the matrix's grey value is this
 //! error. It depends on the depth below the wall, the bottom or the top, and it is the same everywhere else.
 
 use rayon::prelude::*;
 
-use crate::classify::wall::{REACH, depths};
 use crate::locate::fit::Fit;
 use crate::volume::voxel_at;
 
+/// Range of the blur of the wall (voxels); the specimen is continued up to this distance.
+pub(super) const REACH: f64 = 4.0;
 /// Number of depths, from −`REACH` to `REACH`, at which the error is measured.
 const DEPTHS: usize = 16;
 /// Smallest number of voxels from which an error is measured.
@@ -22,7 +23,7 @@ const SURFACES: usize = 3;
 pub(super) struct WallError([[f64; DEPTHS]; SURFACES]);
 
 impl WallError {
-    /// `excess` returns the corrected grey value minus that of the matrix in a voxel that shows only the wall, and `None`
+    /// `excess` returns the corrected grey value minus the grey value of the matrix in a voxel that shows only the wall, and `None`
     /// in all other voxels.
     pub(super) fn measure(
         fit: &Fit,
@@ -70,4 +71,10 @@ fn surface_and_depth(fit: &Fit, voxel: [usize; 3]) -> [usize; 2] {
     }
     let depth = (depths[nearest] + REACH) / (2.0 * REACH) * DEPTHS as f64;
     [nearest, (depth.max(0.0) as usize).min(DEPTHS - 1)]
+}
+
+/// Returns the depths (voxels) of a voxel below the wall, the bottom and the top; negative outside.
+pub(super) fn depths(fit: &Fit, voxel: [usize; 3]) -> [f64; 3] {
+    let [square, height] = fit.radius_squared_and_height(voxel);
+    [fit.radius - square.sqrt(), height - fit.bottom, fit.top - height]
 }
