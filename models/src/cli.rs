@@ -217,7 +217,8 @@ static INTERRUPT: AtomicBool = AtomicBool::new(false);
 /// Runs the program. Exit codes: 0 if everything is complete, 1 after an error, 2 for an invalid command line, 3 if
 /// `status` finds unfinished work, 130 after Ctrl-C or another signal to end.
 ///
-/// `registry` has what cases can name: [`Registry::standard`], and what the user's own program adds.
+/// `registry` contains the quantities of interest and the parameters that cases can name: the built-in ones of
+/// [`Registry::standard`], and the extensions of the user's own program.
 pub fn program(registry: Registry) -> ExitCode {
     registry.install();
     let (threads, request) = request();
@@ -316,7 +317,7 @@ fn with_hint(error: clap::Error) -> clap::Error {
     }
 }
 
-/// Processes that share the request: only `simulate` can run on several ranks.
+/// Returns the ranks that execute the request; only `simulate` can run on several ranks.
 fn ranks_of(request: &Request) -> Result<Ranks, Failure> {
     let command = match request {
         Request::Command(Command::Simulate { .. }) => return ranks::ranks(),
@@ -333,7 +334,7 @@ fn ranks_of(request: &Request) -> Result<Ranks, Failure> {
 
 fn run(request: Request, threads: usize, ranks: &Ranks) -> Result<ExitCode, Failure> {
     match request {
-        // without a command, always the default case, even if the folder contains another case
+        // without a command, the default case is run even if the folder contains another case
         Request::Default => {
             let (file, out) = (CaseFile::default_case(), Path::new("breccia-out"));
             run_all(&Workflow::open(&file, out, threads, &INTERRUPT)?)?;

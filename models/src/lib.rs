@@ -1,7 +1,7 @@
 //! Experiments, quantities of interest, calibration models, cases and the workflow of Breccia.
 //!
-//! This crate joins the others: simulations (`fem`) become a dataset, the dataset a surrogate, and the
-//! surrogate with the experiments' curves a posterior (`ppl`). The program `breccia` is its front end.
+//! This crate connects the other crates. Simulations (`fem`) give a dataset. A surrogate is fitted to the dataset. The
+//! surrogate and the measured curves give a posterior (`ppl`). The program `breccia` is the command line of this crate.
 //!
 //! ```
 //! use models::{CaseFile, TestCurve, Qois};
@@ -21,13 +21,14 @@
 //! other.
 //!
 //! 1. `progress`: progress bars
-//! 2. `case`: the TOML case file, which uses types of `fem` directly where possible
+//! 2. `case`: the case file in TOML; its values have types of `fem` where possible
 //! 3. `virtual_specimen`: specimens with a known truth
-//! 4. `coverage`: coverage of intervals in experiments with a known truth
-//! 5. `report`: figures and the page; depends on results, but not on the workflow
-//! 6. `workflow`: the stages, each one row of a table; the inputs of a stage are the keys and files that it reads
+//! 4. `coverage`: coverage of intervals, measured in experiments with a known truth
+//! 5. `report`: figures and the HTML report; depends on results, but not on the workflow
+//! 6. `workflow`: the stages, which are listed in a table; each key and file that a stage reads is recorded as its
+//!    input
 //! 7. `study`: several calibrations, and jobs of a cluster
-//! 8. `registry`, `cli`: what a user's own program adds, and the command line
+//! 8. `registry`, `cli`: extensions of a user's own program, and the command line
 //!
 //! The modules depend on the crate [`breccia_calibration`]: curves, quantities of interest and calibration models.
 

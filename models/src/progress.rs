@@ -1,4 +1,4 @@
-//! Progress on stderr: a bar on a terminal, otherwise a line for each tenth.
+//! Progress on stderr: a bar on a terminal, otherwise a line for each tenth of the work.
 
 use std::cell::RefCell;
 use std::io::Write as _;
@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 
-/// Number of steps of a bar, large enough for fractions of a run.
+/// Number of steps of a bar, large enough to show fractions of a run.
 const RESOLUTION: u64 = 10_000;
 
 /// All bars of the program, one below another.
@@ -46,7 +46,7 @@ impl Bar {
         Self::of(speaker(), title)
     }
 
-    /// Starts a bar at zero for the part `of` of a study, for use on a thread that is not assigned to the part.
+    /// Starts a bar at zero for the part `of` of a study. Needed on a thread that is not assigned to the part.
     pub(crate) fn of(of: Option<String>, title: &str) -> Self {
         let bar = BARS.add(ProgressBar::new(RESOLUTION));
         let style = ProgressStyle::with_template("{prefix} {wide_bar} {percent:>3}%  {msg}");

@@ -4,7 +4,8 @@ use breccia_calibration::{Qoi, QoiRegistry};
 
 use crate::case::{Target, TargetRegistry};
 
-/// Everything that a case can name and that a user's own program can extend.
+/// Registry of the quantities of interest and the parameters that a case can name. A user's own program can add
+/// entries.
 ///
 /// # Example
 /// A program that is `breccia` with one more quantity of interest:
@@ -38,23 +39,23 @@ pub struct Registry {
 }
 
 impl Registry {
-    /// Everything that is built in.
+    /// Registry of the built-in quantities of interest and parameters.
     pub fn standard() -> Self {
         Self { qois: QoiRegistry::standard(), targets: TargetRegistry::standard() }
     }
 
-    /// Adds a quantity of interest. If its name is taken, the earlier quantity keeps the name.
+    /// Adds a quantity of interest. If an earlier quantity has the same name, the earlier quantity is used.
     pub fn with_qoi(self, qoi: impl Qoi) -> Self {
         Self { qois: self.qois.with_qoi(qoi), ..self }
     }
 
-    /// Adds a parameter that `[prior]` can name. If its path is taken, the earlier target keeps the path.
+    /// Adds a parameter that `[prior]` can name. If an earlier target has the same path, the earlier target is used.
     pub fn with_target(self, target: impl Target) -> Self {
         Self { targets: self.targets.with_target(target), ..self }
     }
 
-    /// Makes this the registry of the process, before the first case is read. Returns `false` if the process has one
-    /// already. [`program`](crate::program) calls it.
+    /// Makes this the registry of the process; must be called before the first case is read. Returns `false` if the
+    /// process already has a registry. [`program`](crate::program) calls this method.
     pub fn install(self) -> bool {
         self.qois.install() && self.targets.install()
     }

@@ -15,7 +15,7 @@ use crate::experiment::TestCurve;
 pub struct VirtualSpecimen {
     /// Name of the specimen, such as `V-01`.
     pub id: String,
-    /// Seed of the packing, which differs from the seed of the surrogate's packing.
+    /// Seed of the packing; differs from the packing seed of the simulations for the surrogate.
     pub packing_seed: u64,
     /// Parameters of the specimen, in the order of the true parameters.
     pub parameters: Vec<f64>,
@@ -24,7 +24,7 @@ pub struct VirtualSpecimen {
 }
 
 impl VirtualSpecimen {
-    /// Draws the given number of specimens. No specimen gets the packing seed `surrogate_packing_seed`.
+    /// Draws `specimens` specimens. No specimen gets the packing seed `surrogate_packing_seed`.
     ///
     /// Parameters are truth · exp(s z), where z is standard normal and s is the scatter of the parameter, so that the
     /// truth is the median. Specimen k depends only on the seed and on k.

@@ -1,12 +1,12 @@
-//! Runs with derivatives of their quantities.
+//! Runs that give the derivatives of their quantities.
 
 use super::{TINY, breccia, number, table, without_image};
 
 const PARAMETERS: [&str; 3] =
     ["matrix.young_mpa", "matrix.toughness_n_per_mm", "matrix.viscosity_mpa_s"];
 
-/// Forces are homogeneous of degree one in E, Gc and ξ of all regions together, so that Σ θ ∂q/∂θ is q for slope and peak
-/// force, and 0 for the displacement at peak.
+/// Forces are homogeneous of degree one in E, Gc and ξ of all regions together, so that
+/// Σ θ ∂q/∂θ is q for slope and peak and nothing for the displacement at peak.
 #[test]
 fn derivatives_of_a_uniform_specimen_add_up() {
     let dir = tempfile::tempdir().unwrap();
@@ -34,7 +34,7 @@ fn derivatives_of_a_uniform_specimen_add_up() {
     }
 }
 
-/// The case has grains, cheaper meshes and specimens with known stiffness ratios.
+/// With grains, cheaper meshes and specimens whose stiffness is known.
 #[test]
 fn derivatives_of_corrected_runs_reach_the_posterior() {
     let dir = tempfile::tempdir().unwrap();
@@ -59,15 +59,15 @@ fn derivatives_of_corrected_runs_reach_the_posterior() {
     assert!(orders.iter().any(|row| row["order"] == "2"), "{orders:?}");
 }
 
-/// Options without derivatives are refused by name before the first run.
+/// A test that cannot be differentiated is refused by name before the first run.
 #[test]
-fn histories_are_refused() {
+fn friction_is_refused() {
     let dir = tempfile::tempdir().unwrap();
     let case = without_image()
         .replace("runs = 12", "runs = 12\nderivatives = true")
-        .replace("length_mm = 0.06", "length_mm = 0.06\nirreversibility = \"history\"");
+        .replace("steps = 44", "steps = 44\nplatens = \"unilateral\"\nfriction = 0.1");
     std::fs::write(dir.path().join("tiny.toml"), case).unwrap();
     let (code, _, err) = breccia(dir.path(), &["run", "tiny.toml", "--out", "results"]);
     assert_eq!(code, Some(1), "{err}");
-    assert!(err.contains("design.derivatives") && err.contains("history"), "{err}");
+    assert!(err.contains("design.derivatives") && err.contains("friction"), "{err}");
 }

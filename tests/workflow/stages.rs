@@ -22,7 +22,8 @@ fn readers(key: &str) -> &'static [&'static str] {
         // keys of single simulations only
         ["output", ..] => &[],
         ["qoi", ..] => &["experiments", "ensemble", "confirm"],
-        ["prior", ..] => &["ensemble", "calibrate", "design"],
+        // the verdict compares the posterior with the prior
+        ["prior", ..] => &["ensemble", "calibrate", "verdict", "design"],
         ["design", ..] => &["ensemble"],
         ["fidelity", ..] => &["experiments", "ensemble"],
         // the shapes of predicted curves have their own surrogate, which `calibrate` fits

@@ -108,8 +108,10 @@ pub enum ImageError {
     },
     /// Voxels that are not cubes.
     #[error(
-        "{}: voxels of {} × {} × {} mm are not cubes; resample the image to cubic voxels, or give voxel_mm if the tags are wrong",
-        path.display(), size_mm[0], size_mm[1], size_mm[2]
+        "{}: voxels of {} × {} × {} mm ({} mm from slice to slice, along z) are not cubes. Resample the image to cubes of \
+         {} mm, for example by scipy.ndimage.zoom(image, {}, order=1) (labels: order=0) or Image > Scale in Fiji; give \
+         voxel_mm if the stated size is wrong",
+        path.display(), size_mm[0], size_mm[1], size_mm[2], size_mm[2], smallest(size_mm), zoom_factors(size_mm)
     )]
     Anisotropic {
         /// The file.
@@ -204,4 +206,19 @@ impl ImageError {
     pub(crate) fn io(action: &'static str, path: &Path, source: io::Error) -> Self {
         ImageError::Io { action, path: path.into(), source: Arc::new(source) }
     }
+}
+
+/// Smallest edge of a voxel (mm).
+fn smallest(size_mm: &[f64; 3]) -> f64 {
+    size_mm.iter().copied().fold(f64::INFINITY, f64::min)
+}
+
+/// Factors along z, y, x, the order of axes in NumPy, by which the number of voxels grows when they become cubes of the
+/// smallest edge.
+fn zoom_factors(size_mm: &[f64; 3]) -> String {
+    let [x, y, z] = size_mm.map(|edge| {
+        // rounding removes the error of the division
+        (edge / smallest(size_mm) * 1e4).round() / 1e4
+    });
+    format!("({z}, {y}, {x})")
 }

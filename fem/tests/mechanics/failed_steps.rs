@@ -68,7 +68,7 @@ impl StepController for Hasty {
 fn an_increment_that_is_cut_leaves_no_state() {
     let field =
         PhaseField { irreversibility: Irreversibility::History, ..phase_field(Split::None) };
-    let options = SolverOptions { alternations: 12, ..SolverOptions::default() };
+    let options = SolverOptions { alternations: 25, ..SolverOptions::default() };
     let [plain, hasty] = [false, true].map(|tries| {
         let loading = CompressionTest::new(0.3, Schedule::new(1.0, Hasty { tries }));
         let materials = vec![matrix(), grain()];

@@ -37,32 +37,44 @@ pub struct Prior {
     range: [f64; 2],
 }
 
-/// Evaluates an expression for the distribution of a prior.
-macro_rules! with_distribution {
+/// Evaluates an expression for the distribution of a prior, which is not truncated.
+macro_rules! with_family {
     ($prior:expr, $d:ident => $use:expr) => {{
         let Prior { family, values: [a, b, c], range: [lower, upper] } = *$prior;
-        macro_rules! truncated {
+        macro_rules! of {
             ($distribution:expr) => {{
-                let $d = $distribution.truncate(lower..upper);
+                let $d = $distribution;
                 $use
             }};
         }
         match family {
-            PriorFamily::Uniform => {
-                let $d = Uniform(lower, upper);
-                $use
-            }
-            PriorFamily::Normal => truncated!(Normal(a, b)),
-            PriorFamily::LogNormal => truncated!(LogNormal(a.ln(), b.ln())),
-            PriorFamily::Gamma => truncated!(Gamma(a, b)),
-            PriorFamily::Beta => truncated!(Beta(a, b)),
-            PriorFamily::StudentT => truncated!(StudentT(a, b, c)),
-            PriorFamily::Exponential => truncated!(Exponential(a)),
-            PriorFamily::Weibull => truncated!(Weibull(a, b)),
-            PriorFamily::InverseGamma => truncated!(InverseGamma(a, b)),
-            PriorFamily::Triangular => truncated!(Triangular(a, b, c)),
+            PriorFamily::Uniform => of!(Uniform(lower, upper)),
+            PriorFamily::Normal => of!(Normal(a, b)),
+            PriorFamily::LogNormal => of!(LogNormal(a.ln(), b.ln())),
+            PriorFamily::Gamma => of!(Gamma(a, b)),
+            PriorFamily::Beta => of!(Beta(a, b)),
+            PriorFamily::StudentT => of!(StudentT(a, b, c)),
+            PriorFamily::Exponential => of!(Exponential(a)),
+            PriorFamily::Weibull => of!(Weibull(a, b)),
+            PriorFamily::InverseGamma => of!(InverseGamma(a, b)),
+            PriorFamily::Triangular => of!(Triangular(a, b, c)),
         }
     }};
+}
+
+/// Evaluates an expression for the distribution of a prior, truncated to its range.
+macro_rules! with_distribution {
+    ($prior:expr, $d:ident => $use:expr) => {
+        if $prior.is_uniform() {
+            let $d = Uniform($prior.range[0], $prior.range[1]);
+            $use
+        } else {
+            with_family!($prior, family => {
+                let $d = family.truncate($prior.range[0]..$prior.range[1]);
+                $use
+            })
+        }
+    };
 }
 
 impl Prior {
@@ -83,11 +95,13 @@ impl Prior {
         for (i, value) in values.iter_mut().take(family.keys().len()).enumerate() {
             *value = parameters.get(i).copied().unwrap_or(f64::NAN);
         }
-        let whole = Self { family, values, range: [f64::NEG_INFINITY, f64::INFINITY] };
+        let unlimited = Self { family, values, range: [f64::NAN; 2] };
         // quantiles exist only for valid parameters
-        match whole.family != PriorFamily::Uniform && whole.check_parameters().is_ok() {
-            true => whole.within(whole.quantile(0.001), whole.upper_quantile(0.001)),
-            false => whole.within(f64::NAN, f64::NAN),
+        match family != PriorFamily::Uniform && unlimited.check_parameters().is_ok() {
+            true => {
+                with_family!(&unlimited, d => unlimited.within(d.quantile(0.001), d.upper_quantile(0.001)))
+            }
+            false => unlimited,
         }
     }
 
@@ -157,10 +171,9 @@ impl Prior {
             let is_above = factor > 1.0 && factor.is_finite();
             return DomainError::require(is_above, "lognormal", "factor", "above 1", factor);
         }
-        let whole = self.within(f64::NEG_INFINITY, f64::INFINITY);
-        match self.family {
-            PriorFamily::Uniform => Ok(()),
-            _ => with_distribution!(&whole, d => Univariate::validate(&d)),
+        match self.is_uniform() {
+            true => Ok(()),
+            false => with_family!(self, d => Univariate::validate(&d)),
         }
     }
 }
@@ -194,8 +207,7 @@ impl Univariate for Prior {
             return Ok(());
         }
         let [lower, upper] = self.range;
-        let whole = self.within(f64::NEG_INFINITY, f64::INFINITY);
-        let [first, last] = [whole.quantile(0.0), whole.upper_quantile(0.0)];
+        let (first, last) = with_family!(self, d => UnivariateDensity::<f64>::support(&d)).bounds();
         let name = "range of the prior";
         let at_least = format_args!("{first} or more, where the density begins");
         DomainError::require(lower >= first, "", name, at_least, lower)?;

@@ -1,4 +1,4 @@
-//! Settings of the calibration besides those of its simulations: quantities of interest, surrogate, sampler.
+//! Settings of the calibration, except the settings of its simulations: quantities of interest, surrogate, sampler.
 
 use std::collections::BTreeMap;
 
@@ -67,7 +67,7 @@ impl DesignCase {
     /// Draws `n` points of the design, whose coordinates are the parameters of a prior.
     ///
     /// # Errors
-    /// As [`DesignMethod::sample`].
+    /// The errors of [`DesignMethod::sample`].
     pub(crate) fn points(
         &self,
         prior: &PriorCase,
@@ -113,9 +113,9 @@ impl Default for SequentialCase {
 
 /// `design.microstructure`: the specimens of the runs of the design.
 ///
-/// With a single specimen, its deviation from other specimens is an error of the posterior that cannot be estimated.
-/// With several specimens, the residuals of the surrogate show the scatter between specimens, and the posterior can
-/// include it.
+/// With a single specimen, the deviation of this specimen from other specimens is an error of the posterior that cannot
+/// be estimated. With several specimens, the residuals of the surrogate show the scatter between specimens, and the
+/// posterior can include this scatter.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Microstructure {
@@ -134,7 +134,7 @@ pub struct SurrogateCase {
     pub max_order: usize,
     /// Rule that chooses the order.
     pub rule: OrderRule,
-    /// Whether the polynomial has all terms of its order or a selection of the terms.
+    /// Terms of the polynomial: all terms up to its order, or a selection of these terms.
     pub terms: Terms,
 }
 
@@ -197,7 +197,7 @@ enum Sampling {
     #[default]
     Default,
     /// Schmid et al.: four chains with 2 000 warm-up steps and 50 000 further steps each. The first 25 000 of these
-    /// steps are discarded, and every tenth of the others is stored.
+    /// steps are discarded, and every tenth of the remaining steps is stored.
     Paper,
 }
 

@@ -69,7 +69,7 @@ pub struct MeasureCase {
 }
 
 impl PrescribeCase {
-    /// Prescribed displacement along each axis in mm; `None` if it is free.
+    /// Prescribed displacement along each axis in mm; `None` for a free component.
     pub(super) fn components(&self) -> [Option<f64>; 3] {
         [self.x_mm, self.y_mm, self.z_mm]
     }

@@ -8,7 +8,8 @@ use toml::de::{DeTable, DeValue};
 
 use crate::error::{Excerpt, InputError};
 
-/// Adds the line of the file to an error whose place is a key of the text. Errors in other files are unchanged.
+/// Adds the line of the file `path` to an error about a key in its `text`. Errors about other files are returned
+/// unchanged.
 pub(super) fn with_excerpt(error: InputError, text: &str, path: &Path) -> InputError {
     if error.excerpt.is_some() || error.file != path.display().to_string() {
         return error;
@@ -17,7 +18,7 @@ pub(super) fn with_excerpt(error: InputError, text: &str, path: &Path) -> InputE
     InputError { excerpt: span.map(|span| Box::new(excerpt(text, span))), ..error }
 }
 
-/// Draws the line at the beginning of a span of the text, with marks below the part of the span on this line.
+/// Formats the line of the text where a span begins, with marks below the part of the span on this line.
 pub(super) fn excerpt(text: &str, span: Range<usize>) -> Excerpt {
     let start = char_boundary(text, span.start);
     let line_start = text[..start].rfind('\n').map_or(0, |i| i + 1);
@@ -37,8 +38,8 @@ fn char_boundary(text: &str, index: usize) -> usize {
     (0..=index).rev().find(|&i| text.is_char_boundary(i)).unwrap_or(0)
 }
 
-/// Returns the range of a key's value, or, if the key is missing, of the innermost table around it. A key is a path such
-/// as `extend[0].prior.matrix.young_mpa`.
+/// Returns the range of a key's value, or, if the key is missing, of the innermost table around it. A key is a path
+/// such as `extend[0].prior.matrix.young_mpa`.
 fn span_of(text: &str, key: &str) -> Option<Range<usize>> {
     let table = DeTable::parse_recoverable(text).0;
     let mut table = table.get_ref();
@@ -88,7 +89,7 @@ mod tests {
         // an array on several lines is marked on its first line
         let Excerpt { line, picture } = drawn("a.b.c");
         assert_eq!((line, picture.as_str()), (3, "  |\n3 | b.c = [1.0,\n  |       ^^^^^"));
-        // positions beyond the text are cut
+        // positions beyond the end of the text are limited to its end
         assert_eq!(excerpt("x", 5..9).line, 1);
     }
 }

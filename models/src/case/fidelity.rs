@@ -6,8 +6,9 @@ use serde::{Deserialize, Serialize};
 use super::{Case, CaseFile, Mistakes, SpecimenGeometry};
 use crate::error::InputError;
 
-/// `[fidelity]`: all runs of the design use the first of these meshes. Some runs are repeated on the next mesh, and so
-/// on up to the mesh of the specimen. All runs are corrected by the ratios between the results of successive meshes.
+/// `[fidelity]`: cheaper meshes. All runs of the design use the first mesh. Some runs are repeated on the second mesh,
+/// some of these on the third, and so on up to the mesh of the specimen. All runs are corrected by the ratios between
+/// the results of successive meshes.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct FidelityCase {
@@ -16,7 +17,7 @@ pub struct FidelityCase {
     pub levels: Vec<LevelCase>,
 }
 
-/// One of `fidelity.levels`; the mesh of the specimen supplies omitted values.
+/// An entry of `fidelity.levels`; omitted values are taken from the mesh of the specimen.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LevelCase {
@@ -40,7 +41,7 @@ pub struct LevelCase {
 }
 
 impl LevelCase {
-    /// Mesher settings of this level: those of the specimen, with the values of the level.
+    /// Returns the mesher settings of this level: the settings of the specimen, overridden by the values of the level.
     pub(crate) fn meshing(&self, specimen: &Meshing) -> Meshing {
         Meshing {
             spacing_mm: self.spacing_mm,

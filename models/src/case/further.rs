@@ -34,9 +34,9 @@ pub struct FurtherTestsCase {
 pub struct CandidateCase {
     /// Name of the candidate.
     pub name: String,
-    /// Quantities that the curves of the candidate supply. If the candidate is the present test, they are added to the
-    /// quantities that the case compares, and the default adds none. If it is another test, the default is the
-    /// quantities that the case compares.
+    /// Quantities that the curves of the candidate supply. If the candidate is the present test, these quantities are
+    /// added to the quantities that the case compares; by default, no quantity is added. If the candidate is another
+    /// test, the default is the quantities that the case compares.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub quantities: Vec<Quantity>,
     /// Keys of the case with other values in this test. If both `set` and `without` are empty, the candidate is the
@@ -66,8 +66,7 @@ impl Default for FurtherTestsCase {
 }
 
 impl CandidateCase {
-    /// Whether the candidate is another test than the present one (and not only further quantities of the present
-    /// curves).
+    /// Whether the candidate is a different test, and not only further quantities from curves of the present test.
     pub(crate) fn is_another_test(&self) -> bool {
         !(self.set.is_empty() && self.without.is_empty())
     }
@@ -120,7 +119,7 @@ impl CaseFile {
         case.design.runs = candidate.runs;
         case.design.packings = case.design.packings.map(|packings| packings.min(candidate.runs));
         case.fidelity.levels.truncate(1);
-        // the check of the levels requires at least 3 repeats, although no run of a candidate is repeated
+        // no run of a candidate is repeated, but the check of the levels requires at least 3 repeats
         case.fidelity.levels.iter_mut().for_each(|level| level.repeats = 3);
         let has_mesh = candidate.mesh().is_some();
         if has_mesh {
@@ -153,12 +152,12 @@ impl CaseFile {
         }
         merge(&mut table, &candidate.set);
         Self::parse(&table.to_string(), &self.path).map_err(|error| {
-            // lines of the merged text are not lines of the user's file
+            // line numbers of the merged text are not line numbers of the user's file
             InputError { place: place(&error.place), excerpt: None, ..error }
         })
     }
 
-    /// Checks the candidates, each as a complete case.
+    /// Checks each candidate as a complete case.
     pub(super) fn check_further_tests(&self) -> Result<(), InputError> {
         let further = &self.case.further_tests;
         // a case without a prior is a single simulation and calibrates nothing

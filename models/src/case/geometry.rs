@@ -358,7 +358,7 @@ fn named_twice(
     })
 }
 
-/// Returns a name without a physical group, if there is one.
+/// Returns the first name whose list of physical groups is empty.
 fn named_never(groups: &BTreeMap<String, PhysicalGroups>) -> Option<&String> {
     groups.iter().find(|(_, groups)| groups.groups().is_empty()).map(|(name, _)| name)
 }

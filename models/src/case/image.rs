@@ -13,8 +13,8 @@ use serde::{Deserialize, Deserializer, Serialize};
 /// user.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ImageCase {
-    /// Grey values: a file (multi-page TIFF, MetaImage, NRRD, HDF5) or a folder of slices (TIFF, PNG, BMP). Without `stack`,
-    /// `[specimen.scan]` computes the image.
+    /// Grey values: a file (multi-page TIFF, MetaImage, NRRD, HDF5) or a folder of slices (TIFF, PNG, BMP). Without
+    /// `stack`, `[specimen.scan]` computes the image.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stack: Option<PathBuf>,
     /// Labels instead of grey values: a multi-page TIFF file, or a folder of slices.
@@ -123,7 +123,8 @@ impl<'de> Visitor<'de> for Table {
     }
 }
 
-/// Table without the [`OWN_KEYS`], whose values are stored in `own` when they are met.
+/// Access to a table without the [`OWN_KEYS`]: the deserializer sees only the other keys. The values of the
+/// [`OWN_KEYS`] are stored in `own` while the table is read.
 struct Others<'a, M> {
     map: M,
     own: &'a mut Own,
@@ -181,7 +182,8 @@ impl<'de, M: MapAccess<'de>> MapAccess<'de> for Others<'_, M> {
     }
 }
 
-/// Key of a segmentation (`Other`), or one of the [`OWN_KEYS`] with the seed that was to read the key.
+/// A key of the table: one of the [`OWN_KEYS`], or a key of [`Segmentation`] (`Other`). For one of the [`OWN_KEYS`],
+/// the unused seed is returned, so that it can read the next key.
 enum Key<K, V> {
     Stack(K),
     Labels(K),

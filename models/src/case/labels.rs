@@ -13,7 +13,7 @@ impl CaseFile {
     /// Returns the rules that map labels to grains of phases.
     ///
     /// # Errors
-    /// If a key is not a label or a range of labels, if a name is not a valid phase name, or if a label has two
+    /// If a key is not a label or a range of labels, if the name of a phase is not valid, or if a label has two
     /// meanings.
     pub(super) fn label_rules(&self, image: &ImageCase) -> Result<LabelRules, InputError> {
         let mut phases = Vec::new();

@@ -35,8 +35,8 @@ pub(super) struct ReadCase {
 }
 
 impl ReadCase {
-    /// Reads a text. A misspelt key is replaced by the closest known key; any other entry that cannot be read is
-    /// omitted.
+    /// Reads the text of a case. A misspelt key is replaced by the closest known key; any other entry that cannot be
+    /// read is omitted.
     pub(super) fn of(text: &str) -> Self {
         let (mut table, errors) = DeTable::parse_recoverable(text);
         let mut read = Self { case: None, errors, omitted: Vec::new() };

@@ -92,7 +92,7 @@ pub struct Case {
     /// Calibrated parameters with their priors; not needed for a single simulation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub prior: Option<PriorCase>,
-    /// Extensions of the prior, each with runs in addition to those of `[design]`.
+    /// Extensions of the prior. Each extension adds runs to the runs of `[design]`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub extend: Vec<ExtendCase>,
     /// The runs to which the surrogate is fitted.
@@ -183,13 +183,13 @@ impl Case {
         }
     }
 
-    /// The parts that a calibrated parameter can change.
+    /// Returns the parts of the case that calibrated parameters can change.
     pub(crate) fn parts(&self) -> SimulationParts {
         let Self { material, phase_field, test, .. } = self.clone();
         SimulationParts { material, phase_field, test }
     }
 
-    /// The prior with the ranges of all extensions: its ranges are the box of the surrogate.
+    /// Returns the prior with the ranges of all extensions. These ranges are the bounds of the surrogate's inputs.
     pub fn whole_prior(&self) -> Option<PriorCase> {
         let prior = self.prior.as_ref()?;
         let mut bounds = prior.bounds();

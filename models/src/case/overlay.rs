@@ -2,7 +2,7 @@
 
 use toml::{Table, Value};
 
-/// Nested tables for the dotted key of `a.b = value`.
+/// Creates the nested tables that `a.b = value` means in TOML.
 pub(crate) fn nested(key: &str, value: Value) -> Table {
     match key.split_once('.') {
         Some((first, rest)) => Table::from_iter([(first.to_owned(), nested(rest, value).into())]),

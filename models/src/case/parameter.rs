@@ -78,7 +78,7 @@ impl PriorCase {
             .collect()
     }
 
-    /// The priors with the ranges of some parameters replaced.
+    /// Returns the priors with the given bounds; parameters without bounds keep their ranges.
     pub(crate) fn within(&self, bounds: &BoundsCase) -> Self {
         let of = |(parameter, prior): (&Parameter, &Prior)| {
             let PriorBounds([lower, upper]) =

@@ -38,7 +38,7 @@ impl CaseFile {
         match (file, mistakes.into_iter().next()) {
             (Some(file), None) => Ok(file),
             (_, Some(mistake)) => Err(mistake),
-            // not reached: if no case is returned, there is at least one mistake
+            // unreachable: `parse_all` reports at least one mistake if it returns no case
             (None, None) => Err(InputError::new(path, "", "", "is no case", "See breccia init.")),
         }
     }
@@ -90,7 +90,7 @@ impl CaseFile {
             .expect("the shipped case is valid: a test reads it")
     }
 
-    /// Returns a path of the case relative to the folder of the case file.
+    /// Resolves a path that is given in the case relative to the folder of the case file.
     pub fn beside(&self, path: &Path) -> PathBuf {
         self.path.with_file_name("").join(path)
     }
@@ -135,7 +135,7 @@ impl Case {
     }
 }
 
-/// Converts an error of the TOML parser into one with key, value and help.
+/// Converts an error of the TOML parser into an error with key, value and help.
 fn explain(error: &toml::de::Error, text: &str, path: &Path) -> InputError {
     let span = error.span();
     let (place, value) = span.clone().map_or_else(Default::default, |span| locate(text, span));
@@ -143,7 +143,7 @@ fn explain(error: &toml::de::Error, text: &str, path: &Path) -> InputError {
     InputError { excerpt, ..explain_at(error, place, value, path) }
 }
 
-/// Converts an error of the TOML parser at a key with its value.
+/// Converts an error of the TOML parser about the key `place` and its `value` into an error with help.
 fn explain_at(error: &toml::de::Error, place: String, value: String, path: &Path) -> InputError {
     let message = error.message();
     if message.contains("such as matrix.young_mpa") {
@@ -166,7 +166,7 @@ fn explain_at(error: &toml::de::Error, place: String, value: String, path: &Path
         Some((key, known)) if message.starts_with("unknown field") => {
             let mut known = known.to_vec();
             if place.contains("specimen.image") {
-                // the parser lists only the keys of the segmentation
+                // the message of the parser lists only the keys of the segmentation
                 known.extend(OWN_KEYS);
             }
             let help = format!("{}Keys here: {}.", did_you_mean(key, &known), known.join(", "));
@@ -189,7 +189,7 @@ fn explain_at(error: &toml::de::Error, place: String, value: String, path: &Path
     InputError::new(path, place, value, problem, help)
 }
 
-/// Completes a name that needs a value, such as `"fixed"`: `rule = { fixed = 3 }`.
+/// Shows the syntax of a name that needs a value: `rule = { fixed = 3 }` for `"fixed"`.
 fn with_value(place: &str, value: &str) -> String {
     let key = place.rsplit('.').next().unwrap_or(place);
     let name = value.trim_matches(['"', '\'']);

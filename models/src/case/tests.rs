@@ -72,7 +72,7 @@ fn every_bad_value_is_named_with_its_key_and_what_to_do() {
         (
             "[design]  ",
             "[[extend]]\nruns = 9\nprior.matrix = { young_mpa = [300.0, 350.0], viscosity_mpa_s = [0.5, 0.9] }\n[design]  ",
-            &["extend[0].prior", "must extend one parameter", "[[extend]]"],
+            &["extend[0].prior", "several parameters", "[[extend]]"],
         ),
         ("[design]  ", "[sequential]\nshare = 0.0\n[design]  ", &["sequential.share = 0", "0.001"]),
         (

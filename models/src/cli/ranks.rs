@@ -18,7 +18,7 @@ static STATE: OnceLock<(usize, PathBuf)> = OnceLock::new();
 /// Returns the number of processes that a launcher has started; `None` without a launcher.
 fn launched() -> Option<usize> {
     let size = |name: &str| std::env::var(name).ok()?.parse().ok();
-    // PMIx does not pass the number of processes; Slurm does
+    // PMIx does not pass the number of processes, but Slurm does in its own variable
     let of_slurm = || std::env::var_os("PMIX_RANK").and_then(|_| size("SLURM_STEP_NUM_TASKS"));
     SIZES.into_iter().find_map(size).or_else(of_slurm)
 }
@@ -32,7 +32,8 @@ pub(super) fn ranks() -> Result<Ranks, Failure> {
     }
 }
 
-/// Returns a single rank. Fails if a launcher has started several processes, which would all compute the same.
+/// Returns a single rank. Fails if a launcher has started several processes, because all of them would compute the same
+/// results.
 #[cfg(not(feature = "mpi"))]
 pub(super) fn ranks() -> Result<Ranks, Failure> {
     match launched() {
@@ -41,7 +42,7 @@ pub(super) fn ranks() -> Result<Ranks, Failure> {
     }
 }
 
-/// Refuses to run in several processes, which would all compute the same.
+/// Refuses to run in several processes, because all of them would compute the same results.
 pub(super) fn refuse(command: &str) -> Result<(), Failure> {
     match launched() {
         Some(count) if count > 1 => Err(Failure::NotShared { command: command.into(), count }),
@@ -56,8 +57,8 @@ pub(super) fn remember(ranks: &Ranks, results: &Path) {
     }
 }
 
-/// Message for a signal to end, if the simulation runs on several ranks. Launchers end all processes if one has died.
-/// Ranks 0 and 1 both print the message, because one of them is still alive.
+/// Message to print at a termination signal, if the simulation runs on several ranks. If one process dies, the launcher
+/// ends all others. Ranks 0 and 1 both print the message, so that it also appears if one of the two has died.
 pub(super) fn farewell() -> Option<String> {
     let (rank, state) = STATE.get()?;
     let saved = state.is_file();

@@ -1,4 +1,4 @@
-//! Synthetic laboratories: specimens and ensembles are drawn from a known response instead of simulations.
+//! Synthetic laboratories: a known response replaces the simulations of specimens and ensembles.
 
 use nalgebra::{Cholesky, DMatrix, Dyn};
 use rand::{Rng, SeedableRng};
@@ -9,8 +9,8 @@ use surrogate::{Dataset, DesignMethod, DynPce, FitOptions, Input, SurrogateError
 use super::study::{Laboratory, Setting};
 use crate::fracture::{CalibrationError, Population};
 
-/// Synthetic model of laboratories: the mean response over packings is a known surrogate, and packings scatter about
-/// it.
+/// Synthetic model of laboratories: the mean response over packings is a known surrogate, and the responses of single
+/// packings scatter about the mean.
 ///
 /// Each laboratory draws its own true parameters, specimens and ensembles, as if all experiments and simulations had
 /// been repeated.
@@ -40,10 +40,10 @@ pub struct Emulated {
 }
 
 impl Emulated {
-    /// Draws a laboratory and the settings that calibrate it: the exact response, a surrogate with a separate packing
-    /// for each run and its shared error, and a surrogate with a single packing that is assumed to be exact, as in the
-    /// paper. If the stiffness ratio is an input of the response, there are also surrogates with this input: the ratio
-    /// is known for no specimen, for the first half of the specimens, or for all.
+    /// Draws a laboratory and the forward models for its calibration: the exact response, a surrogate with a separate
+    /// packing for each run and its shared error, and a surrogate with a single packing that is assumed to be exact, as
+    /// in the paper. If the stiffness ratio is an input of the response, there are also surrogates with this input: the
+    /// ratio is known for no specimen, for the first half of the specimens, or for all.
     ///
     /// # Errors
     /// If a covariance is not positive definite, or an ensemble cannot be fitted.
@@ -100,8 +100,8 @@ impl Emulated {
         inputs.map(|input| input.lower + place(rng) * (input.upper - input.lower)).collect()
     }
 
-    /// Draws the quantities and stiffness ratios of the specimens. The response is linearised in the scatter of the
-    /// parameters, so that it is never evaluated outside the box.
+    /// Draws the quantities and stiffness ratios of the specimens. The response is linearised about the true
+    /// parameters, so that it is never evaluated outside the prior box.
     fn specimens<R: Rng>(
         &self,
         truth: &[f64],
@@ -170,8 +170,8 @@ impl Emulated {
     }
 }
 
-/// Adds the stiffness ratios of the runs as an input. Its range includes the ratios in `seen`, which occur in the
-/// population and in specimens.
+/// Adds the stiffness ratios of the runs as an input. The range of the input also includes the ratios in `seen`, which
+/// occur in the population and in specimens.
 fn with_ratios(runs: &Dataset, ratios: &[f64], seen: &[f64]) -> Result<Dataset, CalibrationError> {
     let all = || ratios.iter().chain(seen).copied();
     let (low, high) =
@@ -193,8 +193,8 @@ mod tests {
     use crate::qoi::Quantity;
 
     /// Viscous limit of definitions 3.3: m ~ E, F ~ E^(2/3) ξ^(1/3), d ~ (ξ/E)^(1/3), independent of Gc. If the
-    /// stiffness ratio is an input, the quantities are multiplied by the powers of the ratio that simulated packings
-    /// show.
+    /// stiffness ratio is an input, each quantity is multiplied by a power of the ratio; the exponents are taken from
+    /// simulated packings.
     fn viscous_limit(prior: &PriorCase, stiffness: Option<Input>) -> DynPce {
         let inputs: Vec<Input> = prior.inputs().unwrap().into_iter().chain(stiffness).collect();
         let points = DesignMethod::Sobol.sample(&inputs, 256, 1).unwrap();

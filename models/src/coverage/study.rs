@@ -7,7 +7,7 @@ use surrogate::{CoefficientPosterior, DynPce, PceFit};
 use crate::fracture::{CalibrationError, Evidence, Population, sample};
 use crate::prior::Prior;
 
-/// Probabilities of the central intervals that are counted.
+/// Probabilities of the central intervals whose coverage is determined.
 const NOMINAL: [f64; 3] = [0.5, 0.9, 0.95];
 
 /// Synthetic experiment with a known truth.
@@ -21,10 +21,10 @@ pub struct Laboratory {
     pub stiffness_ratios: Vec<f64>,
 }
 
-/// Specimens whose stiffness ratio a calibration uses.
+/// Known stiffness ratios of specimens, and the distribution of the unknown ratios.
 #[derive(Clone, Debug)]
 pub struct KnownStiffness {
-    /// Number of specimens with a known ratio: the first ones of the laboratory.
+    /// Number n of specimens with a known ratio; they are the first n specimens of the laboratory.
     pub specimens: usize,
     /// Distribution of the stiffness ratio of the other specimens.
     pub population: Option<Population>,
@@ -37,7 +37,8 @@ pub struct Setting {
     pub name: String,
     /// The forward model.
     pub forward: DynPce,
-    /// Error of the forward model as the mean response over packings; `None` if it is assumed to be exact.
+    /// Error of the forward model relative to the mean response over packings; `None` if the forward model is assumed
+    /// to be exact.
     pub error: Option<CoefficientPosterior>,
     /// Known stiffness ratios, if the stiffness ratio is the last input of the forward model.
     pub stiffness: Option<KnownStiffness>,
@@ -99,8 +100,9 @@ impl Default for CoverageStudy {
 type Intervals = Vec<Vec<[[f64; 2]; NOMINAL.len()]>>;
 
 impl CoverageStudy {
-    /// Calibrates the given number of laboratories. `make` returns the laboratory with this number and its settings,
-    /// which must be the same for all laboratories. Returns a row for each setting, parameter and nominal probability.
+    /// Calibrates the given number of laboratories. `make(k)` returns laboratory k and its settings; all laboratories
+    /// must have settings of the same names in the same order. Returns a row for each setting, parameter and nominal
+    /// probability.
     ///
     /// Laboratories are made and calibrated on all threads; the table depends only on the seed. `told` is called with
     /// the number of each finished laboratory.
@@ -178,7 +180,7 @@ impl CoverageStudy {
         let open = setting.error.iter().cloned().collect();
         let evidence = Evidence { qois, known, population, open, ..Evidence::default() };
         let sampler = self.sampler.clone().seed(seed).threads(1);
-        // true parameters are drawn without a prior
+        // uniform priors, because the true parameters are drawn uniformly and not from the priors of a case
         let priors = Prior::uniform_on(&setting.forward.inputs()[..size]);
         let posterior = sample(&setting.forward, &priors, &evidence, &sampler, seed)?;
         let group = &posterior.posterior;

@@ -69,13 +69,13 @@ impl Base {
         }
         sets.into_iter().for_each(|set| merge(&mut table, set));
         let (file, of_case) = CaseFile::parse_all(&table.to_string(), study);
-        // lines of the merged text are not lines of the user's file
+        // line numbers of the merged text are not line numbers of the user's file
         mistakes.extend(of_case.into_iter().map(|error| InputError { excerpt: None, ..error }));
         (file, mistakes)
     }
 }
 
-/// Makes a path absolute that is relative to the folder of the case.
+/// Makes a path absolute; a relative path refers to the folder of the case.
 fn absolute(case: &Path, named: Option<&mut Value>) {
     if let Some(Value::String(named)) = named {
         let beside = case.with_file_name("").join(&*named);

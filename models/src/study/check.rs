@@ -1,4 +1,4 @@
-//! Checks the input of a study with all mistakes of all its parts, without computing or writing anything.
+//! Checks the input of a study: reports all mistakes of all parts, without computing or writing anything.
 
 use std::path::Path;
 
@@ -17,9 +17,9 @@ pub struct StudyCheck {
     pub understood: Vec<(&'static str, String)>,
     /// Laboratories and cases of each setting, with the interpreted input that differs between parts.
     pub parts: Vec<PartCheck>,
-    /// Notes for the user, with the parts that they concern.
+    /// Notes for the user, with the names of the parts concerned.
     pub notes: Vec<String>,
-    /// Errors that would prevent a run, with the parts that they concern.
+    /// Errors that would prevent a run, with the names of the parts concerned.
     pub mistakes: Vec<String>,
 }
 
@@ -32,7 +32,7 @@ pub struct PartCheck {
     pub understood: Vec<(&'static str, String)>,
 }
 
-/// Messages, each with the parts that it concerns, in order of first occurrence.
+/// Messages in order of first occurrence, each with the names of the parts concerned.
 #[derive(Default)]
 struct Concerning(Vec<(String, Vec<String>)>);
 
@@ -42,7 +42,7 @@ impl StudyCheck {
         CaseFile::text(path).is_ok_and(|text| CaseFile::is_study(&text))
     }
 
-    /// Reads a study and all files that its parts name, with the same functions as the stages.
+    /// Reads a study and all files that its parts name. The stages use the same functions for reading.
     pub fn read(path: &Path) -> Self {
         let ReadStudy { file, mistakes } = StudyFile::read_all(path, &[]);
         let mut all = Concerning::default();
@@ -122,7 +122,7 @@ impl Concerning {
     }
 }
 
-/// Removes the mistakes of parts that the base case has too.
+/// Removes mistakes of parts that repeat a mistake of the base case.
 fn without_repetitions(mistakes: Vec<StudyMistake>) -> impl Iterator<Item = StudyMistake> {
     // the merged text may contain the same value with different spaces and quotes
     let bare = |value: &str| value.replace([' ', '"', '\''], "");

@@ -6,8 +6,8 @@ use crate::report::{
 
 /// Probability with which a correct 90 % interval contains the truth.
 const NOMINAL: f64 = 0.9;
-/// Significance level: intervals are called too narrow if the probability of at most the observed number of hits is
-/// below it.
+/// Significance level. A hit is an interval that contains the truth. Intervals are called too narrow if the probability
+/// of at most the observed number of hits is below this level.
 const CHANCE: f64 = 0.05;
 
 /// A result of the calibrations: a claim as a sentence, and the numbers that support it.
@@ -83,7 +83,8 @@ fn parameter<'c>(case: &'c ComparedCase, label: &str) -> Option<&'c CalibratedPa
     case.parameters.iter().find(|p| p.label == label)
 }
 
-/// Whether the data narrowed the parameter, even if the posterior is at a bound of the prior.
+/// Whether the data narrowed the distribution of the parameter, even if the posterior is truncated by a bound of the
+/// prior.
 fn is_learnt(p: &CalibratedParameter) -> bool {
     let verdict = p.verdict();
     verdict.is_identified() || verdict == Verdict::AtBound
@@ -171,7 +172,7 @@ fn ratio(pair: &Pair) -> String {
     format!("ratio {median:.3} ({low:.3} … {high:.3})")
 }
 
-/// Result: whether simulations at the mode reproduce the experiments.
+/// Result: whether simulations at the posterior mode reproduce the experiments.
 fn reproduction(cases: &[ComparedCase]) -> Shown {
     let errors: Vec<f64> =
         cases.iter().flat_map(|case| &case.qois).map(|qoi| qoi.percent_error).collect();
@@ -206,8 +207,8 @@ fn coverage(cases: &[ComparedCase]) -> Option<Shown> {
     })
 }
 
-/// Probability of at most `hits` of `n` intervals that contain the truth, each with the nominal probability (binomial
-/// distribution).
+/// Probability that at most `hits` of `n` intervals contain the truth, if each interval contains it with the nominal
+/// probability (binomial distribution).
 fn at_most(hits: usize, n: usize) -> f64 {
     let mut term = (1.0 - NOMINAL).powi(n as i32);
     let mut sum = 0.0;
@@ -226,7 +227,7 @@ mod tests {
 
     #[test]
     fn chances_are_those_of_the_binomial_distribution() {
-        // of seven: all hits 0.9⁷ = 0.47830, all but one 7 · 0.9⁶ · 0.1 = 0.37201
+        // probability of seven hits in seven intervals: 0.9⁷ = 0.47830; of six hits: 7 · 0.9⁶ · 0.1 = 0.37201
         assert!((at_most(7, 7) - 1.0).abs() < 1e-12);
         assert!((at_most(5, 7) - (1.0 - 0.478_296_9 - 0.372_008_7)).abs() < 1e-6);
         assert_eq!(at_most(0, 0), 1.0);

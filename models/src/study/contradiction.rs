@@ -3,8 +3,8 @@
 
 use crate::report::{ComparedCase, Pair, StudyResults};
 
-/// Returns a sentence for each parameter on which cases with the same specimens disagree although they identify it. At
-/// least one of their intervals is then too narrow.
+/// Returns a sentence for each parameter that cases with the same specimens identify with contradictory values. At
+/// least one of the intervals is then too narrow.
 pub(super) fn contradictions(results: &StudyResults) -> Vec<String> {
     let mut labels: Vec<&str> = Vec::new();
     let contradicting = |pair: &&Pair| pair.differ() && are_comparable(&results.cases, pair);
@@ -33,7 +33,8 @@ pub(super) fn contradictions(results: &StudyResults) -> Vec<String> {
     labels.into_iter().map(sentence).collect()
 }
 
-/// Sentence on a source of uncertainty that the intervals do not include, if a case has such a qualifier.
+/// Sentence that recommends several microstructures, if the intervals of a case exclude the scatter of microstructures;
+/// otherwise empty.
 fn remedy(cases: &[ComparedCase]) -> &'static str {
     use crate::report::Qualifier::OneMicrostructure;
     let mut parameters = cases.iter().flat_map(|case| &case.parameters);

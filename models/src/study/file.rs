@@ -41,7 +41,7 @@ pub struct StudySetting {
 pub struct StudyLaboratory {
     /// Name of the laboratory and of its folder.
     pub name: String,
-    /// Case of the laboratory, of which only the stages up to the experiments are run.
+    /// Case file of the laboratory. Only its stages up to `experiments` are run.
     pub file: CaseFile,
 }
 
@@ -52,7 +52,8 @@ pub struct StudyCase {
     pub name: String,
     /// The case file of the calibration.
     pub file: CaseFile,
-    /// Name of the laboratory whose specimens the case is calibrated against, instead of its own experiments.
+    /// Name of the laboratory that provides the specimens; `None` if the case is calibrated against its own
+    /// experiments.
     pub laboratory: Option<String>,
     /// Published results for comparison.
     pub reference: Reference,
@@ -75,7 +76,7 @@ pub(super) struct StudyMistake {
 }
 
 impl StudyMistake {
-    /// Converts to an error whose place includes the part.
+    /// Converts the mistake to an error; its location includes the name of the part.
     fn into_error(self) -> InputError {
         let Self { part, error } = self;
         let place = match (part.is_empty(), error.place.is_empty()) {
@@ -90,7 +91,7 @@ impl StudyMistake {
 impl StudyFile {
     /// Reads a study and the cases of its parts.
     ///
-    /// `set` has keys that are changed in all parts, as `key.by.path=value` with a TOML value.
+    /// `set` lists changes of keys that apply to all parts, each as `key.by.path=value` with a TOML value.
     ///
     /// # Errors
     /// The first mistake in the study, its base case or a case, with file, key, value and help.
@@ -240,7 +241,7 @@ impl StudySetting {
     }
 }
 
-/// True values of the parameters of the tested specimens, by the paths of the parameters.
+/// Returns the true parameter values of the virtual specimens, by the paths of the parameters.
 pub(super) fn truths(
     laboratory: Option<&StudyLaboratory>,
     own: &CaseFile,

@@ -10,7 +10,7 @@ use crate::case::ByParameter;
 pub struct Reference {
     /// Published joint mode of the parameters.
     pub map: ByParameter<f64>,
-    /// Published differences between the simulation at the mode and the experimental means in per cent, in the order of
-    /// the quantities of interest.
+    /// Published differences between the simulation at the posterior mode and the experimental means in per cent, in
+    /// the order of the quantities of interest.
     pub percent_error: Vec<f64>,
 }

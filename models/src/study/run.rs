@@ -16,7 +16,7 @@ use crate::report::{CalibratedParameter, ComparedCase, Pair, StudyResults, Varia
 use crate::table::to_csv;
 use crate::workflow::{FolderAccess, ProductFolder, Stage, Together, Workflow, WorkflowError};
 
-/// A study with the directory of its results.
+/// A study and its results folder.
 #[derive(Debug)]
 pub struct Study<'a> {
     file: StudyFile,

@@ -35,8 +35,8 @@ pub(super) struct Finished {
     pub(super) failure: Option<WorkflowError>,
 }
 
-/// Reports to the waiting cases whether the specimens of a laboratory are available. If the laboratory fails or panics,
-/// it reports `false` when it is dropped.
+/// Reports to the waiting cases whether the specimens of a laboratory are available. When the value is dropped after a
+/// failure or a panic of the laboratory, it reports `false`.
 struct Tested<'a>(&'a OnceLock<bool>);
 
 impl Drop for Tested<'_> {
@@ -60,8 +60,8 @@ impl<'a> Shift<'a> {
     /// Runs everything that is not finished, and returns the data for the comparison of the cases.
     ///
     /// # Errors
-    /// Only an interruption. Other failures do not stop the other parts, and the first of them is returned in
-    /// [`Finished`].
+    /// Only an interruption. Any other failure of a part does not stop the other parts; the first failure is returned
+    /// in [`Finished`].
     pub(super) fn run(self) -> Result<Finished, WorkflowError> {
         let tested: Vec<Vec<OnceLock<bool>>> = self
             .file
@@ -157,7 +157,8 @@ impl<'a> Shift<'a> {
             .into())
     }
 
-    /// Runs the work of a part, whose name is shown in all its messages. A failure is reported immediately and stored.
+    /// Runs `work` for a part. All messages of the work show the name of the part. A failure is reported immediately
+    /// and stored.
     fn part<T>(
         &self,
         rank: usize,
@@ -242,8 +243,7 @@ impl<'a> Shift<'a> {
     }
 }
 
-/// Returns the flag that tells whether the specimens of a case are available, if the case uses the specimens of a
-/// laboratory.
+/// Returns the flag for the availability of the laboratory's specimens, if the case uses a laboratory.
 fn tested_for<'t>(
     setting: &StudySetting,
     case: &StudyCase,
@@ -254,8 +254,8 @@ fn tested_for<'t>(
     tested.get(place)
 }
 
-/// Path of the specimen table and name of the group, for measured specimens and for specimens of a laboratory. `None`
-/// for a case with its own virtual specimens, which no other case shares.
+/// Identifies the specimens of a case by the path of their table and the name of their group, for measured specimens
+/// and for specimens of a laboratory. `None` for a case with its own virtual specimens, which no other case shares.
 fn specimens_from(file: &CaseFile) -> Option<String> {
     let experiments = file.case.experiments.as_ref()?;
     let group = experiments.group.as_deref().unwrap_or_default();

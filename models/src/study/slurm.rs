@@ -7,7 +7,7 @@ use std::process::Command;
 
 use crate::workflow::{ProductFolder, WorkflowError};
 
-/// Settings of the jobs, and the resources that each requests.
+/// Settings of the jobs, and the resources that each job requests.
 #[derive(Clone, Debug)]
 pub struct SlurmJobs {
     /// Path of the program `breccia` on all machines.
@@ -87,8 +87,8 @@ impl SlurmJobs {
         self.results.join("slurm")
     }
 
-    /// Returns the lines with the options of a script: `own`, and the options that all scripts have. `log` is the name
-    /// pattern of the logs.
+    /// Returns the `#SBATCH` lines of a script: the options `own`, and the options that all scripts have. `log` is the
+    /// name pattern of the log files.
     pub(super) fn options(&self, own: &[String], log: &str) -> Result<String, SlurmError> {
         let logs = plain(&self.logs())?;
         let name = self.results.file_name().map_or("results".into(), |name| name.to_string_lossy());
@@ -103,8 +103,8 @@ impl SlurmJobs {
         options.extend([
             "--ntasks=1".to_owned(),
             format!("--cpus-per-task={}", self.cpus.max(1)),
-            // SIGTERM reaches the program one minute before the time limit and when the job is cancelled; the program
-            // then saves the finished results
+            // Slurm sends SIGTERM one minute before the time limit, and when the job is cancelled; the program then
+            // saves the finished results
             "--signal=B:TERM@60".to_owned(),
             "--requeue".to_owned(),
             "--open-mode=append".to_owned(),

@@ -11,7 +11,8 @@ use super::status::PartStatus;
 pub struct StudyPart {
     /// Folder of the part within the folder of the study, and the state of its stages.
     pub status: PartStatus,
-    /// `None` for a laboratory. For a case, the folder of the laboratory whose specimens it uses, if it uses one.
+    /// `None` for a laboratory. For a case, the folder of the laboratory that provides its specimens, or `Some(None)`
+    /// if the case uses no laboratory.
     pub case: Option<Option<String>>,
 }
 
@@ -74,7 +75,7 @@ esac
         parts: &[StudyPart],
     ) -> Result<Vec<StudyJob>, SlurmError> {
         let mut jobs: Vec<StudyJob> = Vec::new();
-        // folder of each part, with the number of the last job of the part
+        // folder of each part, and the number of the last job submitted for the part
         let mut last: Vec<(&str, String)> = Vec::new();
         for StudyPart { status, case } in parts {
             let name = status.name.as_str();

@@ -9,7 +9,8 @@ use super::product_folder::ProductFolder;
 use super::task::StageRecord;
 use super::written::WRITTEN;
 
-/// Adds the products in the stages' records to the record of written files, if the folder has no such record.
+/// Adds the products that are listed in the records of the stages to the record of written files, if the folder has no
+/// record of written files.
 pub(super) fn adopt_products(folder: &ProductFolder, dir: &Path) -> Result<(), WorkflowError> {
     if dir.join(WRITTEN).exists() {
         return Ok(());

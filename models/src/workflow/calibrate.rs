@@ -1,4 +1,4 @@
-//! Stage `calibrate`: posterior and mode, computed with the surrogate.
+//! Stage `calibrate`: posterior and posterior mode (MAP), computed with the surrogate.
 
 use std::borrow::Cow;
 use std::sync::Mutex;
@@ -83,7 +83,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         row.name = parameter_name(&row.name);
         row.place.clone_from(&row.name);
     }
-    // specimens with known inputs, or specimens with unknown inputs, may be absent; this is not worth a warning
+    // omit the warnings about empty groups: usually the inputs of all specimens are known, or all are unknown
     summary.warnings.retain(|warning| warning.kind != WarningKind::NoData);
     task.product("summary.csv", |path| {
         summary.write_csv(path).map_err(|e| named("summary.csv", e))
@@ -126,7 +126,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     ))
 }
 
-/// Warning if the surrogate's share of the variance is larger than `[sequential]` requests.
+/// Returns a warning if the surrogate's share of the posterior variance is larger than `sequential.share` allows.
 fn unreached(inputs: &Inputs<'_>, budget: &Budget) -> Option<String> {
     let asked = inputs.sequential_share()?;
     let (parameter, share) = budget.largest_share()?;
@@ -140,13 +140,13 @@ fn unreached(inputs: &Inputs<'_>, budget: &Budget) -> Option<String> {
     })
 }
 
-/// Path of a parameter, from its name in the posterior such as `theta[matrix.young_mpa]`.
+/// Extracts the path of a parameter from its name in the posterior, such as `theta[matrix.young_mpa]`.
 fn parameter_name(name: &str) -> String {
     let path = name.strip_prefix("theta[").and_then(|rest| rest.strip_suffix(']'));
     path.unwrap_or(name).to_owned()
 }
 
-/// Writes the mode and, for virtual specimens, the true medians of the parameters.
+/// Writes the posterior mode and, for virtual specimens, the true medians of the parameters.
 fn write_map(task: &Task<'_>, parameters: &[Input], map: &[f64]) -> Result<(), WorkflowError> {
     let truth = match task.inputs.are_specimens_virtual()? {
         true => task.inputs.truth()?.iter().map(|(_, value)| value.to_string()).collect(),
@@ -157,8 +157,8 @@ fn write_map(task: &Task<'_>, parameters: &[Input], map: &[f64]) -> Result<(), W
     task.write_csv("map.csv", ["parameter", "map", "truth"], rows)
 }
 
-/// Whether a number belongs in a table for users: all except the Cholesky factor of the correlations and, of the
-/// symmetric correlation matrix, the diagonal and one triangle.
+/// Whether the scalar component `name` of the posterior belongs in a table for users. Excluded are the Cholesky factor
+/// of the correlations, and the diagonal and one triangle of the symmetric correlation matrix.
 fn is_for_people(posterior: &Posterior, name: &str) -> bool {
     let of = |quantity: &str| {
         let variable = posterior.layout.variables.iter().find(|v| v.name == quantity)?;
@@ -192,7 +192,7 @@ fn write_predictions(
     task.write_csv("predictive.csv", ["chain", "draw"].into_iter().chain(quantities), rows)
 }
 
-/// Writes the posterior draws: one line per draw, one column per number.
+/// Writes the posterior draws: one line per draw, one column per scalar component of a variable.
 fn write_draws(task: &Task<'_>, posterior: &Posterior) -> Result<(), WorkflowError> {
     let group = &posterior.posterior;
     let mut header = vec!["chain".to_owned(), "draw".to_owned()];

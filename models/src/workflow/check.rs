@@ -1,4 +1,4 @@
-//! Check of a case: reads all that a run would read and reports all mistakes. Computes nothing and writes nothing.
+//! Check of a case: reads all inputs of a run and reports all mistakes. Computes nothing and writes nothing.
 
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
@@ -21,18 +21,18 @@ use crate::specimen_files::{SpecimenFiles, recorded_file};
 /// Result of the check of a case and its files.
 #[derive(Clone, Debug, Default)]
 pub struct CaseCheck {
-    /// Statements on what was read: a subject and a line of text.
+    /// Interpreted input: subject and text of each line.
     pub understood: Vec<(&'static str, String)>,
     /// Notes that the user should look at, as the stages print them.
     pub notes: Vec<String>,
     /// Mistakes that would stop a run.
     pub mistakes: Vec<String>,
-    /// Expected simulations and their cost; none for a case without a prior.
+    /// Expected simulations and their cost; `None` for a case without a prior.
     pub cost: Option<ExpectedCost>,
 }
 
 impl CaseCheck {
-    /// Reads a case and all files that it names, with the same readers as the stages.
+    /// Reads a case and all files that it names. The stages use the same functions for reading.
     pub fn read(path: &Path) -> Self {
         let mut check = Self::default();
         let text = match CaseFile::text(path) {
@@ -59,7 +59,7 @@ impl CaseCheck {
         check
     }
 
-    /// Reads the files of a case from which only virtual tests are made (`simulate_laboratories`).
+    /// Reads the files of a case that is used only for tests of virtual specimens (`simulate_laboratories`).
     pub(crate) fn of_laboratory(file: &CaseFile) -> Self {
         let mut check = Self::default();
         check.case(file);
@@ -122,7 +122,7 @@ impl CaseCheck {
         }
     }
 
-    /// Size of the simulated specimen; none if it becomes known only by segmenting the image.
+    /// Returns the size of the simulated specimen; `None` if the size is unknown until the image is segmented.
     fn specimen(&mut self, file: &CaseFile) -> Option<MeshSize> {
         let geometry = file.geometry().ok()?;
         match &geometry {
@@ -179,7 +179,8 @@ impl CaseCheck {
         }
     }
 
-    /// Returns the size of an imported mesh. Reports the mesh, and mistakes of materials or test that do not fit it.
+    /// Returns the size of an imported mesh. Reports the mesh, and reports materials or a test that do not suit the
+    /// mesh.
     fn mesh(&mut self, file: &CaseFile, mesh_file: &Path, mesh: TetMesh) -> MeshSize {
         let size = MeshSize::of(&mesh);
         let text = format!(
@@ -192,7 +193,7 @@ impl CaseCheck {
             100.0 * grain_fraction(&mesh)
         );
         self.say("specimen", text);
-        // check that materials and test fit the mesh
+        // build a simulator, which checks that the materials and the test suit the mesh
         let parameters = file.case.whole_prior();
         let parameters = parameters.iter().flat_map(|prior| prior.parameters()).cloned();
         let simulator = Simulator::new(&Setup::from(file), mesh, parameters.collect());
@@ -252,7 +253,7 @@ impl CaseCheck {
         self.say("specimens", text);
     }
 
-    /// Reports how curves were read; curves that were read in the same way are on one line.
+    /// Reports how the curve files were read, with one line for all curves that were read in the same way.
     fn curves(&mut self, table: &SpecimenTable, understood: &[Option<String>]) {
         let mut ways: Vec<(&str, Vec<&str>)> = Vec::new();
         for (specimen, how) in table.specimens.iter().zip(understood) {
@@ -272,7 +273,7 @@ impl CaseCheck {
         }
     }
 
-    /// Checks the curves as the stage `experiments` does.
+    /// Checks the curves with the checks of the stage `experiments`.
     fn look_at(
         &mut self,
         file: &CaseFile,

@@ -14,8 +14,8 @@ use crate::experiment::{Specimen, SpecimenTable};
 use crate::prior::PriorBounds;
 use crate::qoi::{HomogeneousCylinder, Qoi};
 
-/// Tolerance factor between a composite and its softest phase alone. It covers stiff grains, friction and other forms
-/// of damage, but not a wrong unit.
+/// Largest plausible ratio of a quantity of the composite to the closed form of its softest phase, in either direction.
+/// The factor covers stiff grains, friction and other forms of damage, but not a wrong unit.
 const GENEROUS: f64 = 30.0;
 
 /// Returns the first specimen whose curve is implausible for the materials, with an error that names the curve, the
@@ -33,7 +33,7 @@ pub(super) fn far_from_closed_form(
     let mut quantities = qoi.quantities.clone();
     quantities.sort_by_key(|quantity| unit_rank(quantity.unit()));
     let distance = |specimen: &Specimen| {
-        // curves from which quantities cannot be computed are reported elsewhere
+        // `inspect` reports curves from which quantities cannot be computed
         let values = compared(specimen, mesh, qoi, &quantities).ok()?;
         quantities.iter().zip(values).find_map(|(quantity, value)| {
             let [low, high] = form.range(&**quantity, mesh.height_mm, mesh.radius_mm)?;
@@ -64,25 +64,26 @@ pub(super) fn far_from_closed_form(
 /// sliding platens.
 #[derive(Clone, Debug)]
 pub(super) struct ClosedForm {
-    /// Young's modulus in MPa.
+    /// Bounds of Young's modulus in MPa.
     young: [f64; 2],
     damage: Option<Damage>,
 }
 
 #[derive(Clone, Debug)]
 struct Damage {
-    /// Crack density and its width in mm.
+    /// Crack density function, and crack width in mm.
     field: (CrackDensity, f64),
-    /// Toughness in N/mm.
+    /// Bounds of the toughness in N/mm.
     toughness: [f64; 2],
-    /// Viscosity in MPa s.
+    /// Bounds of the viscosity in MPa s.
     viscosity: [f64; 2],
     /// Velocity of the platen in mm/s.
     velocity: f64,
 }
 
 impl ClosedForm {
-    /// The softest phase of a case, with the bounds of the calibrated parameters; none if the test has no platens.
+    /// Creates the closed form of the softest phase of a case, with the bounds of the calibrated parameters; `None` if
+    /// the test has no platens.
     pub(super) fn of(setup: &Setup<'_>, bounds: &BoundsCase) -> Option<Self> {
         let displacement_mm = setup.test.displacement_mm?;
         let phase = |(region, material): (&String, &MaterialCase)| {
@@ -90,7 +91,7 @@ impl ClosedForm {
             let bounds = |property: Property, own: f64| {
                 let parameter = format!("{region}.{}", property.key()).parse::<Parameter>().ok();
                 let bounds = parameter.and_then(|parameter| bounds.get(&parameter));
-                // reversed bounds of a prior are reported elsewhere
+                // the validation of the case reports reversed bounds
                 bounds.map_or([own; 2], |&PriorBounds([a, b])| [a.min(b), a.max(b)])
             };
             let damage =
@@ -106,7 +107,7 @@ impl ClosedForm {
         phases.min_by(|a, b| a.young[0].total_cmp(&b.young[0]))
     }
 
-    /// Range of the quantity over the corners of the prior box; none for a quantity without a closed form.
+    /// Range of the quantity over the corners of the prior box; `None` for a quantity without a closed form.
     pub(super) fn range(
         &self,
         quantity: &dyn Qoi,
@@ -128,9 +129,9 @@ impl ClosedForm {
 }
 
 impl Damage {
-    /// Strain and stress (MPa) at the peak, for Young's modulus E = `young` (MPa) and the lower (`end` = 0) or upper
-    /// (1) bounds of the toughness Gc and the viscosity ξ: the larger of the values for viscous and for
-    /// rate-independent damage. l₀ is the crack width and ε̇ the strain rate.
+    /// Strain ε and stress σ (MPa) at the peak, for Young's modulus E = `young` (MPa). `end` selects the lower (0) or
+    /// upper (1) bounds of the toughness Gc and the viscosity ξ. The result is the larger of the values for viscous and
+    /// for rate-independent damage. l₀ is the crack width and ε̇ the strain rate.
     ///
     /// Viscous: ε = (ε̇ ξ/(2E))^(1/3), σ = E ε e^(−1/3).
     /// Rate independent, AT2: ε = √(Gc/(3 l₀ E)), σ = (9/16) E ε.

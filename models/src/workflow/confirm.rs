@@ -1,4 +1,4 @@
-//! Stage `confirm`: simulations at the mode and at posterior draws, compared with the experiments.
+//! Stage `confirm`: simulations at the posterior mode and at posterior draws, compared with the experiments.
 
 use std::borrow::Cow;
 use std::path::Path;
@@ -82,7 +82,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     Ok(told)
 }
 
-/// Simulates the case with its uncalibrated materials, for comparison with the calibrated ones.
+/// Simulates the case with its uncalibrated materials, for comparison with the simulation of the calibrated materials.
 fn baseline(task: &Task<'_>) -> Result<(), WorkflowError> {
     let inputs = &task.inputs;
     let mesh = gmsh::read(inputs.file("mesh.msh")?, &gmsh::GmshNames::default())?;
@@ -93,18 +93,18 @@ fn baseline(task: &Task<'_>) -> Result<(), WorkflowError> {
     task.product("curves/baseline.csv", |path| write_curve(path, &records[0].curve))
 }
 
-/// Parameters with these paths.
+/// Returns the parameters with these paths.
 fn parameters(names: &[String]) -> Result<Vec<Parameter>, WorkflowError> {
     names.iter().map(|name| name.parse().map_err(WorkflowError::Unusable)).collect()
 }
 
-/// Names and values of the parameters at the mode.
+/// Reads names and values of the parameters at the posterior mode.
 fn read_map(path: &Path) -> Result<(Vec<String>, Vec<f64>), InputError> {
     let table = CsvTable::read(path, &["parameter", "map"])?;
     table.rows().map(|row| Ok((row.text("parameter").to_owned(), row.number("map")?))).collect()
 }
 
-/// `n` draws, evenly spaced over all chains.
+/// Reads `n` posterior draws, evenly spaced over all chains.
 fn read_draws(path: &Path, names: &[String], n: usize) -> Result<Vec<Vec<f64>>, InputError> {
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let table = CsvTable::read(path, &names)?;

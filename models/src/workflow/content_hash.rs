@@ -1,4 +1,4 @@
-//! Hash of the content of an input or a product, by which changes are recognised.
+//! Hash of the content of an input or a product, from which changes are detected.
 
 use std::io::{BufRead, BufReader};
 use std::path::Path;

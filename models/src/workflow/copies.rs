@@ -18,7 +18,7 @@ use crate::specimen_files::{SpecimenFiles, recorded_file};
 /// Name of the file that records to which case a results folder belongs.
 const ORIGIN: &str = "origin.toml";
 
-/// Returns an error if the case should be read from a results folder that has results but no `case.toml`.
+/// Returns an error if the case is to be read from the results folder `dir`, which has results but no `case.toml`.
 pub fn missing_case(dir: &Path) -> Option<InputError> {
     let case = dir.join("case.toml");
     if case.is_file() || !dir.join(STAGES_FILE).is_file() {
@@ -44,7 +44,7 @@ struct Origin {
     case: PathBuf,
 }
 
-/// Command named in messages about copies; every command writes these copies.
+/// Command that messages about copies name. Every command writes the copies; `run` is the most common one.
 const COMMAND: &str = "run";
 
 /// A copy of an input file of a case.
@@ -143,7 +143,7 @@ impl Copies {
                             .map_err(|e| WorkflowError::io(&place, e))?;
                     }
                     let files = specimens.to_files().map_err(|e| WorkflowError::io(&to, e))?;
-                    // `files` holds first the table, then one curve per specimen
+                    // `files` contains the table first, and then one curve per specimen
                     let curves = specimens.specimens.iter().zip(&understood);
                     let curves = curves.map(|(specimen, how)| (Some(specimen), how.as_ref()));
                     for ((place, mut content), (specimen, how)) in files
@@ -183,8 +183,9 @@ impl Copies {
 
     /// Checks that the results in a folder do not belong to another case.
     ///
-    /// A case is identified by its file or, failing that, by its tables `specimen`, `prior` and `experiments` and the
-    /// copied curves and mesh. Other changes in the same file count as the same case.
+    /// Two cases count as the same case if their files have the same path. Otherwise they count as the same case if the
+    /// tables `specimen`, `prior` and `experiments`, the copied curves and the copied mesh are equal. A case file that
+    /// was edited is therefore still the same case.
     ///
     /// # Errors
     /// [`WorkflowError::OtherFolder`] if the results belong to another case.
@@ -203,7 +204,7 @@ impl Copies {
         Err(WorkflowError::OtherFolder { path: dir.to_owned(), owner })
     }
 
-    /// Whether the case in the folder has the same specimen, prior and experiments, including the copied files.
+    /// Whether the case in the folder `dir` has the same specimen, prior, experiments and copied files as this case.
     fn is_alike(&self, dir: &Path) -> bool {
         let there: Option<toml::Table> =
             fem::read_regular_text(&dir.join("case.toml")).ok().and_then(|text| text.parse().ok());
@@ -257,7 +258,7 @@ impl Copies {
         if !is_case_of_folder(source, dir) || folder.owner("case.toml")? == Owner::Program {
             contents.push(("case.toml", self.case.to_toml().into_bytes()));
         }
-        // claim all files before the first is written
+        // check all paths before the first file is written
         for (name, content) in &contents {
             if !folder.has_bytes(name, content) {
                 folder.claim(name, COMMAND)?;
@@ -270,7 +271,8 @@ impl Copies {
         contents.try_for_each(|(name, content)| folder.write(name, COMMAND, content).map(drop))
     }
 
-    /// Prints how exported files were read, once for all files that were read in the same way.
+    /// Prints how the files exported from testing machines were read, with one line for all files that were read in the
+    /// same way.
     fn say_what_was_understood(&self) {
         if let Some((table, how)) = &self.table_understood {
             say("note", &format!("{} read as: {how}", table.display()));

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
-/// Pool of cores that may be used. A waiting task gets a core in the order of its rank, so that work that started first
+/// Pool of the available cores. Waiting tasks get cores in the order of their ranks, so that work that started first
 /// ends first.
 #[derive(Clone, Debug)]
 pub(crate) struct Cores(Arc<Shared>);
@@ -17,12 +17,12 @@ struct Shared {
 #[derive(Debug)]
 struct State {
     free: usize,
-    /// Rank of each waiting task, with a number that increases in order of arrival.
+    /// Rank of each waiting task, with a number that increases in the order of arrival.
     waiting: BTreeSet<(usize, u64)>,
     next: u64,
 }
 
-/// A core taken from the pool; returned when it is dropped.
+/// A core taken from the pool. Dropping the value returns the core to the pool.
 #[derive(Debug)]
 pub(crate) struct Core(Cores);
 
@@ -45,12 +45,12 @@ impl Cores {
         state.waiting.remove(&own);
         state.free -= 1;
         drop(state);
-        // a core may be free for the next waiting task too
+        // another core may be free for the next waiting task
         self.0.changed.notify_all();
         Core(self.clone())
     }
 
-    /// Takes up to `most` free cores without waiting; none if any task is waiting.
+    /// Takes up to `most` free cores without waiting. Takes no core if any task is waiting.
     pub(super) fn spare(&self, most: usize) -> Vec<Core> {
         let mut state = self.state();
         let count = if state.waiting.is_empty() { state.free.min(most) } else { 0 };

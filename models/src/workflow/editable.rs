@@ -1,8 +1,10 @@
-//! Products that the user may edit. The stage then counts as finished, and later stages use the edited file.
+//! Products that the user may edit. The stage that wrote an edited product counts as finished, and later stages use the
+//! edited file.
 
 use super::pattern::matches;
 
-/// Labels and meshes. Later stages can use an edited file of these without other files of the same stage.
+/// Names of editable products: labels and meshes. Later stages can use such an edited file without the other files of
+/// the same stage.
 const EDITABLE: [&str; 4] = ["labels.tif", "images/#-labels.tif", "mesh.msh", "meshes/#.msh"];
 
 /// Whether the user may edit a file of this name.

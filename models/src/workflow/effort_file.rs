@@ -23,7 +23,7 @@ impl EffortFile {
         self.rows = text.lines().skip(1).take(steps).map(str::to_owned).collect();
     }
 
-    /// Adds a step and returns the content of the file.
+    /// Adds the row of a load step and returns the content of the file.
     pub(super) fn push(&mut self, step: usize, point: &CurvePoint) -> String {
         let spent = processor_s();
         let seconds = spent.map_or(String::new(), |s| format!("{:.2}", s - self.before_s));
@@ -39,7 +39,7 @@ impl EffortFile {
 fn processor_s() -> Option<f64> {
     const TICKS_PER_S: f64 = 100.0;
     let text = std::fs::read_to_string("/proc/self/stat").ok()?;
-    // skip the name in brackets, which may contain spaces
+    // skip the fields up to the program name, which is in brackets and may contain spaces
     let mut fields = text.rsplit(')').next()?.split_whitespace().skip(11);
     let [user, system] = [fields.next()?, fields.next()?].map(|x| x.parse::<f64>().ok());
     Some((user? + system?) / TICKS_PER_S)

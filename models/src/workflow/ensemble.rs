@@ -33,7 +33,7 @@ pub(super) struct Plan<'a> {
     prior: Vec<Input>,
     names: Vec<String>,
     runs: Vec<RunInput>,
-    /// Specimens of the runs; none if all runs are made on the case's own specimen.
+    /// Specimens of the runs; `None` if all runs use the case's own specimen.
     specimens: Option<Microstructures>,
     levels: Vec<Level<'a>>,
     /// Batches of runs that are added in the region of the posterior.
@@ -41,7 +41,7 @@ pub(super) struct Plan<'a> {
 }
 
 impl<'a> Plan<'a> {
-    /// The plan of a case, without batches. At most `filled` packings are generated.
+    /// Creates the plan of a case, without batches. At most `filled` packings are generated.
     pub(super) fn of(inputs: &'a Inputs<'_>, filled: usize) -> Result<Self, WorkflowError> {
         inputs.check_steps()?;
         let first = inputs.first_prior()?;
@@ -50,8 +50,8 @@ impl<'a> Plan<'a> {
         let mut specimens = Microstructures::of(inputs, filled.min(points.len()))?;
         let meshes = specimens.as_ref().map_or(1, Microstructures::meshes);
         let levels = Level::all(inputs, meshes)?;
-        // first prior, design, specimens and levels name the runs; an input that is read from here on does not change
-        // the names of runs that exist
+        // everything read up to `Level::all` (prior, design, specimens) identifies the runs; inputs that are read later
+        // do not change the identity of existing runs
         let prior = inputs.prior()?;
         for (extension, k) in inputs.extend().iter().zip(1..) {
             let within = first.within(&extension.prior);
@@ -66,7 +66,7 @@ impl<'a> Plan<'a> {
         Ok(Self { prior, names, runs, specimens, levels, batches: None })
     }
 
-    /// The plan of a case, with the batches of `[sequential]`; `dir` is the results folder.
+    /// Creates the plan of a case, with the batches of `[sequential]`; `dir` is the results folder.
     fn with_batches(
         inputs: &'a Inputs<'_>,
         dir: &Path,
@@ -81,12 +81,12 @@ impl<'a> Plan<'a> {
         Ok(plan)
     }
 
-    /// Makes the runs of the design on all levels. Returns them with their quantities.
+    /// Computes the runs of the design on all levels. Returns the runs with their quantities.
     pub(super) fn make(&self, task: &Task<'_>) -> Result<Vec<LevelRuns>, WorkflowError> {
         all_levels(&self.runner(task), self)
     }
 
-    /// Makes the runs of the design on the first level only, for a case whose mesh the stage `mesh` has not written.
+    /// Computes the runs of the design on the first level only, for a case without a mesh from the stage `mesh`.
     pub(super) fn make_cheap(&mut self, task: &Task<'_>) -> Result<LevelRuns, WorkflowError> {
         self.levels[0].is_made_anew = true;
         let level = &self.levels[0];
@@ -94,8 +94,9 @@ impl<'a> Plan<'a> {
         Ok(LevelRuns::new(records, task.inputs.qoi(), level.setup.derivatives))
     }
 
-    /// Returns the data to which a surrogate is fitted, and the corrections: the runs of the first level with the given
-    /// quantities, corrected by the runs that were repeated on better levels.
+    /// Returns the dataset to which a surrogate is fitted, and the corrections. The dataset contains the runs of the
+    /// first level with the given quantities, corrected by means of the runs that were repeated on more accurate
+    /// levels.
     pub(super) fn learnt(
         &self,
         inputs: &Inputs<'_>,
@@ -127,8 +128,8 @@ impl<'a> Plan<'a> {
     }
 }
 
-/// Makes the runs; any number of processes may share them. Levels and batches are made sequentially, because the runs
-/// to repeat on the next level, and the points of the next batch, depend on the results before.
+/// Computes the runs; any number of processes may share them. Levels and batches are computed sequentially, because the
+/// choice of runs for the next level, and of points for the next batch, depends on earlier results.
 pub(super) fn share(task: &Task<'_>) -> Result<(), WorkflowError> {
     let plan = Plan::with_batches(&task.inputs, &task.path(""), usize::MAX)?;
     if let Some(specimens) = &plan.specimens {
@@ -186,7 +187,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         })
 }
 
-/// Finished runs, with looks and corrections.
+/// Finished runs, with the looks (intermediate calibrations, see the module `sequential`) and the corrections.
 struct Made {
     /// The runs of each level; runs of batches belong to the first level.
     done: Vec<LevelRuns>,
@@ -194,8 +195,8 @@ struct Made {
     corrected: Corrected,
 }
 
-/// Makes the batches after the runs of the design. Only runs of the design are repeated on better meshes, because the
-/// corrections must hold over the whole prior box.
+/// Computes the batches after the runs of the design. Only runs of the design are repeated on more accurate meshes,
+/// because the corrections must be valid over the whole prior box.
 fn with_batches(
     runner: &Runner<'_>,
     plan: &Plan<'_>,
@@ -293,14 +294,14 @@ impl Corrected {
     }
 }
 
-/// Makes all runs on the first level, and on each next level the number of runs that the level before specifies, spread
-/// over the prior box.
+/// Computes all runs on the first level, and repeats some of them on the next level, and so on. `repeats` of a level is
+/// the number of its runs that are repeated; these runs are spread over the prior box.
 fn all_levels(runner: &Runner<'_>, plan: &Plan<'_>) -> Result<Vec<LevelRuns>, WorkflowError> {
     let mut runs = plan.runs.clone();
     let mut done: Vec<LevelRuns> = Vec::new();
     for (k, level) in plan.levels.iter().enumerate() {
-        // runs to repeat, or points of a batch, are chosen when all runs of this level have ended; after the last level
-        // nothing depends on the runs, so that a process need not wait
+        // the runs to repeat and the points of a batch are chosen when all runs of this level have ended; nothing is
+        // chosen after the last level, so that a process need not wait for others
         let is_last = k + 1 == plan.levels.len() && plan.batches.is_none();
         let records = runner.run(level, &runs, !(is_last && runner.task.leave_to_others))?;
         let qoi = runner.task.inputs.qoi();
@@ -334,13 +335,13 @@ pub(super) struct Progress {
     pub(super) seconds: f64,
 }
 
-/// Returns the progress of each level, and of the batches if there are any. Runs and writes nothing.
+/// Returns the progress of each level, and of the batches if there are any. Starts no run and writes nothing.
 ///
 /// # Errors
 /// Fails if the case has no prior or no specimens, if the mesh that all runs share is missing, or if files cannot be
 /// read.
 pub(super) fn progress(inputs: &Inputs<'_>, dir: &Path) -> Result<Vec<Progress>, WorkflowError> {
-    // one packing is sufficient: the plan only has to know that the runs have packings
+    // one packing is sufficient, because the identity of the runs does not depend on the number of generated packings
     let plan = Plan::with_batches(inputs, dir, 1)?;
     let neighbours = Neighbours::of(dir);
     let look = |folder: &Path, derivatives: bool, total: usize| {
@@ -368,19 +369,19 @@ pub(super) fn progress(inputs: &Inputs<'_>, dir: &Path) -> Result<Vec<Progress>,
         total = level.repeats.min(total - progress.failed.min(total));
         found.push(progress);
     }
-    // batches whose points have been chosen
+    // runs of batches whose points have been chosen
     if let Some((known, folder)) = plan.batches.as_ref().map(Batches::known) {
         found.push(look(folder, plan.levels[0].setup.derivatives, known)?);
     }
     Ok(found)
 }
 
-/// Returns the ended runs on the first level, including those of batches, and the number of levels.
+/// Returns the ended runs on the first level, including the runs of batches, and the number of levels.
 ///
 /// # Errors
-/// As [`progress`].
+/// The errors of [`progress`].
 pub(super) fn so_far(inputs: &Inputs<'_>) -> Result<(LevelRuns, usize), WorkflowError> {
-    // the names of runs depend on what an `Inputs` has read: start with one that has read nothing
+    // the identity of the runs depends on all inputs that were read: start with an empty record of inputs
     let inputs = inputs.afresh();
     let dir = inputs.folder();
     let plan = Plan::with_batches(&inputs, dir, 1)?;

@@ -96,7 +96,7 @@ pub enum WorkflowError {
         /// Stage that writes the file.
         stage: &'static str,
     },
-    /// A result of another stage has other inputs or outputs than the case.
+    /// A result of another stage does not match the case: for example, it has other parameters, phases or image sizes.
     #[error("{} is of other inputs or outputs than the case; run `breccia {stage}` again", path.display())]
     OtherCase {
         /// The file.
@@ -104,7 +104,7 @@ pub enum WorkflowError {
         /// Stage that writes the file.
         stage: &'static str,
     },
-    /// A result of another stage is out of date: something that it was computed from has changed.
+    /// A result of another stage is out of date: one of its inputs has changed.
     #[error(
         "{} is not up to date: {change}; run `breccia {stage}` again, or `breccia run` for all stages",
         path.display()
@@ -144,7 +144,7 @@ pub enum WorkflowError {
         command: String,
         /// The name of the file in the folder of the results.
         name: String,
-        /// Whether the program wrote the file and the user edited it; false if the user created it.
+        /// True if the program wrote the file and the user edited it; false if the user created the file.
         is_changed: bool,
     },
     /// An input file of the case has the path of a product, so that a stage would overwrite it.
@@ -193,7 +193,7 @@ pub enum WorkflowError {
     NoResults {
         /// The folder.
         path: PathBuf,
-        /// What is missing.
+        /// Reason why the folder is not a results folder.
         why: &'static str,
     },
     /// The mesh cannot be read or written.

@@ -4,8 +4,8 @@ use fem::Order;
 
 use crate::case::{Case, SpecimenGeometry};
 
-/// Measured cost of one simulation in the example `resolution` (docs/explanation/convergence.md): number of tetrahedra of the
-/// lattice and processor seconds, for quadratic and for linear elements, with the number of load steps.
+/// Measured cost of one simulation in the example `resolution` (docs/explanation/convergence.md) with [`STEPS`] load
+/// steps: number of tetrahedra of the lattice and processor seconds, for quadratic and for linear elements.
 const QUADRATIC: Measured = Measured { tets: 3022.0, seconds: 5.4 };
 const LINEAR: Measured = Measured { tets: 3022.0, seconds: 0.4 };
 const STEPS: f64 = 44.0;
@@ -14,7 +14,7 @@ const STEPS: f64 = 44.0;
 const POWER: f64 = 1.3;
 
 /// Processor seconds per run for packing, mesh and set-up, before the first load step. Measured in the ensemble of the
-/// example for the user's own data.
+/// example that `breccia init --own-data` writes.
 const PREPARATION: f64 = 0.3;
 
 struct Measured {
@@ -22,7 +22,7 @@ struct Measured {
     seconds: f64,
 }
 
-/// A group of simulations on the same mesh.
+/// A group of simulations that use the same mesh.
 struct Runs {
     count: usize,
     what: String,
@@ -36,20 +36,21 @@ struct Runs {
 pub struct ExpectedCost {
     /// Number of simulations.
     pub simulations: usize,
-    /// Processor seconds; none if the number of tetrahedra is unknown before the image is segmented.
+    /// Processor seconds; `None` if the number of tetrahedra is unknown before the image is segmented.
     pub seconds: Option<f64>,
     /// Description of each group of simulations, one line each.
     pub(super) lines: Vec<String>,
 }
 
 impl ExpectedCost {
-    /// Cost of a calibration, including the tests of virtual specimens; none for a case without a prior.
+    /// Estimates the cost of a calibration, including the tests of virtual specimens; `None` for a case without a
+    /// prior.
     pub(super) fn of_calibration(case: &Case, geometry: &SpecimenGeometry) -> Option<Self> {
         case.prior.as_ref()?;
         Some(Self::of_runs(virtual_tests(case).chain(calibration(case)), geometry))
     }
 
-    /// Cost of the tests of virtual specimens.
+    /// Estimates the cost of the tests of virtual specimens.
     pub(super) fn of_laboratory(case: &Case, geometry: &SpecimenGeometry) -> Self {
         Self::of_runs(virtual_tests(case), geometry)
     }
@@ -100,7 +101,7 @@ impl ExpectedCost {
     }
 }
 
-/// Volume of the specimen, mm³; none if the case does not specify its size.
+/// Volume of the specimen, mm³; `None` if the case does not specify its size.
 fn volume_mm3(geometry: &SpecimenGeometry) -> Option<f64> {
     match geometry {
         SpecimenGeometry::Cylinder { radius_mm, height_mm, .. } => {
@@ -136,7 +137,7 @@ fn virtual_tests(case: &Case) -> impl Iterator<Item = Runs> {
     })
 }
 
-/// Simulations on the specimen of a case.
+/// Returns `count` simulations on the mesh of the case's specimen, described by `what`.
 fn on_specimen(case: &Case, count: usize, what: &str) -> Runs {
     Runs {
         count,

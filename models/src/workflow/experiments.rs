@@ -51,14 +51,14 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     Ok(format!("{} specimens", table.specimens.len()))
 }
 
-/// Size of the mesh and the quantities in which specimens are compared with simulations.
+/// Size of the mesh, and the quantities that are compared between specimens and simulations.
 struct Comparison<'a> {
     mesh: MeshSize,
     qoi: &'a QoiCase,
 }
 
 impl Comparison<'_> {
-    /// A specimen's row of `experiments.csv`, with its quantities scaled to the size of the mesh.
+    /// Returns the row of a specimen in `experiments.csv`, with quantities scaled to the size of the mesh.
     fn row(&self, task: &Task<'_>, specimen: &Specimen) -> Result<Vec<String>, WorkflowError> {
         let Specimen { id, group, height_mm, radius_mm, .. } = specimen;
         let scale = MeshScale::of(specimen, self.mesh);
@@ -181,7 +181,8 @@ fn write_specimens(
     Ok(table)
 }
 
-/// Writes the comparison of one microstructure on the surrogate's mesh and on the mesh of the virtual specimens.
+/// Writes the quantities of one microstructure on the mesh of the surrogate's runs and on the mesh of the virtual
+/// specimens.
 fn write_bias(
     task: &Task<'_>,
     spacing_mm: [f64; 2],

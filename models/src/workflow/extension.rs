@@ -27,11 +27,11 @@ pub(super) fn offers(
             return None;
         }
         let width = upper - lower;
-        // the bound closer to the posterior mean is the one that truncates the posterior
+        // the bound that is closer to the posterior mean truncates the posterior
         let is_upper = row.posterior[0] - lower > upper - row.posterior[0];
         let (word, bound, [from, to]) = match is_upper {
             true => ("upper", upper, [*upper, upper + width]),
-            // material constants are positive: the extended range must stay above zero
+            // material constants are positive, so that the extended range must stay above zero
             false => ("lower", lower, [(lower - width).max(0.5 * lower), *lower]),
         };
         let [from, to] = [from, to].map(shown);

@@ -10,19 +10,20 @@ const NOMINAL: f64 = 0.9;
 /// Error of the mean response because the runs use only n specimens. This error is common to all specimens of a
 /// laboratory.
 ///
-/// Runs on n specimens determine the mean response of these n specimens, not the mean response of all specimens. Let B
-/// be the covariance of the deviations of single specimens from the mean response. The error of the fit then has the
-/// covariance B g. g = 1/n for the mean, and g is larger if the stiffness ratio is an input and differs from its mean
-/// ([`GroupedRuns`]). The error is the same for all specimens used in the calibration, and more runs on the same n
-/// specimens do not reduce it. The deviations of the calibrated specimens themselves are separate: each specimen has
-/// its own deviation, which is part of the scatter Σ of the measured curves and averages out with the number of
-/// specimens.
+/// Runs on n specimens determine the mean response of these n specimens, not the mean response of all possible
+/// specimens. Let B be the covariance of the deviations of single specimens from the mean response. The error of the
+/// fit then has the covariance B g. The factor g is 1/n; it is larger if the stiffness ratio is an input and its value
+/// differs from the mean ratio ([`GroupedRuns`]). The error is the same for all specimens used in the calibration, and
+/// more runs on the same n specimens do not reduce it. The deviations of the calibrated specimens themselves are
+/// separate: each specimen has its own deviation, which is part of the scatter Σ of the measured curves and averages
+/// out with the number of specimens.
 ///
 /// B is estimated from n specimens too, with ν = n − 1 degrees of freedom, or n − 2 if the stiffness ratio is an input.
 /// The error divided by its estimated standard deviation therefore has Student's t distribution with ν degrees of
-/// freedom. The likelihood approximates it by a normal distribution with covariance B g (t/z)², where t and z are the
-/// quantiles that bound 90 % intervals of Student's t and the normal distribution. Thus 90 % intervals have the correct
-/// coverage if this error dominates. The factor (t/z)² is 14.7, 3.2, 2.1, 1.5 and 1.2 for ν = 1, 2, 3, 5 and 10.
+/// freedom. The likelihood approximates this distribution by a normal distribution with covariance B g (t/z)², where t
+/// and z are the quantiles that bound 90 % intervals of Student's t and the normal distribution. Thus 90 % intervals
+/// have the correct coverage if this error dominates. The factor (t/z)² is 14.7, 3.2, 2.1, 1.5 and 1.2 for ν = 1, 2, 3,
+/// 5 and 10.
 pub(super) fn of_few(specimens: &GroupedRuns) -> CoefficientPosterior {
     let freedom = specimens.between.freedom();
     specimens.between.clone().widened(widening(freedom))

@@ -1,4 +1,4 @@
-//! Correction of quantities from a cheap mesh, fitted to a few runs that are repeated on a better mesh.
+//! Correction of quantities from a cheap mesh, fitted to a few runs that are repeated on a more accurate mesh.
 
 use std::collections::BTreeMap;
 
@@ -11,17 +11,17 @@ use super::level_runs::LevelRuns;
 use super::made_on::MadeOn;
 use super::task::Task;
 
-/// Ratio of quantities on a better mesh to those on a cheaper mesh, over the prior box.
+/// Ratio of the quantities on a more accurate mesh to the quantities on a cheaper mesh, as a function of the inputs.
 ///
-/// The logarithm of the ratio is fitted, since mesh errors are relative: by a constant or a linear function, whichever
-/// has the smaller leave-one-out error.
+/// The logarithm of the ratio is fitted, since mesh errors are relative. The fit is a constant or a linear function;
+/// the one with the smaller leave-one-out error is used.
 pub(super) struct Correction {
     fit: PceFit,
 }
 
 impl Correction {
     /// Fits a correction to runs made on both meshes. Each run is (inputs, quantities on the cheaper mesh, quantities
-    /// on the better mesh).
+    /// on the more accurate mesh).
     ///
     /// # Errors
     /// Fails for too few runs, or if all ratios are equal.
@@ -70,7 +70,7 @@ impl Correction {
     }
 
     /// Converts quantities on the cheaper mesh, and their derivatives if `jacobian` is not empty (quantities × inputs),
-    /// to the better mesh.
+    /// to the more accurate mesh.
     ///
     /// # Errors
     /// Fails for inputs outside the prior box.
@@ -156,15 +156,15 @@ pub(super) fn write_corrections(
 /// Covariance of the relative error of a correction (quantities × quantities).
 ///
 /// N is the number of repeated runs, s² the variance of the logarithm of the ratio, h the mean leverage of the fit:
-/// - Each run has its own packing: the ratios scatter between packings, as they do between specimens. The error that
+/// - Each run has its own packing: the ratios scatter between packings and equally between specimens. The error that
 ///   all specimens share is the error of the mean ratio, s² h.
-/// - All runs share one specimen: the lack of fit of the ratio.
-/// - Runs share n specimens: the error of a mean over n specimens, which more repeated runs do not reduce. All scatter
-///   of the ratios is assumed to be between specimens, and the repeated runs to be spread evenly over them: s² (h + 1/n
-///   − 1/N).
+/// - All runs share one specimen: the error is the lack of fit of the ratio.
+/// - Runs share n specimens: the error is the error of a mean over n specimens, which more repeated runs do not reduce.
+///   It is s² (h + 1/n − 1/N), if all scatter of the ratios is between specimens and the repeated runs are spread
+///   evenly over the specimens.
 ///
 /// # Errors
-/// Cannot occur for a report that this program has written.
+/// Fails only for a report that this program has not written.
 pub(super) fn error_of(
     report: &FitReport,
     made_on: &MadeOn,
@@ -182,10 +182,10 @@ pub(super) fn error_of(
     }
 }
 
-/// Relative error covariance of all corrections together (the sum of their covariances); none without corrections.
+/// Relative error covariance of all corrections together (the sum of their covariances); `None` without corrections.
 ///
 /// # Errors
-/// As [`error_of`].
+/// The errors of [`error_of`].
 pub(super) fn error_of_all(
     reports: &[FitReport],
     made_on: &MadeOn,
@@ -207,9 +207,9 @@ pub(super) fn added(a: &[Vec<f64>], b: &[Vec<f64>]) -> Vec<Vec<f64>> {
     a.iter().zip(b).map(row).collect()
 }
 
-/// Returns the indices of `count` points that fill the box. The first is the point nearest to the centre. Each next
-/// point is the one farthest from all chosen points, among the points of the specimens with the fewest chosen points.
-/// The first n indices do not depend on `count`.
+/// Returns the indices of `count` points that fill the box evenly. The first point is nearest to the centre. Each next
+/// point belongs to a specimen with the fewest chosen points; among these candidates, its distance to the chosen points
+/// is largest. The first n indices do not depend on `count`.
 pub(super) fn spread(
     inputs: &[Input],
     points: &[&[f64]],
@@ -259,7 +259,7 @@ mod tests {
         let points: Vec<[f64; 2]> =
             (0..25).map(|i| [(i % 5) as f64 * 0.5, (i / 5) as f64 * 0.5]).collect();
         let points: Vec<&[f64]> = points.iter().map(|p| &p[..]).collect();
-        // one specimen for all points, or one for each point: the choice does not depend on specimens
+        // one specimen for all points, or a separate specimen for each point: the specimens do not affect the choice
         for specimens in [vec![0; 25], (0..25).collect()] {
             let spread = |count| spread(&inputs, &points, &specimens, count);
             let mut five = spread(5);
@@ -300,7 +300,7 @@ mod tests {
         let correction = Correction::of(&inputs, &names, &runs).unwrap();
         assert_eq!(correction.report().order, 1);
         let at = [0.4, 1.7];
-        // q = 2 x₀ and r = 7 on the cheap mesh: derivatives of their products with the ratios
+        // quantities q = 2 x₀ and r = 7 on the cheap mesh: test the derivatives of the corrected quantities
         let (mut found, mut rates) = ([2.0 * at[0], 7.0], [vec![2.0, 0.0], vec![0.0, 0.0]]);
         correction.apply(&at, &mut found, &mut rates).unwrap();
         let (one, two) = (plane(&at), plane(&at).powi(2));

@@ -9,7 +9,7 @@ pub(super) const SPECIMENS: &str = "experiments/specimens.csv";
 pub(super) const WARNING_STAGES: [&str; 6] =
     ["segment", "mesh", "experiments", "ensemble", "calibrate", "confirm"];
 
-/// File with the warnings of a stage, one per line; it does not exist if there are none.
+/// Name of the file with the warnings of a stage, one per line. The file does not exist if there are no warnings.
 pub(super) fn warnings_of(stage: &str) -> String {
     format!("warnings/{stage}.txt")
 }

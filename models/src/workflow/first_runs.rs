@@ -19,9 +19,10 @@ use crate::progress::say;
 use crate::qoi::{Quantity, Unit};
 use crate::table::{CsvTable, TableRow};
 
-/// Tolerance factor on the range that is expected over the prior box.
+/// Tolerance factor: the expected range over the prior box is widened by this factor in both directions.
 const FACTOR: f64 = 2.0;
-/// If measured/expected is within this factor of the ratio of two units, the error message names that unit.
+/// If the ratio measured/expected differs from the ratio of two units by less than this factor, the error message names
+/// the likely unit.
 const NEAR: f64 = 1.4;
 
 /// Size of the simulated specimen.
@@ -48,7 +49,7 @@ pub(super) fn check_first_runs(
     else {
         return Ok(());
     };
-    // read without recording an input of the stage: the runs do not depend on this file
+    // read the file without recording it as an input of the stage: the runs do not depend on it
     let Some(means) = means_of(&task.path("experiments.csv"), qoi) else { return Ok(()) };
     let usable = records.iter().find_map(|run| Some((run, quantities(run, qoi).ok()?)));
     let Some((run, simulated)) = usable else { return Ok(()) };
@@ -85,7 +86,7 @@ pub(super) fn check_first_runs(
     Ok(())
 }
 
-/// Means of the quantities over the specimens; none if there is no table with these quantities.
+/// Reads the means of the quantities over the specimens; `None` if there is no table with these quantities.
 fn means_of(file: &Path, qoi: &QoiCase) -> Option<Vec<f64>> {
     let columns: Vec<String> = qoi.quantities.iter().map(|q| q.column().into_owned()).collect();
     let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
@@ -97,8 +98,8 @@ fn means_of(file: &Path, qoi: &QoiCase) -> Option<Vec<f64>> {
     rows.filter(|rows| !rows.is_empty()).map(|rows| column_means(&rows))
 }
 
-/// Extrapolates from one run to the prior box: the magnitude is that of the run, the relative change that of closed
-/// forms.
+/// Expected range of a quantity over the prior box, extrapolated from one run. The run gives the magnitude, and the
+/// closed form gives the relative change over the box.
 struct Expected<'a> {
     setup: &'a Setup<'a>,
     bounds: &'a BoundsCase,
@@ -124,7 +125,7 @@ impl Expected<'_> {
     }
 }
 
-/// Question about the unit whose ratio explains measured/expected; none if no unit does.
+/// Returns a question about the unit that explains the ratio measured/expected; `None` if no unit explains the ratio.
 fn cause(unit: Unit, ratio: f64, size: SpecimenSize) -> Option<&'static str> {
     let area_mm2 = std::f64::consts::PI * size.radius_mm.powi(2);
     let of_force = [
@@ -175,7 +176,7 @@ fn cause(unit: Unit, ratio: f64, size: SpecimenSize) -> Option<&'static str> {
     (distance(*unit) < NEAR.ln()).then_some(*cause)
 }
 
-/// The runs that are made before all others: one per thread.
+/// Returns the runs that are computed before all other runs: one per thread.
 pub(super) fn first_of<'r>(task: &Task<'_>, runs: &'r [RunInput]) -> &'r [RunInput] {
     &runs[..task.threads.clamp(1, runs.len().max(1)).min(runs.len())]
 }

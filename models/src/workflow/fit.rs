@@ -1,4 +1,5 @@
-//! `fit.csv`: misfit between the model at the mode and the means of the specimens, and its standard deviation.
+//! `fit.csv`: misfit between the model at the posterior mode and the means of the specimens, and its standard
+//! deviation.
 
 use ppl::Posterior;
 use surrogate::Dataset;
@@ -15,7 +16,7 @@ use crate::fracture::{Evidence, column_means, relative_covariance};
 /// simulation also includes the scatter of microstructures, because a simulation uses a single one.
 ///
 /// # Errors
-/// Fails if the mode is outside the surrogate's box, or if a file cannot be read or written.
+/// Fails if the posterior mode is outside the surrogate's box, or if a file cannot be read or written.
 pub(super) fn write_fit(
     task: &Task<'_>,
     fitted: &Fitted,

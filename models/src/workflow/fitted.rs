@@ -1,4 +1,4 @@
-//! The surrogate fitted to the runs, with its error.
+//! The surrogate that is fitted to the runs, and its error.
 
 use surrogate::{
     CoefficientPosterior, Dataset, DynPce, FitOptions, FitReport, GroupedRuns, Input, PceFit,
@@ -29,7 +29,7 @@ pub(super) struct Fitted {
     pub(super) open: CoefficientPosterior,
     /// Specimens of the runs.
     pub(super) made_on: MadeOn,
-    /// If runs share specimens: the error of the fit, separated into scatter within and between specimens.
+    /// Error of the fit, separated into scatter within and between specimens; `None` unless runs share specimens.
     pub(super) specimens: Option<GroupedRuns>,
     /// Fit reports of the corrections from cheaper meshes.
     pub(super) corrections: Vec<FitReport>,
@@ -38,17 +38,17 @@ pub(super) struct Fitted {
 }
 
 impl Fitted {
-    /// Fits the surrogate to the runs. The stiffness ratio of the packing is an additional input if it is known for all
-    /// or some of the `specimens`.
+    /// Fits the surrogate to the runs. The stiffness ratio of the packing is an additional input if the ratio is known
+    /// for all or some of the `specimens`.
     ///
     /// All runs have equal weight. Weights that correct for the density of the runs would minimise the mean error over
-    /// the prior box. However, the error should be small in the region of the posterior, where the batches have put
-    /// more runs. If each run has its own packing, weights would also increase the variance. Therefore the lack of fit
-    /// is estimated from the runs of batches, once there are enough of them; all runs together would represent the
-    /// corners of the box.
+    /// the prior box. However, the error should be small in the region of the posterior, where the batches have added
+    /// runs. If each run has its own packing, weights would also increase the variance. The lack of fit is estimated
+    /// from the runs of batches, once there are enough of them, because it should be valid in the region of the
+    /// posterior: the corners of the box would dominate an estimate from all runs.
     ///
     /// # Errors
-    /// As [`DynPce::fit`].
+    /// The errors of [`DynPce::fit`].
     pub(super) fn of(
         runs: &Dataset,
         specimens: &[Option<f64>],
@@ -112,9 +112,9 @@ fn fit_options(case: &SurrogateCase) -> FitOptions {
 }
 
 /// Fit options for runs with the specimens `made_on`. `with_stiffness` are the runs with the stiffness ratio as their
-/// last input. If runs share specimens, the ratio has only a few values, so that the fit is linear in it (on its
-/// scale): quantities are proportional to powers of the ratio, and each further term would use up one specimen for the
-/// estimate of their scatter.
+/// last input. If runs share specimens, the ratio has only a few values. The fit is then linear in the ratio, on the
+/// scale of the fit: quantities are proportional to powers of the ratio, and each further term would cost one degree of
+/// freedom in the estimate of the scatter between specimens.
 pub(super) fn options_on(
     case: &SurrogateCase,
     made_on: &MadeOn,
@@ -130,10 +130,10 @@ pub(super) fn options_on(
     }
 }
 
-/// Separates the error of a fit into scatter within and between specimens; none unless runs share specimens.
+/// Separates the error of a fit into scatter within and between specimens; `None` unless runs share specimens.
 ///
 /// # Errors
-/// As [`GroupedRuns::of`].
+/// The errors of [`GroupedRuns::of`].
 pub(super) fn of_specimens_of_runs(
     fit: &PceFit,
     runs: &Dataset,

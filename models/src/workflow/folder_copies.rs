@@ -5,8 +5,8 @@ use std::path::Path;
 
 use super::WorkflowError;
 
-/// Copies a file, or a folder with its contents, to a path that does not exist yet. File systems that support it share
-/// the blocks of the two files. Hard links are not used, because an edit of one file would also change the other.
+/// Copies a file, or a folder with its contents, to a path that does not exist yet. Some file systems share the blocks
+/// of the two files. Hard links are not used, because an edit of one file would also change the other file.
 ///
 /// # Errors
 /// Fails if a file cannot be read or written.
@@ -26,7 +26,7 @@ pub(super) fn copy_tree(from: &Path, to: &Path) -> Result<(), WorkflowError> {
 /// Copies every finished record of a folder of runs to another folder, unless a file of the same name exists there.
 ///
 /// # Errors
-/// As [`copy_tree`].
+/// The errors of [`copy_tree`].
 pub(super) fn copy_records(from: &Path, to: &Path) -> Result<(), WorkflowError> {
     let Ok(entries) = std::fs::read_dir(from) else { return Ok(()) };
     let failed = |e| WorkflowError::io(to, e);

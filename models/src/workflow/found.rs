@@ -5,7 +5,7 @@ use fem::{
     VoxelGrains,
 };
 
-/// A specimen with its grains.
+/// Result of a segmentation or of reading labels: a specimen with its grains.
 pub(super) enum Found {
     /// Segmented from grey values.
     Grey(Segmented),
@@ -13,7 +13,8 @@ pub(super) enum Found {
     Labels(LabelledSpecimen),
 }
 
-/// Phases of the grains: names of the phases; for each grain its number and phase (an index into the names).
+/// Phases of the grains: the names of the phases, and number and phase of each grain. The phase is an index into the
+/// names.
 #[derive(Clone, Debug)]
 pub(super) struct GrainPhases {
     pub(super) names: Vec<String>,
@@ -36,7 +37,7 @@ impl Found {
         }
     }
 
-    /// Grain fraction of each voxel; none for labels of the user, which have no grey values.
+    /// Grain fraction of each voxel; `None` for labels of the user, which have no grey values.
     pub(super) fn solid(&self) -> Option<&Volume<f32>> {
         match self {
             Self::Grey(found) => Some(&found.solid),
@@ -98,7 +99,8 @@ impl Found {
         }
     }
 
-    /// Phase of a grain, and its label in the user's image; for a specimen from grey values, its number.
+    /// Returns the phase of a grain and the grain's label in the user's image. For a specimen from grey values, the
+    /// label is the number of the grain.
     pub(super) fn phase_and_label(&self, grain: &Region) -> (&str, i64) {
         match self {
             Self::Grey(_) => ("grain", i64::from(grain.id)),
@@ -124,7 +126,7 @@ impl Found {
         self.regions().iter().filter(|grain| self.phase_and_label(grain).0 != VOID)
     }
 
-    /// Volume fraction of each phase in the meshed cylinder, as the mesher computes it.
+    /// Volume fraction of each phase in the meshed cylinder, computed with the method of the mesher.
     pub(super) fn fractions(&self) -> Vec<(String, f64)> {
         let GrainPhases { names, of_grains } = self.phases();
         let grains = VoxelGrains::new(self.labels(), self.solid(), self.cylinder())

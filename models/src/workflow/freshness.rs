@@ -12,7 +12,7 @@ use super::task::StageRecord;
 /// Name of the file with the records of finished stages.
 pub(super) const STAGES_FILE: &str = "stages.toml";
 
-/// Record of each finished stage: what it has read and written.
+/// Records of the finished stages by name: the inputs and the products of each stage.
 pub(super) type Records = BTreeMap<String, StageRecord>;
 
 /// Reads the records of the finished stages of a results folder.
@@ -23,8 +23,8 @@ pub(super) fn finished_in(dir: &Path) -> Records {
         .unwrap_or_default()
 }
 
-/// Cache of the checks: names of files that are unchanged since their stage wrote them, and whose stage has inputs that
-/// are unchanged.
+/// Cache of the checks: names of files that are up to date. Such a file has the content that its stage wrote, and the
+/// inputs of this stage are unchanged.
 #[derive(Debug, Default)]
 pub(super) struct Freshness {
     checked: RefCell<BTreeSet<String>>,
@@ -33,7 +33,7 @@ pub(super) struct Freshness {
 }
 
 impl Freshness {
-    /// Clears the cache, because a stage is being run again.
+    /// Clears the cache. Needed when a stage is run again.
     pub(super) fn clear(&self) {
         self.checked.borrow_mut().clear();
         self.edited.borrow_mut().clear();
@@ -51,9 +51,9 @@ impl Freshness {
         self.edited.borrow().clone()
     }
 
-    /// Checks that a file is up to date: its stage has written its current content, and everything that the stage has
-    /// read is up to date too, recursively up to the case. If the user has edited a product of a stage, the changes in
-    /// that stage's inputs are ignored.
+    /// Checks that a file is up to date: a stage has written the current content of the file, and everything that the
+    /// stage has read is up to date too, recursively back to the case. If the user has edited a product of a stage,
+    /// changed inputs of this stage are ignored.
     ///
     /// # Errors
     /// [`WorkflowError::Stale`].
@@ -84,7 +84,7 @@ impl Freshness {
         if let Some(change) = record.source_change(inputs) {
             return refuse(change);
         }
-        // measured specimens have the paths at which the stage would write virtual ones
+        // a measured specimen: it is an input at the path where the stage writes virtual specimens
         if record.files_read().any(|read| read == name) {
             return Ok(());
         }

@@ -1,4 +1,4 @@
-//! Check before the calibration that the simulations can reach the measured quantities.
+//! Check before the calibration that the measured quantities are within the range of the simulations.
 
 use surrogate::Dataset;
 
@@ -71,7 +71,7 @@ pub(super) fn is_in_range(runs: &Dataset, means: &[f64]) -> bool {
     })
 }
 
-/// Rank of a quantity by how well it identifies a wrong unit of a table, best first. The slope ranks low because it
+/// Rank of a quantity by how well it identifies a wrong unit in a table; 0 is best. The slope ranks low because it
 /// depends on two units.
 pub(super) fn unit_rank(unit: Unit) -> usize {
     match (unit.newton != 0, unit.millimetre != 0) {
@@ -82,7 +82,7 @@ pub(super) fn unit_rank(unit: Unit) -> usize {
     }
 }
 
-/// Value of a quantity and the range that simulations reach.
+/// Measured value of a quantity, and the range in which the value is expected.
 pub(super) struct Range {
     pub(super) name: String,
     pub(super) value: f64,
@@ -109,7 +109,8 @@ impl Range {
         )
     }
 
-    /// Question about the unit that explains the distance; none unless the ratio is close to 1000 or 1/1000.
+    /// Returns a question about the unit, if a wrong unit explains why the value is far from the range; `None` unless
+    /// the ratio of the value to the middle of the range is close to 1000 or 1/1000.
     pub(super) fn cause(&self) -> Option<&'static str> {
         let ratio = self.value.abs() / (self.reached[0] * self.reached[1]).sqrt();
         let thousands = ratio.log10() / 3.0;

@@ -1,7 +1,7 @@
 //! Images of several specimens: names of the files that the stages `segment` and `mesh` write for each image.
 //!
-//! Images are numbered from 1. Image 1 is the case's own, `specimen.image.stack` or `labels`; its files have the same
-//! names as in a case with a single image.
+//! Images are numbered from 1. Image 1 is the case's own image, `specimen.image.stack` or `labels`; its files have the
+//! same names as in a case with a single image.
 
 use std::path::PathBuf;
 
@@ -49,7 +49,8 @@ pub(super) fn names(inputs: &Inputs<'_>) -> Result<Vec<String>, WorkflowError> {
     })
 }
 
-/// The further images on which runs are made, with their numbers. Their size is that of the first image.
+/// Returns the further images on which runs are made, with their numbers. Their specimens get the size of the first
+/// specimen.
 ///
 /// # Errors
 /// Fails for a case without geometry.

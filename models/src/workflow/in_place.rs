@@ -11,7 +11,7 @@ use super::{InputInPlace, WorkflowError};
 use crate::case::CaseFile;
 use crate::table_format::DetectedTable;
 
-/// Files that are copied when a results folder is opened, or that are used in place if they are inputs.
+/// Files that opening a results folder copies into it. If such a file is an input, it is used where it is.
 const OPENING: [&str; 6] = [
     "case.toml",
     "origin.toml",
@@ -68,12 +68,12 @@ pub(super) fn check_inputs(source: &CaseFile, dir: &Path) -> Result<(), Workflow
         }
         let Ok(name) = place.strip_prefix(&root) else { continue };
         let name = name.to_string_lossy().replace('\\', "/");
-        // true if products are in the folder of an input, or would replace that folder
+        // true if the product's folder is the input folder `name` or is within it
         let lies_within =
             |pattern: &str| format!("{}/", folder(pattern)).starts_with(&format!("{name}/"));
         let is_meant =
             |pattern: &&str| matches(pattern, &name) || (place.is_dir() && lies_within(pattern));
-        // an input at the path of its own copy is used in place
+        // an input at the path of its own copy is used without copying
         if !place.is_dir() && OPENING.iter().any(|pattern| matches(pattern, &name)) {
             continue;
         }
@@ -92,7 +92,7 @@ fn is_virtual(source: &CaseFile) -> bool {
     source.case.experiments.as_ref().is_some_and(|e| e.virtual_specimens.is_some())
 }
 
-/// All existing files that a case names.
+/// Lists all existing files that a case names.
 fn named_by(source: &CaseFile) -> Vec<Named> {
     let case = &source.case;
     let mut named = vec![Named { key: "the case".to_owned(), path: source.path.clone() }];
@@ -123,7 +123,8 @@ fn named_by(source: &CaseFile) -> Vec<Named> {
     named
 }
 
-/// Curves and images of a table of specimens; empty if the table cannot be read, which is reported later.
+/// Lists the curves and images that a table of specimens names. Empty if the table cannot be read; this error is
+/// reported later.
 fn named_by_table(file: &Path) -> Vec<Named> {
     let Ok(DetectedTable { table, .. }) = DetectedTable::read(file, &["id"], &[]) else {
         return Vec::new();
@@ -142,7 +143,7 @@ fn named_by_table(file: &Path) -> Vec<Named> {
     named
 }
 
-/// Absolute path with links resolved; the last components need not exist.
+/// Returns an absolute path with resolved links; the last components of the path need not exist.
 fn resolved(path: &Path) -> PathBuf {
     let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     for front in path.ancestors() {

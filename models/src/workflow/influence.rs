@@ -1,4 +1,4 @@
-//! `loo.csv` and `influence.csv`: results of leaving out each specimen.
+//! `loo.csv` and `influence.csv`: results of calibrations that each leave out one specimen.
 
 use ppl::Nuts;
 use surrogate::Input;
@@ -7,9 +7,10 @@ use super::WorkflowError;
 use super::task::Task;
 use crate::fracture::{Calibration, CalibrationError, WithoutSpecimen};
 
-/// Writes `loo.csv` and `influence.csv`: the expected log predictive density (elpd) of each specimen under a
-/// calibration to the other specimens, and by how many posterior standard deviations each parameter shifts if the
-/// specimen is left out. Importance weights are used if they are reliable; otherwise the posterior is sampled again.
+/// Writes `loo.csv`: the expected log predictive density (elpd) of each specimen under a calibration to the other
+/// specimens. Writes `influence.csv`: the shift of each parameter, in posterior standard deviations, if the specimen is
+/// left out. Both are computed with importance weights if the weights are reliable; otherwise the posterior without the
+/// specimen is sampled.
 ///
 /// # Errors
 /// Fails if a file cannot be written or if the program is interrupted.

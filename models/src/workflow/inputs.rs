@@ -34,13 +34,14 @@ pub(super) struct Inputs<'a> {
     writer: fn(&str) -> Option<&'static str>,
     /// Rejects result files that are out of date.
     guard: Option<Guard<'a>>,
-    /// Record of everything read so far. A `RefCell` cannot be shared between threads: running simulations must not
-    /// read inputs that are not part of the run's name.
+    /// Record of everything read so far. It is a `RefCell`, which threads cannot share. Simulations that run on other
+    /// threads therefore cannot read inputs that are not part of their identity.
     read: RefCell<Sources>,
 }
 
 impl<'a> Inputs<'a> {
-    /// Inputs from a case, the results folder, and a function that returns the stage that writes a file.
+    /// Creates the inputs of a stage from a case, the results folder, and a function that returns the stage that writes
+    /// a given file.
     pub(super) fn new(
         file: &'a CaseFile,
         dir: &'a Path,
@@ -50,7 +51,7 @@ impl<'a> Inputs<'a> {
         Self { file, dir, origin, writer, guard: None, read: RefCell::default() }
     }
 
-    /// Inputs of another case with the same results folder. The record is empty.
+    /// Creates the inputs of another case with the same results folder and an empty record.
     pub(super) fn of<'b>(&self, file: &'b CaseFile) -> Inputs<'b>
     where
         'a: 'b,
@@ -58,7 +59,7 @@ impl<'a> Inputs<'a> {
         Inputs::new(file, self.dir, self.writer)
     }
 
-    /// Inputs of the same case and folder with an empty record.
+    /// Creates the inputs of the same case and the same folder with an empty record.
     pub(super) fn afresh(&self) -> Inputs<'a> {
         Inputs::new(self.file, self.dir, self.writer)
     }
@@ -78,12 +79,12 @@ impl<'a> Inputs<'a> {
         self.read.borrow().manifest()
     }
 
-    /// Description of the first of these sources that has changed, if there is one.
+    /// Describes the first changed entry of `sources`, if there is one.
     pub(super) fn change(&self, sources: &Sources) -> Option<String> {
         sources.change(&self.origin)
     }
 
-    /// Hash of the table `[specimen]`, which distinguishes the specimens of different cases.
+    /// Hash of the table `[specimen]`. Cases with different specimens have different hashes.
     pub(super) fn specimen(&self) -> String {
         self.origin.part("specimen")
     }
@@ -170,7 +171,7 @@ impl Inputs<'_> {
         &self.file.case
     }
 
-    /// The case that simulates a candidate for a further test. Reads from that case must be recorded with
+    /// Returns the case that simulates a candidate for a further test. Inputs read from this case must be recorded with
     /// [`Self::reads_with`].
     pub(super) fn candidate(&self, candidate: &CandidateCase) -> Result<CaseFile, WorkflowError> {
         Ok(self.file.of_candidate(candidate)?)
@@ -183,7 +184,7 @@ impl Inputs<'_> {
         sources.files().for_each(|name| drop(self.reads_file(name)));
     }
 
-    /// Parts of the case that define a simulation.
+    /// Returns the parts of the case that define a simulation.
     pub(super) fn setup(&self) -> Setup<'_> {
         Setup {
             path: &self.file.path,
@@ -217,7 +218,7 @@ impl Inputs<'_> {
         Ok(geometry)
     }
 
-    /// Image to be segmented, if the grains come from an image.
+    /// Returns the image to be segmented, if the grains come from an image.
     pub(super) fn scanned(&self) -> Result<Option<Scanned>, WorkflowError> {
         for key in ["image", "scan", "grains", "radius_mm", "height_mm"] {
             self.reads(&format!("specimen.{key}"));
@@ -250,7 +251,7 @@ impl Inputs<'_> {
         Ok(further.into_iter().map(scanned).collect())
     }
 
-    /// Error about the image of a further specimen.
+    /// Creates an error about the image of a further specimen.
     pub(super) fn refused_image(&self, path: &Path, problem: &str, help: &str) -> WorkflowError {
         let name = path.display().to_string();
         self.file.error("specimen.image.further_stacks", name, problem, help).into()
@@ -289,7 +290,7 @@ impl Inputs<'_> {
         self.file.case.whole_prior()
     }
 
-    /// The calibrated parameters and their ranges, extensions included, as inputs of the surrogate.
+    /// Returns the calibrated parameters as inputs of the surrogate, with ranges that include the extensions.
     pub(super) fn prior(&self) -> Result<Vec<Input>, WorkflowError> {
         let prior = self.whole_prior().ok_or_else(|| self.missing_prior())?;
         Ok(prior.inputs()?)
@@ -301,7 +302,7 @@ impl Inputs<'_> {
         Ok(prior.priors())
     }
 
-    /// The priors without extensions: their ranges are the box of the first runs.
+    /// Returns the priors without extensions. Their ranges are the box of the runs of `[design]`.
     pub(super) fn first_prior(&self) -> Result<&PriorCase, WorkflowError> {
         self.prior_table().as_ref().ok_or_else(|| self.missing_prior())
     }
@@ -311,8 +312,8 @@ impl Inputs<'_> {
         Ok(self.first_prior()?.parameters().cloned().collect())
     }
 
-    /// Number of runs per batch, if runs are added in batches. The name of a run depends on this number. The other keys
-    /// of `[sequential]` determine the number of batches.
+    /// Number of runs per batch, if runs are added in batches. This number is part of the identity of the runs. The
+    /// other keys of `[sequential]` only determine the number of batches.
     pub(super) fn sequential_batch(&self) -> Option<usize> {
         self.reads("sequential.batch");
         self.file.case.sequential.as_ref().map(|sequential| sequential.batch)
@@ -343,8 +344,8 @@ impl Inputs<'_> {
     /// Selects the specimens that the case calibrates against.
     ///
     /// # Errors
-    /// If no specimen belongs to the chosen group; or if there are several groups and none is chosen, because the
-    /// differences between groups would be taken for the scatter of one material.
+    /// If no specimen belongs to the chosen group. Also if there are several groups and no group is chosen, because the
+    /// differences between groups would be interpreted as scatter of one material.
     pub(super) fn chosen(&self, table: SpecimenTable) -> Result<SpecimenTable, WorkflowError> {
         self.reads("experiments.group");
         match self.file.case.experiments.as_ref().and_then(|e| e.group.as_deref()) {

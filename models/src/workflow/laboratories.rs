@@ -1,4 +1,4 @@
-//! Virtual laboratories whose specimens are simulated, and the ensembles to calibrate them.
+//! Virtual laboratories: simulated specimens, and the ensembles of simulations for their calibration.
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -25,8 +25,8 @@ use crate::prior::Prior;
 use crate::qoi::Qois;
 use crate::virtual_specimen::VirtualSpecimen;
 
-/// Result of [`simulate_laboratories`]. All simulations use the cheapest mesh of the case, for specimens and ensembles
-/// alike, so that the error of the mesh cancels.
+/// Result of [`simulate_laboratories`]. Specimens and ensembles are simulated on the same mesh, the cheapest of the
+/// case, so that the error of the mesh cancels.
 #[derive(Clone, Debug)]
 pub struct SimulatedLaboratories {
     /// Laboratories, each with the number of specimens of the case. Each specimen has its own packing.
@@ -41,12 +41,13 @@ pub struct SimulatedLaboratories {
     pub mean_response: Dataset,
 }
 
-/// Simulates `laboratories` laboratories and the ensembles to calibrate them. The true parameters are drawn from the
-/// inner part of the prior box (`inner` is a fraction of each side). Each of the `points` of the mean response takes
-/// two runs. Runs are stored in `dir/coverage`, so that an interrupted study is resumed.
+/// Simulates `laboratories` laboratories and the ensembles for their calibration. The true parameters are drawn from
+/// the inner part of the prior box (`inner` is a fraction of each side). The mean response is computed at `points`
+/// points with two runs each. Runs are stored in `dir/coverage`, so that an interrupted study is resumed.
 ///
 /// # Errors
-/// Fails for a case with a prior that is not uniform, without virtual specimens or without a packing, or if the simulation of a specimen fails.
+/// Fails if a prior of the case is not uniform, if the case has no virtual specimens or no packing, or if the
+/// simulation of a specimen fails.
 pub fn simulate_laboratories(
     file: &CaseFile,
     dir: &Path,
@@ -71,7 +72,7 @@ pub fn simulate_laboratories(
     let seeds = |rng: &mut Xoshiro256PlusPlus, n: usize| -> Vec<u64> {
         (0..n).map(|_| u64::from(rng.random::<u32>())).collect()
     };
-    // the same seeds as in the stage `ensemble`, so that its runs are reused
+    // use the same seeds as the stage `ensemble`, so that its runs are reused
     let per_run = study.ensemble(&of_design, seeds(&mut rng, design.runs))?;
     let own = study.packings(Vec::new())?.own_seed();
     let one_packing = study.ensemble(&of_design, vec![own.unwrap_or_default(); design.runs])?;
@@ -98,15 +99,15 @@ impl Study<'_> {
         })
     }
 
-    /// Makes runs on packings with the given seeds, on the cheapest level of the case. Returns the records and the
-    /// stiffness ratios of the packings.
+    /// Computes runs on packings with the given seeds, on the cheapest mesh of the case. Returns the records of the
+    /// runs and the stiffness ratios of the packings.
     fn records(
         &self,
         points: &[Vec<f64>],
         seeds: Vec<u64>,
     ) -> Result<(Vec<RunRecord>, Vec<f64>), WorkflowError> {
         let names: Vec<String> = self.prior.iter().map(|input| input.name.clone()).collect();
-        // no key of the case identifies these runs: add seeds and points to the manifest
+        // the keys of the case do not identify these runs: add seeds and points to the manifest
         let kept = format!("{seeds:?}\n{points:?}\n");
         let packings = self.packings(seeds)?;
         let mut levels = Level::all(&self.task.inputs, 0)?;
@@ -135,11 +136,13 @@ impl Study<'_> {
         Ok(data)
     }
 
-    /// Mean response over packings at each point. Each packing is simulated at its point and at the centre of the prior
-    /// box; the ratio of the two is multiplied by the mean over all packings at the centre.
+    /// Estimates the mean response over packings at each point. Each point has its own packing, which is simulated at
+    /// the point and at the centre of the prior box. The ratio of the two results is multiplied by the mean over all
+    /// packings at the centre.
     ///
     /// The effect of a packing on a quantity hardly depends on the parameters, so that it cancels in the ratio. The
-    /// error is therefore that of a mean over all packings, and not that of a fit with many terms to as many packings.
+    /// error is therefore the error of a mean over all packings, which is smaller than the error of a fit with many
+    /// terms to the same number of packings.
     fn mean_response(
         &self,
         points: &[Vec<f64>],

@@ -1,4 +1,4 @@
-//! Runs of a level: making them, and their quantities of interest.
+//! Runs of a mesh level: computation of the runs, and their quantities of interest.
 
 use std::borrow::Cow;
 
@@ -16,23 +16,24 @@ use crate::case::QoiCase;
 /// Subfolder with the records of runs.
 pub(super) const FOLDER: &str = "ensemble";
 
-/// Name of the curve file of a run that was repeated on a better mesh. The cheapest level is level 1.
+/// Name of the curve file of a run that was repeated on a more accurate mesh. The cheapest level is level 1.
 pub(super) fn curve_of_level(level: usize, run: &str) -> String {
     format!("curves/level-{level}-run-{run:0>3}.csv")
 }
 
-/// Makes the runs of a level.
+/// Computes the runs of a level.
 pub(super) struct Runner<'a> {
     pub(super) task: &'a Task<'a>,
     /// Names of the runs' inputs.
     pub(super) names: &'a [String],
-    /// Specimens of the runs; none if all runs are made on the case's own specimen.
+    /// Specimens of the runs; `None` if all runs use the case's own specimen.
     pub(super) specimens: Option<&'a Microstructures>,
 }
 
 impl Runner<'_> {
-    /// Makes the runs that are not finished and returns the records in the order of `runs`. If `wait` is false, returns
-    /// as soon as all missing runs are being made by other processes, with the records that exist then.
+    /// Computes the unfinished runs and returns the records in the order of `runs`. If `wait` is false, it returns as
+    /// soon as other processes are computing all missing runs; only the records that exist at this time are then
+    /// returned.
     pub(super) fn run(
         &self,
         level: &Level<'_>,
@@ -76,7 +77,7 @@ impl Runner<'_> {
 /// The runs of a level with their quantities of interest.
 pub(super) struct LevelRuns {
     pub(super) records: Vec<RunRecord>,
-    /// Quantities of each record, or the reason why it has none.
+    /// Quantities of each record, or the reason why the run has no quantities.
     found: Vec<Result<Found, String>>,
 }
 
@@ -98,7 +99,7 @@ impl LevelRuns {
         Self { records, found }
     }
 
-    /// Appends runs.
+    /// Appends the runs of `more`.
     pub(super) fn extend(&mut self, more: Self) {
         self.records.extend(more.records);
         self.found.extend(more.found);

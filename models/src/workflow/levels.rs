@@ -1,4 +1,4 @@
-//! Mesh levels on which the runs of an ensemble are made, from the cheapest mesh to the case's own mesh.
+//! Mesh levels of an ensemble, from the cheapest mesh to the case's own mesh.
 
 use fem::{Meshing, PhaseField, TetMesh, gmsh};
 
@@ -11,7 +11,8 @@ use crate::case::LevelCase;
 
 /// Mesh and load steps of a set of runs.
 pub(super) struct Level<'a> {
-    /// Text that identifies the runs: everything that they depend on. Its hash is the name of their folder.
+    /// Text that identifies the runs: it lists everything that the runs depend on. Its hash is the name of the folder
+    /// of the runs.
     pub(super) manifest: String,
     /// Number of runs that are repeated on the next level.
     pub(super) repeats: usize,
@@ -22,16 +23,17 @@ pub(super) struct Level<'a> {
 }
 
 impl<'a> Level<'a> {
-    /// The levels of a case. `meshes` is the number of mesh files of the stage `mesh` on which runs are made. Without
-    /// `[fidelity]`, the only level is the case's own mesh.
+    /// Returns the levels of a case. `meshes` is the number of mesh files from the stage `mesh` that the runs use.
+    /// Without `[fidelity]`, the only level is the case's own mesh.
     ///
-    /// Call this after reading prior, design and packings, and before reading anything else: what has been read so far
-    /// identifies the runs of all levels. Adding a level does not change the identity of the runs of other levels.
+    /// Call this after reading prior, design and packings, and before reading anything else: all inputs that have been
+    /// read so far become part of the identity of the runs on all levels. Adding a level does not change the identity
+    /// of the runs of other levels.
     ///
     /// # Errors
     /// Fails if a mesh file is missing.
     pub(super) fn all(inputs: &'a Inputs<'_>, meshes: usize) -> Result<Vec<Self>, WorkflowError> {
-        // runs on better levels only correct the values: derivatives are needed on the first level alone
+        // runs on more accurate levels only correct the values, so that derivatives are needed on the first level only
         let derivatives = inputs.design().derivatives;
         let setup = inputs.setup();
         for image in (images::OWN..).take(meshes) {
@@ -63,7 +65,8 @@ impl<'a> Level<'a> {
         Ok(cheaper.chain([own]).collect())
     }
 
-    /// This level with another phase field and without derivatives; the changed manifest keeps its runs separate.
+    /// Returns this level with another phase field and without derivatives. The changed manifest stores its runs in
+    /// another folder.
     pub(super) fn with_phase_field<'b>(&self, field: &'b PhaseField) -> Level<'b>
     where
         'a: 'b,
@@ -77,7 +80,8 @@ impl<'a> Level<'a> {
         }
     }
 
-    /// This level with `addition` appended to its manifest, which keeps its runs separate.
+    /// Returns this level with `addition` appended to its manifest. The changed manifest stores its runs in another
+    /// folder.
     pub(super) fn named(&self, addition: &str) -> Level<'a> {
         let manifest = format!("{}{addition}", self.manifest);
         Level {
@@ -89,12 +93,12 @@ impl<'a> Level<'a> {
         }
     }
 
-    /// Settings of the mesher on this level; `specimen` are those of the case.
+    /// Returns the mesher settings of this level; `specimen` are the mesher settings of the case.
     pub(super) fn meshing(&self, specimen: &Meshing) -> Meshing {
         self.case.map_or(*specimen, |case| case.meshing(specimen))
     }
 
-    /// The specimen's mesh on this level; `image` is the number of the specimen's image.
+    /// Returns the specimen's mesh on this level; `image` is the number of the specimen's image.
     pub(super) fn mesh(&self, inputs: &Inputs<'_>, image: usize) -> Result<TetMesh, WorkflowError> {
         match self.case.is_some() || self.is_made_anew {
             true => Ok(mesh_with(inputs, image, &|specimen| self.meshing(specimen))?.0),
@@ -106,7 +110,7 @@ impl<'a> Level<'a> {
     }
 }
 
-/// Line of the manifest with the settings of a level on which its runs depend.
+/// Line of the manifest with the settings of a level that affect its runs.
 fn described(case: &LevelCase) -> String {
     let LevelCase { spacing_mm, order, grain_mode, homogenisation, steps, repeats: _ } = case;
     format!(

@@ -1,4 +1,4 @@
-//! Locks of a results folder: only one of several processes makes the products of a stage.
+//! Locks of a results folder: they ensure that only one of several processes writes the products of a stage.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read, Write};
@@ -15,8 +15,8 @@ const FOLDER: &str = ".locks";
 /// Time between two attempts to take a lock.
 const WAIT: Duration = Duration::from_millis(200);
 
-/// Waits for a lock of the folder and takes it; prints a message under the name of `stage` if it has to wait. The lock
-/// is released when the file is dropped or its process ends in any way.
+/// Waits for the lock `name` of the folder and takes the lock; if it has to wait, it prints a message under the name of
+/// `stage`. The lock is released when the returned file is dropped, or when the process ends for any reason.
 ///
 /// # Errors
 /// [`WorkflowError::Interrupted`] while waiting; an error if the file system does not support locks.
@@ -53,7 +53,7 @@ pub(super) fn lock(
             Err(TryLockError::Error(source)) => return Err(WorkflowError::Lock { path, source }),
         }
     }
-    // information for users only: the lock is valid even if this write fails
+    // the content of the file is information for users; the lock is valid even if this write fails
     let _ = file
         .set_len(0)
         .and_then(|()| write!(file, "process {} on {}", std::process::id(), machine()));

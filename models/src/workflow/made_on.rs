@@ -7,14 +7,14 @@ use super::inputs::Inputs;
 /// Column of `runs.csv` with the seed of the packing; empty without a packing.
 pub(super) const SEED: &str = "packing_seed";
 
-/// Column of `runs.csv` with the number of the image, if there are several images; image 1 is the case's own.
+/// Column of `runs.csv` with the number of the image, if there are several images; image 1 is the case's own image.
 pub(super) const IMAGE: &str = "image";
 
 /// Minimum number of specimens for the stiffness ratio to be an input of the surrogate. Two specimens determine the
-/// mean response and its slope with the ratio; two more show the scatter about that line.
+/// straight line of the mean response over the ratio; two more specimens show the scatter about this line.
 pub(super) const LEAST_FOR_STIFFNESS: usize = 4;
 
-/// Below this number of specimens a warning says that their scatter is poorly known.
+/// Number of specimens below which a warning reports that the scatter between specimens is poorly known.
 const FEW: usize = 5;
 
 /// Assignment of runs to specimens.
@@ -47,12 +47,12 @@ impl MadeOn {
         }
     }
 
-    /// Whether the runs show how specimens scatter.
+    /// Whether the runs show the scatter between specimens.
     pub(super) fn shows_scatter(&self) -> bool {
         *self != Self::One
     }
 
-    /// Number of specimens if runs share several specimens; none otherwise.
+    /// Number of specimens if the runs share several specimens; otherwise `None`.
     pub(super) fn several(&self) -> Option<usize> {
         match self {
             Self::Several(groups) => groups.iter().max().map(|last| 1 + last),
@@ -65,7 +65,8 @@ impl MadeOn {
         self.several().is_some_and(|count| count < LEAST_FOR_STIFFNESS)
     }
 
-    /// Warning if runs share only a few specimens. The rule `microstructure` warns of a single specimen.
+    /// Returns a warning if runs share only a few specimens. For a single specimen, the rule `microstructure` warns
+    /// instead.
     pub(super) fn warning(&self, inputs: &Inputs<'_>) -> Option<String> {
         // read the case only if needed: reading a key registers a dependency
         let count = self.several()?;

@@ -1,4 +1,4 @@
-//! Fields of the simulation at the mode, at several stages of damage.
+//! Fields of the simulation at the posterior mode, at several stages of damage.
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,14 +12,14 @@ use super::simulator::Simulator;
 use super::task::Task;
 use crate::progress::Bar;
 
-/// The first stored state is at this fraction of the displacement at the highest force.
+/// Displacement of the first stored state, as a fraction of the displacement at the highest force.
 const EARLY: f64 = 0.5;
 
-/// Repeats the run with this curve and writes its fields while the force rises, at the peak and at the end:
+/// Repeats the run that gave `curve`, and writes its fields while the force rises, at the peak and at the end:
 /// `fields/map-*.vtu` with their collection `fields/map.pvd` for ParaView, a picture of the damage in each state, and
 /// `fields/map.csv`.
 ///
-/// The fields of runs are not stored when the runs are made, so that ensembles can be large; hence the repetition.
+/// The run is repeated because runs do not store their fields, which would take too much disk space in large ensembles.
 pub(super) fn write_fields(
     task: &Task<'_>,
     simulator: &Simulator,
@@ -49,8 +49,8 @@ pub(super) fn write_fields(
     task.write_csv("fields/map.csv", header, rows)
 }
 
-/// Steps whose fields are stored, each with a name: before the peak, at the peak, and the last step; fewer for a curve
-/// that lacks some of them.
+/// Selects the steps whose fields are stored, each with a name: a step before the peak, the peak, and the last step. A
+/// curve may lack some of these steps.
 fn moments(curve: &[CurvePoint]) -> Vec<(usize, &'static str)> {
     let highest = |a: &usize, b: &usize| curve[*a].force_n.total_cmp(&curve[*b].force_n);
     let Some(peak) = (0..curve.len()).max_by(highest) else { return Vec::new() };
@@ -66,7 +66,7 @@ fn moments(curve: &[CurvePoint]) -> Vec<(usize, &'static str)> {
     moments
 }
 
-/// Observer that stores the fields of the wanted steps, and ends the run after the last one.
+/// Observer that stores the fields of the selected steps, and ends the run after the last selected step.
 struct States<'a> {
     interrupt: &'a AtomicBool,
     wanted: Vec<(usize, &'static str)>,

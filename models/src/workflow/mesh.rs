@@ -58,7 +58,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     rows.extend(surfaces.iter().flat_map(of_surfaces));
     let (tets, nodes) = (mesh.tets.len(), mesh.nodes.len());
     let part = grains_in_words(&mesh, report.as_ref());
-    // materials or a test that do not fit the mesh are reported here, not after a hundred runs
+    // build a simulator, so that materials or a test that do not suit the mesh are reported before any run
     let simulator = Simulator::new(&setup, mesh, Vec::new())?;
     for warning in simulator.problem().warnings() {
         task.warn(&warning.to_string());
@@ -74,7 +74,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     Ok(format!("{tets} tetrahedra, {nodes} nodes, {part}"))
 }
 
-/// Meshes the image of a further specimen, i.e. of an image after the first.
+/// Meshes image number `image` (2 or more), which shows a further specimen.
 fn further(task: &Task<'_>, image: usize) -> Result<(), WorkflowError> {
     let (mesh, report) = mesh_with(&task.inputs, image, &|meshing| *meshing)?;
     for warning in report.iter().flat_map(MeshReport::warnings) {
@@ -94,8 +94,8 @@ fn further(task: &Task<'_>, image: usize) -> Result<(), WorkflowError> {
     Ok(())
 }
 
-/// Returns the mesh of an image of the specimen, generated with the case's mesher settings after `changed` was applied
-/// to them, and the mesher's report (none for an imported mesh).
+/// Generates the mesh of image number `image`. `changed` changes the case's mesher settings first. Returns the mesh and
+/// the mesher's report (`None` for an imported mesh).
 pub(super) fn mesh_with(
     inputs: &Inputs<'_>,
     image: usize,
@@ -121,7 +121,7 @@ pub(super) fn mesh_with(
     Ok((mesh, Some(report)))
 }
 
-/// Describes the grain fraction of a mesh, and the grain fraction that the mesher was asked for if the two differ.
+/// Describes the grain fraction of a mesh. If it differs from the grain fraction of the geometry, describes both.
 fn grains_in_words(mesh: &TetMesh, report: Option<&MeshReport>) -> String {
     let part = 100.0 * grain_fraction(mesh);
     let asked = report.map(|report| 100.0 * report.asked_fraction);
@@ -131,7 +131,7 @@ fn grains_in_words(mesh: &TetMesh, report: Option<&MeshReport>) -> String {
     }
 }
 
-/// Volume fraction of grains; mixed tetrahedra count by their grain fraction.
+/// Volume fraction of grains; a mixed tetrahedron contributes its volume times its grain fraction.
 pub(super) fn grain_fraction(mesh: &TetMesh) -> f64 {
     let volumes = mesh.volumes();
     let grains: f64 = grain_parts(mesh).iter().zip(&volumes).map(|(part, v)| part * v).sum();
@@ -173,7 +173,7 @@ fn quantities(mesh: &TetMesh) -> Vec<(String, f64)> {
     ]
     .map(|(name, value)| (name.to_owned(), value))
     .to_vec();
-    // mixed tetrahedra count for each of their two phases by its fraction
+    // a mixed tetrahedron contributes to each of its two phases in proportion to the fraction of the phase
     for (name, volume) in mesh.regions.iter().zip(mesh.phase_volumes()) {
         rows.push((format!("volume_{name}_mm3"), volume));
     }

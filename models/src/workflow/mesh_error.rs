@@ -1,4 +1,4 @@
-//! Error of the mesh at the mode, estimated with a second mesh.
+//! Error of the mesh at the posterior mode, estimated with a second mesh.
 
 use std::borrow::Cow;
 
@@ -12,11 +12,12 @@ use super::simulator::{Simulator, quantities};
 use super::task::Task;
 use crate::case::{Parameter, SpecimenGeometry};
 
-/// Error of each quantity due to the mesh, %: 100 (q_h/q − 1). q is extrapolated from the simulation at the mode and
-/// from a second one on a mesh with the spacing `confirm.second_spacing_mm`, by default half of the specimen's spacing.
+/// Error of each quantity due to the mesh, %: 100 (q_h/q − 1). q_h is the quantity of the simulation at the posterior
+/// mode. q is extrapolated to zero spacing from this simulation and a second one on a mesh with the spacing
+/// `confirm.second_spacing_mm`, by default half of the specimen's spacing.
 ///
 /// Errors are assumed to be of first order in the spacing for linear elements, and of second order for quadratic
-/// elements. None for a mesh from a file, and if the second simulation has no quantities.
+/// elements. Returns `None` for a mesh from a file, and if the second simulation has no quantities.
 ///
 /// # Reference
 /// Richardson's extrapolation; Roache (1994), *Perspective: a method for uniform reporting of grid
@@ -67,8 +68,8 @@ pub(super) fn mesh_errors(
     Ok(Some(errors))
 }
 
-/// Limit of a value for spacing → 0, from its values at two spacings; the error is proportional to a power of the
-/// spacing.
+/// Extrapolates a value to zero spacing from its values at the two spacings `h` and `other`. The error is assumed to be
+/// proportional to spacing^`order`.
 fn extrapolated([h, other]: [f64; 2], [at_h, at_other]: [f64; 2], order: f64) -> f64 {
     at_h + (at_h - at_other) / ((other / h).powf(order) - 1.0)
 }

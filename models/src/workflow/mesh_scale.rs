@@ -10,7 +10,7 @@ use crate::table::TableRow;
 /// A mesh counts as a cylinder if its mean cross-section fills more than this fraction of the circumscribed circle. A
 /// regular heptagon fills 0.87, a square 0.64.
 const CYLINDER: f64 = 0.85;
-/// Relative differences of sizes below this are rounding errors.
+/// Relative difference of two sizes below which the difference is a rounding error.
 const ROUNDING: f64 = 1e-9;
 
 /// Size of the meshed specimen.
@@ -19,7 +19,7 @@ pub(super) struct MeshSize {
     pub(super) height_mm: f64,
     /// Radius of the circumscribed circle of the cross-section, mm.
     pub(super) radius_mm: f64,
-    /// Whether the cross-section nearly fills its circumscribed circle.
+    /// Whether the mean cross-section nearly fills its circumscribed circle.
     pub(super) is_cylinder: bool,
 }
 
@@ -101,7 +101,8 @@ mod tests {
         }
     }
 
-    /// Specimens of all sizes with the same stress–strain curve have the same curve at the size of the mesh.
+    /// Specimens of different sizes with the same stress–strain curve have the same force–displacement curve after
+    /// scaling to the size of the mesh.
     #[test]
     fn nominal_stress_and_strain_are_those_of_the_specimen() {
         let mesh = MeshSize::of_cylinder([4.4, 2.5]);

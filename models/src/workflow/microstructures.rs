@@ -1,5 +1,5 @@
-//! The specimens on which the runs of an ensemble are made, if there are several: a packing for each run, or fewer
-//! packings or images than runs, each shared by several runs.
+//! The specimens of the runs of an ensemble, if there are several. Either each run has its own packing, or several runs
+//! share a packing or an image.
 
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
@@ -34,7 +34,7 @@ enum Source {
 }
 
 impl Microstructures {
-    /// The specimens for `runs` runs; none if all runs use the case's own specimen.
+    /// Returns the specimens for `runs` runs; `None` if all runs use the case's own specimen.
     ///
     /// # Errors
     /// Fails if the grains of a packing do not fit into the specimen.
@@ -55,7 +55,7 @@ impl Microstructures {
             None => Self::with_seeds(inputs, seeds),
             Some(packings) => {
                 let of_run = in_turn(runs, packings, design.seed);
-                // with few runs, some packings are not used and need not be generated
+                // generate only the packings that are used: with few runs, some packings are unused
                 let asked: BTreeSet<usize> = of_run.iter().copied().collect();
                 let place = |packing: &usize| asked.iter().position(|own| own == packing);
                 let of_run = of_run.iter().filter_map(place).collect();
@@ -64,8 +64,7 @@ impl Microstructures {
         }
     }
 
-    /// A packing for each run, generated with the given seeds; none if the case does not describe its specimen by a
-    /// packing.
+    /// Generates a packing for each run with the given seeds; `None` if the case's specimen is not a packing.
     ///
     /// # Errors
     /// Fails if the grains of a packing do not fit into the specimen.
@@ -86,7 +85,7 @@ impl Microstructures {
         Ok(packings.map(|packings| Self { of_run, source: Source::Packings(packings) }))
     }
 
-    /// Number of meshes of the stage `mesh` on which runs are made; 0 for packings. The first mesh is that of the
+    /// Number of meshes from the stage `mesh` that the runs use; 0 for packings. The first mesh is the mesh of the
     /// case's own image.
     pub(super) fn meshes(&self) -> usize {
         match self.source {
@@ -95,7 +94,7 @@ impl Microstructures {
         }
     }
 
-    /// Seed of the case's own packing; none for images.
+    /// Seed of the case's own packing; `None` for images.
     pub(super) fn own_seed(&self) -> Option<u64> {
         match &self.source {
             Source::Packings(packings) => Some(packings.own_seed()),
@@ -116,7 +115,7 @@ impl Microstructures {
         }
     }
 
-    /// Identifier of the specimen of a run: its entry in the column [`Self::column`].
+    /// Identifier of the specimen of a run, i.e. the entry of the run in the column [`Self::column`].
     pub(super) fn name(&self, run: usize) -> String {
         let place = self.of_run(run);
         match &self.source {
@@ -125,8 +124,8 @@ impl Microstructures {
         }
     }
 
-    /// Checks materials and test of a level for the parameter `values` before the first run, as far as this is possible
-    /// without the mesh of a specimen.
+    /// Checks materials and test of a level for the parameter `values` before the first run. Checks that need the mesh
+    /// of a specimen are omitted for images.
     ///
     /// # Errors
     /// Fails if the case cannot be simulated.
@@ -161,7 +160,7 @@ impl Microstructures {
                 let found: Result<_, FemError> = asked.par_iter().map(ratio).collect();
                 Ok(found?)
             }
-            // sequentially, because meshes of images are large
+            // computed sequentially, because meshes of images are large
             Source::Images(_) => asked
                 .iter()
                 .map(|&place| {
@@ -197,7 +196,7 @@ impl Microstructures {
         }
     }
 
-    /// The packings, if each run has its own packing, which is then meshed when the run starts.
+    /// Returns the packings if each run has its own packing. Such a packing is meshed when its run starts.
     pub(super) fn packing_of_each(&self) -> Option<&Packings> {
         match &self.source {
             Source::Packings(packings) if packings.seeds.len() == self.of_run.len() => {
@@ -207,7 +206,7 @@ impl Microstructures {
         }
     }
 
-    /// Simulators of a level for the specimens of `runs`, by the index that [`Self::of_run`] returns.
+    /// Returns the simulators of a level for the specimens of `runs`, with the index from [`Self::of_run`] as key.
     ///
     /// # Errors
     /// Fails if a specimen cannot be meshed or if the case cannot be simulated.

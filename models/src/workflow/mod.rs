@@ -2,42 +2,43 @@
 //!
 //! | stage | reads | writes |
 //! |---|---|---|
-//! | (opening) | the case and what it names | `case.toml` (every default written out), `specimen.msh` or `experiments/` (copies), `origin.toml` (whose case it is) |
-//! | segment | the image, own labels, or a packing to be scanned | `scan.tif` (virtual), `labels.tif`, `solid.tif` (part of each voxel that is grain; not of own labels), `grains.csv`, `segment.csv` (`quantity,value`), `slices.png`, `grains.png`, `grain_sizes.svg`; of further images the tables, volumes and slices as `images/2-…` |
-//! | mesh | `case.toml`; STL files of grains; `labels.tif`, `solid.tif`, `segment.csv` where there is an image | `mesh.vtu` (regions, grains), `mesh.msh` (Gmsh 4.1), `mesh.csv` (`quantity,value`), `mesh.png` (cut open), `mesh_quality.svg`; of further images `meshes/2.msh`, `meshes/2.csv` |
-//! | experiments | `mesh.msh`, `experiments/` | virtual: `experiments/{specimens,truth,bias}.csv`, `experiments/curves/`; `experiments.csv`, `curve_checks.csv` (`id,finding,value,help`) |
-//! | ensemble | `mesh.msh` and `meshes/`, `labels.tif`, `solid.tif` and `images/` where runs share an image or a few | `ensemble/` (one file a run, for resuming), `runs.csv` (a [`surrogate::Dataset`]), `failed_runs.csv`, `curves/run-*.csv`, `quadrature.csv` where that of damage leaves a choice; with `[sequential]` also `experiments.csv` is read, and `sequential.csv` (`batches,runs,parameter,contraction,surrogate_share`) written; with `[fidelity]` `curves/level-*.csv` (of runs on better meshes), `fidelity.csv` (`level,qoi,order,ratio,scatter_percent,error_percent,runs`), `fidelity_runs.csv` (as simulated), `fidelity.json` |
-//! | surrogate | `runs.csv`, `experiments.csv` | `surrogate.json`, `surrogate_orders.csv`, `surrogate_error.json`, `surrogate_uncertainty.json` (what runs leave open of its coefficients), `surrogate_specimens.json` (where runs share a few specimens: what runs leave open, and what the specimens do), `sobol.csv` (`qoi,input,first,first_q05,first_q95,total,total_q05,total_q95`) |
-//! | calibrate | `surrogate.json`, `runs.csv`, `curves/run-*.csv`, `curves/level-*.csv`, `experiments.csv`, `experiments/` | `posterior.zarr`, `posterior.csv`, `predictive.csv`, `predictive_curves.csv` (`displacement_mm` and quantiles of the force of a new specimen), `sampling.csv`, `summary.csv`, `posterior.txt` (the same as a table), `range.csv` (`qoi,experiment_mean,low,high,inside`), `map.csv`, `fit.csv` (`qoi,experiment_mean,map_surrogate,percent_error,sd_percent,simulation_sd_percent`), `uncertainty.csv`, `loo.csv` (`specimen,elpd,pareto_k`), `influence.csv` (`specimen,parameter,shift_sd,method`) |
+//! | (opening) | the case and the files that it names | `case.toml` (includes all default values), `specimen.msh` or `experiments/` (copies), `origin.toml` (path of the case file) |
+//! | segment | the image, labels of the user, or a packing to be scanned | `scan.tif` (virtual scan), `labels.tif`, `solid.tif` (grain fraction of each voxel; not for labels of the user), `grains.csv`, `segment.csv` (`quantity,value`), `slices.png`, `grains.png`, `grain_sizes.svg`; for each further image the tables, images and slices as `images/2-…` |
+//! | mesh | `case.toml`; STL files of grains; `labels.tif`, `solid.tif`, `segment.csv` if the specimen is an image | `mesh.vtu` (regions, grains), `mesh.msh` (Gmsh 4.1), `mesh.csv` (`quantity,value`), `mesh.png` (view of the cut specimen), `mesh_quality.svg`; for each further image `meshes/2.msh`, `meshes/2.csv` |
+//! | experiments | `mesh.msh`, `experiments/` | for virtual specimens `experiments/{specimens,truth,bias}.csv`, `experiments/curves/`; always `experiments.csv`, `curve_checks.csv` (`id,finding,value,help`) |
+//! | ensemble | `mesh.msh` and `meshes/`, `labels.tif`, `solid.tif` and `images/` if the runs share one or more images; with `[sequential]` also `experiments.csv` | `ensemble/` (one file per run, for resuming), `runs.csv` (a [`surrogate::Dataset`]), `failed_runs.csv`, `curves/run-*.csv`, `quadrature.csv` if two quadratures of the damage terms are possible; with `[sequential]` `sequential.csv` (`batches,runs,parameter,contraction,surrogate_share`); with `[fidelity]` `curves/level-*.csv` (runs on more accurate meshes), `fidelity.csv` (`level,qoi,order,ratio,scatter_percent,error_percent,runs`), `fidelity_runs.csv` (as simulated), `fidelity.json` |
+//! | surrogate | `runs.csv`, `experiments.csv` | `surrogate.json`, `surrogate_orders.csv`, `surrogate_error.json`, `surrogate_uncertainty.json` (posterior of its coefficients), `surrogate_specimens.json` (if runs share a few specimens: the error separated into scatter within and between specimens), `sobol.csv` (`qoi,input,first,first_q05,first_q95,total,total_q05,total_q95`) |
+//! | calibrate | `surrogate.json`, `runs.csv`, `curves/run-*.csv`, `curves/level-*.csv`, `experiments.csv`, `experiments/` | `posterior.zarr`, `posterior.csv`, `predictive.csv`, `predictive_curves.csv` (`displacement_mm` and quantiles of the force of a new specimen), `sampling.csv`, `summary.csv`, `posterior.txt` (the summary as text), `range.csv` (`qoi,experiment_mean,low,high,inside`), `map.csv`, `fit.csv` (`qoi,experiment_mean,map_surrogate,percent_error,sd_percent,simulation_sd_percent`), `uncertainty.csv`, `loo.csv` (`specimen,elpd,pareto_k`), `influence.csv` (`specimen,parameter,shift_sd,method`) |
 //! | confirm | `map.csv`, `posterior.csv`, `mesh.msh` | `confirm.csv`, `confirm_runs.csv`, `curves/baseline.csv`, `curves/map.csv`, `curves/draw-*.csv`, `fields/map*` (`.vtu`, `.pvd`, pictures, `map.csv`), `curves/second-mesh.csv` |
-//! | verdict | what the stages before have written and warned of | `verdict.csv` (`parameter,contraction,verdict`), `warnings.txt`, `summary.txt` |
-//! | design | `posterior.csv`, `surrogate.json`, `experiments.csv`; the runs and curves where quantities are taken again | `design.csv` (`candidate,parameter,specimens,contraction,contraction_q05,contraction_q95,width90`), `design_specimens.csv` (`candidate,parameter,goal,value,specimens,limit`; without specimens where 1000 do not suffice), `design/candidate-*.csv` (runs of each candidate, a [`surrogate::Dataset`]) |
-//! | report | all of these | `report.html` |
+//! | verdict | results and warnings of the earlier stages | `verdict.csv` (`parameter,contraction,verdict`), `warnings.txt`, `summary.txt` |
+//! | design | `posterior.csv`, `surrogate.json`, `experiments.csv`; runs and curves, for candidates with further quantities of existing curves | `design.csv` (`candidate,parameter,specimens,contraction,contraction_q05,contraction_q95,width90`), `design_specimens.csv` (`candidate,parameter,goal,value,specimens,limit`; `specimens` is empty if 1000 specimens do not reach the goal), `design/candidate-*.csv` (runs of each candidate, a [`surrogate::Dataset`]) |
+//! | report | the results of all other stages | `report.html` |
 //!
-//! `breccia surfaces` writes the surface of each grain, `surfaces/grain-*.stl` and `surfaces.csv`. `breccia simulate` runs one
-//! simulation. Neither is a stage.
+//! `breccia surfaces` writes the surface of each grain, `surfaces/grain-*.stl` and `surfaces.csv`. `breccia simulate`
+//! runs one simulation. Neither is a stage.
 //!
-//! `stages.toml` records for each finished stage the keys of the case and the files that it has read, and the files
-//! that it has written. A stage is run again if any of them has changed. So the same command resumes after an
-//! interruption, and restores a deleted result. A stage that is run alone refuses files that are out of date. A results
-//! folder belongs to one case.
+//! `stages.toml` records for each finished stage the keys of the case and the files that the stage has read, and the
+//! files that it has written. A stage is run again if any of these keys and files has changed. Therefore the same
+//! command resumes after an interruption, and restores a deleted result. A stage that is run alone fails if a file that
+//! it reads is out of date. A results folder belongs to one case.
 //!
 //! The warnings of a stage are in `warnings/<stage>.txt`; rules on the results (`rules/`, one file each) are applied by
 //! the stage `verdict`. All warnings are counted on the screen and listed in `warnings.txt`, in `summary.txt` and in
 //! the report.
 //!
-//! `written.csv` lists each file that the program has written, with the hash of its content, recorded before the file
-//! gets its name. The program replaces and removes only files with a recorded content ([`ProductFolder`]). An edited
-//! product (labels, a mesh, a copied curve) is used by later stages as it is; any other file of the user at the path of
-//! a product stops the stage before it computes, unless `--replace` allows it.
+//! `written.csv` lists each file that the program has written, with the hash of its content. The entry is added before
+//! the complete file is renamed to its final name. The program replaces and removes only files with a recorded content
+//! ([`ProductFolder`]). An edited product (labels, a mesh, a copied curve) is used by later stages as it is; any other
+//! file of the user at the path of a product stops the stage before it computes, unless `--replace` allows it.
 //!
-//! In a study, whose results folders have a common parent, a stage copies products that another folder has made from
-//! the same inputs, and runs with the same inputs are made once, in the study's `runs/`. Each folder keeps its own
-//! copies of all files; a file system that can share the blocks of equal files stores them once.
+//! The results folders of a study have a common parent. If a stage in one of these folders has already computed
+//! products from the same inputs, the same stage in another folder copies them. Runs with the same inputs are computed
+//! once, in the study's `runs/`. Each folder has its own copies of all files; a file system that can share the blocks
+//! of copies stores equal files once.
 //!
 //! Any number of processes may work in one results folder, on all machines that see it. They share the runs of the
-//! stage `ensemble`. All products of a stage are made by one process, which holds a lock in `.locks/` until it ends;
-//! the other processes wait. [`status`] reports the progress and changes nothing.
+//! stage `ensemble`. One process makes all products of a stage and holds a lock in `.locks/` until the stage ends; the
+//! other processes wait. [`status`] reports the progress and changes nothing.
 
 mod adoption;
 mod calibrate;
@@ -174,7 +175,7 @@ pub struct Workflow<'a> {
     dir: PathBuf,
     threads: usize,
     cores: Cores,
-    /// Priority when cores are scarce; the lowest rank is served first.
+    /// Priority when cores are scarce; the lowest rank gets the next free core.
     rank: usize,
     interrupt: &'a AtomicBool,
     accept_out_of_range: bool,
@@ -185,15 +186,15 @@ pub struct Workflow<'a> {
 }
 
 impl<'a> Workflow<'a> {
-    /// Makes `dir` a self-contained copy of the case: copies the files that it names, and writes `case.toml` with every
-    /// default.
+    /// Opens the results folder `dir` for a case, and makes it a self-contained copy of the case: copies the files that
+    /// the case names, and writes `case.toml` with all default values.
     ///
     /// Once `interrupt` is true, running simulations end after their load step and
     /// [`WorkflowError::Interrupted`] is returned.
     ///
     /// # Errors
-    /// Fails if a file that the case names has an error, if `dir` has the results of another case, or if it cannot be
-    /// written.
+    /// Fails if a file that the case names has an error, if `dir` has the results of another case, or if `dir` cannot
+    /// be written.
     pub fn open(
         source: &CaseFile,
         dir: &Path,
@@ -203,10 +204,11 @@ impl<'a> Workflow<'a> {
         Self::open_with(source, dir, threads, interrupt, &FolderAccess::default())
     }
 
-    /// As [`Workflow::open`], with the rights that `access` grants in a folder that already has files.
+    /// Opens the results folder like [`Workflow::open`]. `access` defines which existing results and files may be
+    /// replaced.
     ///
     /// # Errors
-    /// As [`Workflow::open`].
+    /// The errors of [`Workflow::open`].
     pub fn open_with(
         source: &CaseFile,
         dir: &Path,
@@ -218,7 +220,7 @@ impl<'a> Workflow<'a> {
         let copies = Copies::of(source, dir)?;
         let folder = ProductFolder::new(dir, &access.replace);
         if finished_in(dir).is_empty() {
-            // the folder has no record of finished stages, so that a `stages.toml` in it can only be a file of the user
+            // a `stages.toml` without records of finished stages can only be a file of the user
             folder.claim(STAGES_FILE, "run")?;
         }
         if !access.reuse {
@@ -244,12 +246,13 @@ impl<'a> Workflow<'a> {
         })
     }
 
-    /// The same workflow, sharing `cores` with other workflows; the one with the lowest rank is served first.
+    /// Returns the same workflow, sharing `cores` with other workflows. The workflow with the lowest rank gets the next
+    /// free core.
     pub(crate) fn among(self, cores: &Cores, rank: usize) -> Self {
         Self { cores: cores.clone(), rank, ..self }
     }
 
-    /// The same workflow, which calibrates even if the data are outside the range that the simulations reach. No
+    /// Returns the same workflow, which calibrates even if the data are outside the range of the simulations. No
     /// parameter is then reported as identified.
     pub fn accept_out_of_range(self) -> Self {
         Self { accept_out_of_range: true, ..self }
@@ -290,9 +293,9 @@ impl<'a> Workflow<'a> {
         let start = Instant::now();
         self.claim(stage)?;
         self.share_work(stage, &before, false)?;
-        // one of several processes makes the products; the others then find the stage finished
+        // only one of several processes writes the products; the others wait and then find the stage finished
         let _lock = lock(&self.dir, stage.name, stage.name, self.interrupt)?;
-        // likewise, one of several neighbouring folders with the same specimen
+        // only one of the neighbouring folders with the same specimen runs the stage; the others then copy its products
         let _of_neighbours = match &self.neighbours {
             Some(neighbours) if stage.is_of_the_specimen() => {
                 Some(neighbours.lock(stage.name, &self.inputs(), self.interrupt)?)
@@ -347,8 +350,7 @@ impl<'a> Workflow<'a> {
         work(task).map_err(|error| self.copies.named_by_owner(error))
     }
 
-    /// Adds the record of a stage to `stages.toml`, keeping the records that other processes have added in the
-    /// meantime.
+    /// Adds the record of a stage to `stages.toml`. Records that other processes have added in the meantime are kept.
     fn remember(&self, stage: &Stage, record: StageRecord) -> Result<(), WorkflowError> {
         let _lock = lock(&self.dir, "stages", stage.name, self.interrupt)?;
         let mut finished = self.finished();
@@ -357,8 +359,8 @@ impl<'a> Workflow<'a> {
         self.folder.write(STAGES_FILE, stage.name, text.as_bytes()).map(drop)
     }
 
-    /// Returns the reason, as text, why a stage has to be run; none if it is finished and nothing that it read or wrote
-    /// has changed.
+    /// Returns the reason, as text, why a stage has to be run; `None` if the stage is finished and its inputs and
+    /// products are unchanged.
     pub fn due(&self, stage: &Stage) -> Option<String> {
         match self.finished().get(stage.name) {
             None => Some("it has not been run".to_owned()),

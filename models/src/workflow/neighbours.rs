@@ -1,5 +1,5 @@
-//! Results folders that belong together, such as those of a study: results are not computed again if another folder has
-//! computed them from the same inputs.
+//! Results folders of one study: results are copied instead of computed if another folder of the study has computed
+//! them from the same inputs.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -26,12 +26,12 @@ pub(crate) struct Together {
 }
 
 impl Together {
-    /// Reads the list of folders from the folder of a study; none if `dir` is not such a folder.
+    /// Reads the list of folders from the folder of a study; `None` if `dir` is not such a folder.
     pub(crate) fn read(dir: &Path) -> Option<Self> {
         toml::from_str(&fem::read_regular_text(&dir.join(FILE)).ok()?).ok()
     }
 
-    /// Checks that the file of the study itself is not the file that lists its folders.
+    /// Checks that the study file of the user is not `study.toml`, in which the program lists the folders of the study.
     ///
     /// # Errors
     /// [`WorkflowError::InputInPlace`].
@@ -51,7 +51,7 @@ impl Together {
     /// Writes the list of folders to `study.toml`, unless the file already has this content.
     ///
     /// # Errors
-    /// Fails if a file of the user is there, or if the file cannot be written.
+    /// Fails if a file of the user has the path of `study.toml`, or if the file cannot be written.
     pub(crate) fn write(&self, dir: &Path, folder: &ProductFolder) -> Result<(), WorkflowError> {
         if Self::read(dir).as_ref() == Some(self) {
             return Ok(());
@@ -77,7 +77,7 @@ pub(super) struct Neighbours {
 }
 
 impl Neighbours {
-    /// The neighbours of a folder; none unless a study in a parent folder lists it.
+    /// Returns the neighbours of a folder; `None` unless a study in a parent folder lists this folder.
     pub(super) fn of(dir: &Path) -> Option<Self> {
         let dir = std::path::absolute(dir).ok()?;
         dir.ancestors().skip(1).take(DEPTH).find_map(|root| {
@@ -92,10 +92,11 @@ impl Neighbours {
         })
     }
 
-    /// Waits until no neighbour with the same specimen runs the stage. Afterwards its products can be copied.
+    /// Waits until no neighbour with the same specimen is running the stage. Afterwards the products of the neighbours
+    /// can be copied.
     ///
     /// # Errors
-    /// As [`lock`].
+    /// The errors of [`lock`].
     pub(super) fn lock(
         &self,
         stage: &'static str,
@@ -111,7 +112,7 @@ impl Neighbours {
         &self.root
     }
 
-    /// Folder of the runs of a kind, shared by all neighbours with the same inputs.
+    /// Folder of the runs of the given kind, which all neighbours with the same inputs share.
     pub(super) fn runs(&self, kind: &str) -> PathBuf {
         self.root.join("runs").join(kind)
     }

@@ -1,4 +1,4 @@
-//! Running a single stage: everything that it reads must be up to date.
+//! Running a single stage: all files that the stage reads must be up to date.
 
 use super::stage::Stage;
 use super::stages::STAGES;
@@ -29,8 +29,8 @@ impl Workflow<'_> {
         self.make(stage)
     }
 
-    /// Writes a report of the existing results, which lists the unfinished stages. It does not count as a product, so
-    /// that the stage still has to be run.
+    /// Writes a report of the existing results and the unfinished stages. This report does not count as a product of
+    /// the stage `report`, so that the stage remains unfinished.
     fn report_so_far(&self, stages: &[StageStatus]) -> Result<(), WorkflowError> {
         let is_done =
             |name: &str| stages.iter().any(|status| status.stage == name && status.is_done());
@@ -47,11 +47,12 @@ impl Workflow<'_> {
         Ok(())
     }
 
-    /// Checks that the files that the stage has read in its last run are up to date.
+    /// Checks that the files that the last run of the stage has read are up to date.
     pub(super) fn check_what_it_read(&self, stage: &Stage) -> Result<(), WorkflowError> {
         let finished = self.finished();
         let inputs = self.inputs();
-        // a file may be unchanged although the stage that wrote it has to be run again
+        // comparing contents is not enough: a file may be unchanged although the stage that wrote it has to be run
+        // again
         for name in finished.get(stage.name).into_iter().flat_map(|record| record.files_read()) {
             if inputs.writer_of(name) != Some(stage.name) && self.dir.join(name).exists() {
                 self.freshness.check(name, &finished, &inputs, &self.dir)?;
@@ -60,7 +61,7 @@ impl Workflow<'_> {
         Ok(())
     }
 
-    /// Checks that no stage before `stage` that has been run is out of date. The report needs this because it shows the
+    /// Checks that all finished stages before `stage` are up to date. The report needs this check because it shows the
     /// results of all stages.
     fn check_all_before(&self, stage: &Stage) -> Result<(), WorkflowError> {
         let records = self.finished();

@@ -1,4 +1,5 @@
-//! Files of the user among the products of stages: they are refused, used as they are, or replaced if allowed.
+//! Files of the user at the paths of products. Such a file stops the stage, is used instead of the product, or is
+//! replaced if the user allows it.
 
 use super::pattern::folder;
 use super::stage::Stage;
@@ -13,8 +14,8 @@ impl Workflow<'_> {
         self.folder.claim_all(stage.products_of(case), stage.name, may_write)
     }
 
-    /// Returns the reason, as text, why a stage has to be run again; none if it need not be. An edited product that may
-    /// be replaced is such a reason.
+    /// Returns the reason, as text, why a stage has to be run again; `None` if the stage is up to date. An edited
+    /// product that may be replaced is such a reason.
     pub(super) fn change(&self, record: &StageRecord) -> Option<String> {
         let edited = record.edited(&self.dir);
         let replaced = edited.iter().find(|name| self.folder.is_replaceable(name));
@@ -24,14 +25,14 @@ impl Workflow<'_> {
         }
     }
 
-    /// Removes files of the program that have the name of a product of the stage but were not written by its last run.
+    /// Removes files that earlier runs of the stage have written but its last run has not.
     pub(super) fn remove_leftovers(
         &self,
         stage: &Stage,
         record: &StageRecord,
     ) -> Result<(), WorkflowError> {
         let is_kept = |name: &str| {
-            // keep measured specimens, which are in the folder of the virtual ones
+            // keep measured specimens, which are in the same folder as virtual specimens
             let place = folder(name);
             let is_read = !place.is_empty() && record.files_read().any(|f| f.starts_with(place));
             is_read || record.has_written(name)

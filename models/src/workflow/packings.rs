@@ -1,4 +1,4 @@
-//! Packings of grains on which runs are made.
+//! Packings of grains for the runs of an ensemble.
 
 use fem::{FemError, GrainList, Meshing, MeshingError, Packing, TetMesh, Unsupported};
 
@@ -9,7 +9,7 @@ use super::simulator::Simulator;
 use super::specimen::packed_mesh;
 use crate::case::{Parameter, SpecimenGeometry};
 
-/// Packings that are meshed when their run starts, so that a thousand meshes need not be stored.
+/// Packings of the runs. A packing is meshed when its run starts, so that a thousand meshes need not be stored.
 pub(super) struct Packings {
     /// Seed of each packing.
     pub(super) seeds: Vec<u64>,
@@ -20,7 +20,7 @@ pub(super) struct Packings {
 }
 
 impl Packings {
-    /// Generates packings with the given seeds; none if the case does not describe its specimen by a packing.
+    /// Generates packings with the given seeds; `None` if the case's specimen is not a packing.
     ///
     /// # Errors
     /// Fails if the grains of a packing do not fit into the specimen.
@@ -88,7 +88,7 @@ impl Packings {
     /// Simulator of a level on the packing with index `packing`.
     ///
     /// # Errors
-    /// As [`Self::mesh`]; fails also if the materials do not fit the mesh.
+    /// The errors of [`Self::mesh`]. Also fails if the materials do not suit the mesh.
     pub(super) fn simulator(
         &self,
         packing: usize,

@@ -1,4 +1,4 @@
-//! Names of products: `#` stands for a number, `*` for any text without a slash.
+//! Patterns for names of products: `#` stands for a number, `*` for any text without a slash.
 
 /// Whether a name, with `/` between folders, matches the pattern.
 pub(super) fn matches(pattern: &str, name: &str) -> bool {
@@ -13,7 +13,7 @@ pub(super) fn matches(pattern: &str, name: &str) -> bool {
         .any(|end| matches(&pattern[at + 1..], &rest[end..]))
 }
 
-/// Folder of all names that match a pattern; empty for the results folder itself.
+/// Returns the folder of the names that match a pattern; empty for the results folder itself.
 pub(super) fn folder(pattern: &str) -> &str {
     pattern.rsplit_once('/').map_or("", |(folder, _)| folder)
 }

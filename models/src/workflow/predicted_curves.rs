@@ -28,10 +28,10 @@ use crate::predicted_curve::{
 use crate::qoi::{DisplacementAtPeak, PeakForce, Qoi, QoiError, Quantity, RelativeForce};
 use crate::table::CsvTable;
 
-/// Maximum number of draws; more draws do not make the quantiles visibly smoother.
+/// Maximum number of posterior draws; more draws do not make the quantiles visibly smoother.
 const MOST_DRAWS: usize = 2000;
 
-/// Writes the quantiles of the predicted curve. Returns the reason if they cannot be predicted.
+/// Writes the quantiles of the predicted curve. If the curve cannot be predicted, returns the reason.
 ///
 /// # Errors
 /// Fails if the folder cannot be written.
@@ -57,7 +57,7 @@ pub(super) fn write_predicted_curves(
     Ok(None)
 }
 
-/// Reason why curves are not predicted.
+/// Reason why curves cannot be predicted.
 #[derive(Debug, thiserror::Error)]
 enum Reason {
     #[error("qoi.quantities lacks {0}, which gives them their size")]
@@ -112,7 +112,7 @@ fn draws(posterior: &Posterior, quantities: usize) -> impl Iterator<Item = (&[f6
     finite.step_by(count.div_ceil(MOST_DRAWS).max(1))
 }
 
-/// A curve and its name for messages.
+/// A curve, and the name of its run or specimen for messages.
 struct Named {
     name: String,
     curve: TestCurve,
@@ -134,7 +134,7 @@ impl Named {
 struct Curves {
     runs: Dataset,
     of_runs: Vec<Named>,
-    /// For each better level: the curves of the runs that were repeated there, by run.
+    /// For each more accurate level: the curves of the runs that were repeated on this level, by the number of the run.
     better: Vec<BTreeMap<String, Named>>,
     specimens: Vec<Named>,
 }
@@ -162,7 +162,8 @@ impl Curves {
         Ok(Self { runs, of_runs, better, specimens })
     }
 
-    /// Percentages of the peak displacement at which the shape is evaluated; all curves reach them.
+    /// Percentages of the peak displacement at which the shape of curves is evaluated; all curves extend to the largest
+    /// percentage.
     fn percentages(&self) -> Result<Vec<u8>, Reason> {
         let better = self.better.iter().flat_map(BTreeMap::values);
         let mut reach = f64::INFINITY;
@@ -174,7 +175,7 @@ impl Curves {
     }
 }
 
-/// Measured curves, processed as for their quantities of interest.
+/// Reads the curves of the specimens, processed in the same way as for their quantities of interest.
 fn specimens(inputs: &Inputs<'_>) -> Result<Vec<Named>, WorkflowError> {
     let table = inputs.chosen(inputs.specimen_table()?)?;
     let path = inputs.file("experiments.csv")?;
@@ -220,7 +221,7 @@ impl ShapeModel {
             .collect();
         let mut shapes =
             of_runs.iter().map(|run| run.shape(percent)).collect::<Result<Vec<_>, _>>()?;
-        // shapes of the runs as simulated on the previous level
+        // uncorrected shapes of the runs on the previous level
         let run = |i: usize| runs.note(i, "run").unwrap_or_default();
         let mut before: BTreeMap<&str, Vec<f64>> =
             (0..runs.len()).map(run).zip(shapes.iter().cloned()).collect();
@@ -264,7 +265,7 @@ impl ShapeModel {
         Ok(Self { pce: fit.pce, report: fit.report, corrections, made_on, specimens })
     }
 
-    /// Covariance of the error of the shape `at`, computed as for the quantities of interest.
+    /// Covariance of the error of the shape `at`, computed with the method for quantities of interest.
     fn error(&self, at: &[f64]) -> Result<Vec<Vec<f64>>, Reason> {
         let mut error = match (&self.specimens, &self.made_on) {
             (Some(specimens), _) => {

@@ -1,8 +1,8 @@
 //! All writing and removing of files in results folders.
 //!
 //! A file belongs to the program if its content is in the record of the folder ([`Written`]). Every other file belongs
-//! to the user and is neither replaced nor removed, unless the user allows it by name. The content of a file is
-//! recorded before the file gets its name, and a file gets its name when it is complete.
+//! to the user and is neither replaced nor removed, unless the user allows it by name. A file is written under a
+//! temporary name, its content is recorded, and then the file is renamed to its final name.
 
 #[cfg(test)]
 mod tests;
@@ -16,16 +16,17 @@ use super::folder_copies::copy_tree;
 use super::pattern::{folder, matches};
 use super::written::Written;
 
-/// Rights of a command in a folder that already has files.
+/// Existing results and files that a command may replace in a folder.
 #[derive(Clone, Debug, Default)]
 pub struct FolderAccess {
-    /// Whether the case may take over a folder with the results of another case; results that differ are made again.
+    /// Whether the case may use a folder with the results of another case; results with other inputs are computed
+    /// again.
     pub reuse: bool,
     /// Files of the user that may be replaced by products; absolute paths.
     pub replace: Vec<PathBuf>,
 }
 
-/// Waiting time until another process has finished replacing a folder.
+/// Time to wait for another process to finish replacing a folder.
 const MOMENT: Duration = Duration::from_millis(100);
 
 /// A folder whose files are written by the program.
@@ -49,13 +50,13 @@ pub(super) enum Owner {
 }
 
 impl ProductFolder {
-    /// The folder `dir`; the user's files at the absolute paths `replaceable` may be replaced.
+    /// Creates the product folder `dir`. Files of the user at the absolute paths `replaceable` may be replaced.
     pub(crate) fn new(dir: &Path, replaceable: &[PathBuf]) -> Self {
         let written = Written::in_folder(dir);
         Self { dir: dir.to_owned(), written, replaceable: replaceable.to_vec() }
     }
 
-    /// Another folder with the same replaceable files.
+    /// Returns the product folder `dir` with the same replaceable files.
     pub(super) fn with_dir(&self, dir: &Path) -> Self {
         Self::new(dir, &self.replaceable)
     }
@@ -87,27 +88,29 @@ impl ProductFolder {
         if !self.written.names(name)? {
             return Ok(Owner::User);
         }
-        // hash the file before the record is read again: another process records a content before it writes the file
+        // hash the file before reading the record again: another process adds the content to the record before it
+        // writes the file
         let Ok(content) = ContentHash::of_path(&path) else { return Ok(Owner::User) };
         let is_own = self.written.has(name, content)?;
         Ok(if is_own { Owner::Program } else { Owner::User })
     }
 
-    /// Whether the program has written the file, and the user has changed it since.
+    /// Whether the user has changed a file that the program has written.
     ///
     /// # Errors
-    /// As [`Self::owner`].
+    /// The errors of [`Self::owner`].
     pub(super) fn is_edited(&self, name: &str) -> Result<bool, WorkflowError> {
         Ok(self.written.names(name)? && self.owner(name)? == Owner::User)
     }
 
-    /// Whether the user allows that the file is replaced.
+    /// Whether the user allows the program to replace the file.
     pub(super) fn is_replaceable(&self, name: &str) -> bool {
         let path = std::path::absolute(self.path(name));
         path.is_ok_and(|path| self.replaceable.contains(&path))
     }
 
-    /// Checks that a command may write `name`: fails if a file of the user is there that may not be replaced.
+    /// Checks that a command may write the file `name`. Fails if the path has a file of the user that may not be
+    /// replaced.
     ///
     /// # Errors
     /// [`WorkflowError::UsersFile`].
@@ -115,7 +118,8 @@ impl ProductFolder {
         if self.owner(name)? != Owner::User || self.is_replaceable(name) {
             return Ok(());
         }
-        // while another process replaces a folder, the folder briefly has files of the old and the new content
+        // while another process replaces a folder, the folder briefly contains old and new files, which no record
+        // matches
         if self.path(name).is_dir() {
             std::thread::sleep(MOMENT);
             if self.owner(name)? != Owner::User {
@@ -134,7 +138,7 @@ impl ProductFolder {
     /// match it and for which `may_write` is true.
     ///
     /// # Errors
-    /// As [`Self::claim`].
+    /// The errors of [`Self::claim`].
     pub(crate) fn claim_all<'p>(
         &self,
         patterns: impl IntoIterator<Item = &'p str>,
@@ -146,10 +150,11 @@ impl ProductFolder {
             .try_for_each(|name| if may_write(&name) { self.claim(&name, command) } else { Ok(()) })
     }
 
-    /// As [`Self::claim_all`], but only for files that the program has never written; reads no file.
+    /// Does the checks of [`Self::claim_all`] only for files that the program has never written; no content of a file
+    /// is read.
     ///
     /// # Errors
-    /// As [`Self::claim`].
+    /// The errors of [`Self::claim`].
     pub(super) fn claim_unwritten<'p>(
         &self,
         patterns: impl IntoIterator<Item = &'p str>,
@@ -181,7 +186,7 @@ impl ProductFolder {
         names
     }
 
-    /// Writes a file, unless it already has this content. Returns the hash of the content.
+    /// Writes a file, unless the file already has this content. Returns the hash of the content.
     ///
     /// # Errors
     /// [`WorkflowError::UsersFile`], or the file cannot be written.
@@ -212,7 +217,7 @@ impl ProductFolder {
     /// Returns the hash of the content.
     ///
     /// # Errors
-    /// As [`Self::write`], and the errors of `write`.
+    /// The errors of [`Self::write`] and of the function `write`.
     pub(crate) fn write_with<E>(
         &self,
         name: &str,
@@ -227,7 +232,7 @@ impl ProductFolder {
         let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let partial = path.with_file_name(format!(".{file}.partial"));
         let failed = |e| WorkflowError::io(&path, e);
-        // left by a run that was killed
+        // remove the temporary folder of a killed run
         remove_tree(&partial).map_err(failed)?;
         std::fs::create_dir_all(&partial).map_err(failed)?;
         let whole = partial.join(&file);
@@ -245,7 +250,7 @@ impl ProductFolder {
     /// its content.
     ///
     /// # Errors
-    /// As [`Self::write`].
+    /// The errors of [`Self::write`].
     pub(crate) fn begin_growing(
         &self,
         name: &str,
@@ -267,7 +272,7 @@ impl ProductFolder {
     pub(crate) fn end_growing(&self, name: &str) -> Result<(), WorkflowError> {
         let path = self.path(name);
         if path.symlink_metadata().is_err() {
-            // a file of this name that appears later is not the program's
+            // an empty content is recorded, so that a later file of this name belongs to the user
             return self.written.add(name, ContentHash::EMPTY);
         }
         let content = ContentHash::of_path(&path).map_err(|e| WorkflowError::io(&path, e))?;
@@ -277,7 +282,7 @@ impl ProductFolder {
     /// Copies a file or a folder from another results folder.
     ///
     /// # Errors
-    /// As [`Self::write`].
+    /// The errors of [`Self::write`].
     pub(super) fn copy_from(
         &self,
         from: &Path,
@@ -319,11 +324,11 @@ impl ProductFolder {
         remove_tree(&path).map_err(|e| WorkflowError::io(&path, e))
     }
 
-    /// Removes the program's files that match one of `patterns` and for which `is_kept` is false: products of another
-    /// case or design.
+    /// Removes the files of the program that match one of `patterns` and for which `is_kept` is false. Such files are
+    /// products of an earlier case or design.
     ///
     /// # Errors
-    /// As [`Self::remove`].
+    /// The errors of [`Self::remove`].
     pub(super) fn remove_leftovers(
         &self,
         patterns: &[&str],
@@ -336,7 +341,8 @@ impl ProductFolder {
             .try_for_each(|name| self.remove(name))
     }
 
-    /// Creates the parent folder of a file, and removes a folder at its path, onto which a file cannot be renamed.
+    /// Creates the parent folder of a file. Removes a folder at the path of the file, because a file cannot be renamed
+    /// to the path of a folder.
     fn make_way(&self, name: &str) -> Result<(), WorkflowError> {
         let path = self.path(name);
         if let Some(folder) = path.parent() {

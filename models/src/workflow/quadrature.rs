@@ -1,4 +1,4 @@
-//! Effect of the choice of quadrature points of the damage terms on the results.
+//! Effect of the quadrature of the damage terms on the results.
 
 use std::collections::BTreeMap;
 
@@ -14,12 +14,13 @@ use super::simulator::quantities;
 use crate::case::{Case, MaterialCase};
 use crate::progress::say;
 
-/// Differences above this percentage are reported.
+/// Smallest difference of a quantity that is reported, %.
 const WORTH_TELLING: f64 = 1.0;
 
-/// The quadrature that a mesh uses, and an alternative, if the two may differ: if the crack width ℓ₀ is less than two
-/// node distances, below which `auto` uses the vertices. None if no material can break, and for AT1 with quadratic
-/// elements, for which only one quadrature is possible.
+/// Returns the quadrature of the damage terms on a mesh, and an alternative. `None` if the crack width ℓ₀ is at least
+/// two node distances: both quadratures then give nearly equal results. (Below two node distances, `auto` means
+/// `vertex`.) Also `None` if no material can break, and for AT1 with quadratic elements, which have only one
+/// quadrature.
 fn choice(
     field: &PhaseField,
     order: Order,
@@ -48,7 +49,7 @@ fn name(quadrature: DamageQuadrature) -> &'static str {
     }
 }
 
-/// Note for a single simulation on a mesh for which two quadratures are possible.
+/// Returns a note for a single simulation on a mesh for which two quadratures are possible.
 pub(super) fn quadrature_note(case: &Case, mesh: &TetMesh) -> Option<String> {
     let (field, order) = (case.phase_field.as_ref()?, case.specimen.order);
     let [own, other] = choice(field, order, &case.material, mesh)?.map(name);
@@ -65,12 +66,13 @@ pub(super) fn quadrature_note(case: &Case, mesh: &TetMesh) -> Option<String> {
     ))
 }
 
-/// Writes `quadrature.csv`, if two quadratures are possible: the quantities of the run nearest to the centre of the
-/// prior box, with its own and with the other quadrature. Makes one additional run, on the cheapest mesh.
+/// Writes `quadrature.csv`, if two quadratures are possible. It lists the quantities of the run nearest to the centre
+/// of the prior box, with the quadrature of the case and with the alternative. The alternative needs one additional
+/// run, on the cheapest mesh.
 ///
 /// # Errors
-/// Fails if a mesh cannot be generated or a file cannot be written. If the additional run has no quantities, this is
-/// only reported.
+/// Fails if a mesh cannot be generated or a file cannot be written. An additional run without quantities is reported
+/// and is not an error.
 pub(super) fn compare_quadratures(
     runner: &Runner<'_>,
     level: &Level<'_>,

@@ -6,8 +6,8 @@ use fem::{CrackDensity, Quality, TetMesh};
 
 use crate::case::{Case, MaterialCase};
 
-/// Note for a simulation on a mesh whose node distance is larger than the crack width ℓ₀; none if it is smaller, or if
-/// no material can break.
+/// Returns a note for a simulation on a mesh whose node distance is larger than the crack width ℓ₀; `None` if the node
+/// distance is smaller, or if no material can break.
 ///
 /// With the node distance h, the effective toughness is Gc (1 + h/(2 ℓ₀)) for AT2 and Gc (1 + 3h/(8 ℓ₀)) for AT1.
 ///
@@ -32,7 +32,7 @@ pub(super) fn resolution_note(case: &Case, mesh: &TetMesh) -> Option<String> {
     })
 }
 
-/// Whether a region of the mesh has a toughness.
+/// Whether a region of the mesh has a toughness, so that it can break.
 pub(super) fn can_break(materials: &BTreeMap<String, MaterialCase>, mesh: &TetMesh) -> bool {
     let toughness = |region: &String| materials.get(region)?.toughness_n_per_mm;
     mesh.regions.iter().any(|region| toughness(region).is_some())

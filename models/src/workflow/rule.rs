@@ -4,24 +4,24 @@ use super::WorkflowError;
 use super::inputs::Inputs;
 use crate::report::Qualifier;
 
-/// A warning that the reader of a result needs before using it.
+/// Warning about a result, which its reader must know before using the result.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Warning {
-    /// The consequence for the result, its cause, and what to do.
+    /// Text of the warning: consequence for the result, cause and remedy.
     pub(super) text: String,
     /// Restriction that is added to the verdict "identified", if any.
     pub(super) qualifier: Option<Qualifier>,
 }
 
-/// A condition on the results of stages, with the warnings if it is violated.
+/// Condition on the results of stages. If it is violated, it gives warnings.
 pub(super) struct Rule {
     /// Stages whose files the rule reads.
     pub(super) reads: &'static [&'static str],
-    /// Returns the warnings for a results folder; none if the condition holds.
+    /// Returns the warnings for a results folder; empty if the condition is satisfied.
     pub(super) check: fn(&Inputs<'_>) -> Result<Vec<Warning>, WorkflowError>,
 }
 
-/// A single warning with a qualifier.
+/// Returns a single warning with a qualifier.
 pub(super) fn qualified(qualifier: Qualifier, text: String) -> Vec<Warning> {
     vec![Warning { text, qualifier: Some(qualifier) }]
 }

@@ -18,12 +18,12 @@ use super::simulator::Simulator;
 use super::task::Task;
 use crate::progress::{Bar, speaker};
 
-/// Makes the runs of an ensemble that are not finished, in `folder/<fingerprint>`. `simulator` returns the simulator of
-/// a run.
+/// Computes the unfinished runs of an ensemble and stores them in `folder/<fingerprint>`. `simulator` returns the
+/// simulator of a run.
 ///
-/// The fingerprint is the hash of everything that the stage has read so far. Thus each ensemble has its own folder:
-/// after a change of the case a new ensemble is started and the old one is kept, and if the change is undone, the old
-/// runs are found again.
+/// The fingerprint is the hash of everything that the stage has read so far. Thus each ensemble has its own folder.
+/// After a change of the case, a new ensemble is started in a new folder. If the change is undone, the runs in the old
+/// folder are reused.
 pub(super) fn run_ensemble<'s>(
     task: &Task<'_>,
     folder: &str,
@@ -34,7 +34,8 @@ pub(super) fn run_ensemble<'s>(
     run_named(task, folder, &task.inputs.manifest(), names, runs, true, simulator)
 }
 
-/// Folder of the runs that `manifest` identifies; if there are neighbours, a common folder of all neighbours.
+/// Returns the folder of the runs that `manifest` identifies. All neighbouring results folders, if there are any, share
+/// this folder.
 pub(super) fn place(
     dir: &Path,
     neighbours: Option<&Neighbours>,
@@ -45,8 +46,8 @@ pub(super) fn place(
     folder.join(ContentHash::of(manifest).to_string())
 }
 
-/// As [`run_ensemble`], for runs that are identified by `manifest`. If `wait` is false, returns as soon as all missing
-/// runs are being made by other processes, with the records that exist then.
+/// Computes runs like [`run_ensemble`]; `manifest` identifies the runs. If `wait` is false, it returns as soon as other
+/// processes are computing all missing runs; only the records that exist at this time are then returned.
 pub(super) fn run_named<'s>(
     task: &Task<'_>,
     folder: &str,
@@ -59,10 +60,10 @@ pub(super) fn run_named<'s>(
     let own = place(&task.path(""), None, folder, manifest);
     let directory = place(&task.path(""), task.neighbours.as_ref(), folder, manifest);
     if directory != own {
-        // runs that were made before the folder had neighbours
+        // reuse runs from the time before the folder had neighbours
         copy_records(&own, &directory)?;
     }
-    // another version of the program may compute other results: its runs are kept separate
+    // another version of the program may compute other results, so that its runs are not mixed with these runs
     let fingerprint = format!("program = breccia {}\n{manifest}", env!("CARGO_PKG_VERSION"));
     let ensemble = Ensemble::open(&directory, &fingerprint).map_err(|error| match error {
         // the folder name already identifies everything but the program version
@@ -103,10 +104,10 @@ pub(super) fn run_named<'s>(
     Ok(records)
 }
 
-/// A progress bar that is shown when the first run is to be made.
+/// Progress bar that appears when the first run starts.
 struct EnsembleBar {
     title: &'static str,
-    /// Name under which messages are printed, if any; stored here because any thread may start the bar.
+    /// Name of the part of a study that messages show, if any. It is stored because any thread may start the bar.
     of: Option<String>,
     bar: OnceLock<Bar>,
 }

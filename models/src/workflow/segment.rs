@@ -13,7 +13,7 @@ use crate::report::{Raster, grain_picture, grain_sizes, side_by_side};
 
 /// Value in `solid.tif` of a voxel that is entirely grain.
 pub(super) const WHOLE: f32 = 65535.0;
-/// Number of steps that a segmentation reports, for the progress bar.
+/// Number of steps that a segmentation reports to the progress bar.
 const STEPS: f64 = 7.0;
 
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
@@ -86,8 +86,8 @@ fn grain_fraction(fractions: &[(String, f64)]) -> f64 {
     fractions.iter().filter(|(name, _)| name != VOID).map(|(_, part)| part).sum()
 }
 
-/// Maximum relative difference between the fitted sizes of the images; above it the images do not show specimens of
-/// one size.
+/// Maximum relative difference between the fitted sizes of the images. Images with a larger difference do not show
+/// specimens of equal size.
 const LARGEST_DIFFERENCE: f64 = 0.05;
 
 /// Segments the image of a further specimen. Its cylinder gets the radius and height (mm) of the first specimen, so
@@ -107,7 +107,7 @@ fn further(
         segmentation: scanned.segmentation.clone(),
         size_mm: [None; 2],
     };
-    // the path in errors is that of the image, since the case's own specimen is valid
+    // errors name the path of this image, because the case's own image was segmented without error
     let mut look = |image: &Image| {
         report_reading(task, image.header());
         Ok(())
@@ -119,7 +119,7 @@ fn further(
     drop(bar);
     let fitted = [found.cylinder().radius_mm, found.cylinder().height_mm()];
     let is_given = scanned.size_mm.iter().all(Option::is_some);
-    // if a size is given, a smaller cylinder can be cut out of any larger specimen
+    // if the case gives a size, a cylinder of this size can be cut out of any larger specimen
     let differs = |(fitted, own): (&f64, &f64)| match is_given {
         true => fitted / own < 1.0 - LARGEST_DIFFERENCE,
         false => (fitted / own - 1.0).abs() > LARGEST_DIFFERENCE,

@@ -18,7 +18,7 @@ pub(super) struct SegmentedGrains {
     pub(super) labels: Volume<u32>,
     /// Grain fraction of each voxel, 0 to 1, if measured from grey values.
     solid: Option<Volume<f32>>,
-    /// Number and volume (mm³) of each grain, if measured from grey values; else empty.
+    /// Number and volume (mm³) of each grain, if measured from grey values; otherwise empty.
     volumes_mm3: Vec<(u32, f64)>,
     pub(super) phases: GrainPhases,
     /// Position, size and tilt of the specimen in its image.
@@ -45,7 +45,7 @@ impl SegmentedGrains {
         };
         let (solid, volumes_mm3) = match &scanned.source {
             Source::Labels { .. } => (None, Vec::new()),
-            // the labels were edited: the measured grey values belong to the original grains
+            // the labels were edited, but the measurements from grey values belong to the original grains
             _ if is_edited(inputs, &name) => (None, Vec::new()),
             _ => {
                 let solid = solid(inputs, image, voxel_mm, labels.shape)?;
@@ -55,7 +55,7 @@ impl SegmentedGrains {
         Ok(Self { labels, solid, volumes_mm3, phases, cylinder })
     }
 
-    /// Returns what was measured from grey values; `None` for edited labels and for labels of the user.
+    /// Returns the measurements from grey values; `None` for edited labels and for labels of the user.
     pub(super) fn measured(&self) -> Option<Measured<'_>> {
         let solid = self.solid.as_ref()?;
         Some(Measured { solid, volumes_mm3: self.volumes_mm3.clone() })
@@ -65,7 +65,7 @@ impl SegmentedGrains {
 /// Phase of each grain, as the segmentation recorded it in `grains.csv`.
 ///
 /// # Errors
-/// With several phases, fails for edited labels with a grain that has no row in `grains.csv`.
+/// With several phases, fails if edited labels contain a grain without a row in `grains.csv`.
 fn phases(
     inputs: &Inputs<'_>,
     image: usize,

@@ -1,10 +1,10 @@
 //! Batches of runs that are added in the region of the posterior.
 //!
-//! After the runs of the design, a surrogate is fitted and calibrated as in the later stages, but with fewer draws. A
-//! *look* is the result: the contributions to the uncertainty and the points of the next batch. Looks are stored in the
-//! folder of the batches' runs, so that a resumed run, or another process, continues with the same points. A look does
-//! not record whether it is the last one: with a smaller `share` or a larger `most`, the existing runs and looks are
-//! continued.
+//! After the runs of the design and after each batch, a surrogate is fitted and the parameters are calibrated as in the
+//! later stages, but with fewer draws. The result is called a *look*: it contains the contributions to the uncertainty,
+//! and the points of the next batch. Looks are stored in the folder of the batches' runs, so that a resumed run, or
+//! another process, continues with the same points. A look does not record whether it is the last look. Therefore a
+//! smaller `share` or a larger `most` continues the existing runs and looks.
 
 use std::path::{Path, PathBuf};
 
@@ -35,7 +35,7 @@ const CANDIDATES: usize = 500;
 /// Upper limit of draws per chain in a calibration that only places a batch.
 const MOST_DRAWS: usize = 1000;
 
-/// Settings of `[sequential]`, and the folder of the batches' runs.
+/// Batches of a case: settings of `[sequential]`, and the folder of the batches' runs.
 pub(super) struct Batches<'a> {
     case: SequentialCase,
     /// Level whose manifest identifies the runs of the batches.
@@ -48,7 +48,7 @@ pub(super) struct Batches<'a> {
 /// Runs with their quantities, and the fit reports of the corrections.
 type Learnt = (Dataset, Vec<FitReport>);
 
-/// Result of a calibration to the runs made so far.
+/// Look: result of an intermediate calibration to the runs made so far.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Look {
     /// Number of runs with quantities.
@@ -64,20 +64,21 @@ pub(super) struct Look {
     next: Vec<Vec<f64>>,
 }
 
-/// Name of the file of look number `k`, from 0.
+/// Name of the file of look (intermediate calibration) number `k`, from 0.
 fn name_of_look(k: usize) -> String {
     format!("look-{k:02}.json")
 }
 
-/// Reads a stored look. Returns none if the file cannot be read; the look is then computed again.
+/// Reads a stored look (intermediate calibration). Returns `None` if the file cannot be read; the look is then computed
+/// again.
 fn read_look(path: &Path) -> Option<Look> {
     serde_json::from_slice(&fem::read_regular(path).ok()?).ok()
 }
 
 impl<'a> Batches<'a> {
-    /// The batches of a case; none without `[sequential]`. `runs` is the number of the last run of the design. Call
-    /// this after reading everything that identifies the runs of the design: what is read here identifies the runs of
-    /// the batches only.
+    /// Returns the batches of a case; `None` without `[sequential]`. `runs` is the number of the last run of the
+    /// design. Call this after reading everything that identifies the runs of the design: the inputs that are read here
+    /// identify only the runs of the batches.
     ///
     /// # Errors
     /// Fails if `experiments.csv` is missing.
@@ -102,29 +103,29 @@ impl<'a> Batches<'a> {
         self.case.most / self.case.batch * self.case.batch
     }
 
-    /// Number of the batch to which a run belongs, from 1; none for runs of the design.
+    /// Number of the batch to which a run belongs, from 1; `None` for runs of the design.
     pub(super) fn batch_of(&self, run: usize) -> Option<usize> {
         Some(1 + run.checked_sub(self.first)? / self.case.batch)
     }
 
-    /// The stored looks.
+    /// Reads the stored looks (intermediate calibrations).
     pub(super) fn looks(&self) -> Vec<Look> {
         (0..).map_while(|k| read_look(&self.folder.join(name_of_look(k)))).collect()
     }
 
-    /// Number of runs of batches whose points are known so far, and the folder of the runs.
+    /// Number of runs in batches whose points have been chosen, and the folder of these runs.
     pub(super) fn known(&self) -> (usize, &PathBuf) {
         let batches = self.looks().iter().filter(|look| self.goes_on(look)).count();
         ((batches * self.case.batch).min(self.most()), &self.folder)
     }
 
-    /// Whether another batch follows a look, provided that the maximum number of runs is not reached.
+    /// Whether another batch follows a look (intermediate calibration). The maximum number of runs is not checked here.
     fn goes_on(&self, look: &Look) -> bool {
         look.largest > self.case.share && !look.next.is_empty()
     }
 
-    /// Makes batches until the surrogate's share is at most `share` of the case. `data` returns the dataset of the runs
-    /// on the first level and the fit reports of the corrections.
+    /// Computes batches until the surrogate's share is at most `sequential.share`, or until the maximum number of runs
+    /// is reached. `data` returns the dataset of the runs on the first level and the fit reports of the corrections.
     ///
     /// # Errors
     /// The error of a run, a fit or a calibration.
@@ -155,8 +156,9 @@ impl<'a> Batches<'a> {
         Ok(looks)
     }
 
-    /// Returns look number `k`: the stored look, or a new one, which only one of several processes computes. None if
-    /// the data are outside the range that the runs reach; the calibration then fails with that error.
+    /// Returns look (intermediate calibration) number `k`: the stored look, or a new look, which only one of several
+    /// processes computes. Returns `None` if the data are outside the range of the runs; the stage `calibrate` reports
+    /// this error later.
     fn look(
         &self,
         task: &Task<'_>,
@@ -182,7 +184,7 @@ impl<'a> Batches<'a> {
         Ok(found)
     }
 
-    /// Reads look number `k`. Fails if the user has changed its file.
+    /// Reads look (intermediate calibration) number `k`, if it is stored. Fails if the user has changed its file.
     fn kept(&self, k: usize, task: &Task<'_>) -> Result<Option<Look>, WorkflowError> {
         let (name, folder) = (name_of_look(k), task.folder.with_dir(&self.folder));
         folder.claim(&name, task.stage())?;

@@ -1,4 +1,4 @@
-//! Sharing of work: with other processes in the same folder, and with neighbouring folders that have the same results.
+//! Sharing of work with other processes in the same folder, and of results with neighbouring folders.
 
 use std::sync::atomic::AtomicBool;
 
@@ -9,11 +9,11 @@ use super::{Workflow, WorkflowError};
 use crate::progress::say;
 
 impl Workflow<'_> {
-    /// Takes part in the shared work of a stage, until all work that is left is being done by other processes. The
-    /// products of the stage are written by [`run`](Self::run).
+    /// Takes part in the shared work of a stage. Returns when other processes are doing all remaining work.
+    /// [`run`](Self::run) writes the products of the stage.
     ///
     /// # Errors
-    /// As [`Workflow::run`]. For a stage whose work cannot be shared, nothing is done.
+    /// The errors of [`Workflow::run`]. A stage whose work cannot be shared does nothing and is not an error.
     pub fn share(&self, stage: &'static Stage) -> Result<(), WorkflowError> {
         self.check_what_it_read(stage)?;
         let finished = self.finished();
@@ -29,12 +29,13 @@ impl Workflow<'_> {
         }
     }
 
-    /// Checks all inputs of the shared work of a stage up to its first run. Returns whether work is left.
+    /// Executes the shared work of a stage up to its first run, in order to check all inputs. Returns whether work is
+    /// left.
     ///
     /// # Errors
-    /// As [`Workflow::share`].
+    /// The errors of [`Workflow::share`].
     pub fn rehearse(&self, stage: &'static Stage) -> Result<bool, WorkflowError> {
-        /// A raised interrupt flag: an ensemble that sees it starts no run.
+        /// Interrupt flag that is always set, so that an ensemble starts no run.
         static RAISED: AtomicBool = AtomicBool::new(true);
         let rehearsal = Workflow {
             file: self.file.clone(),
@@ -54,8 +55,8 @@ impl Workflow<'_> {
         }
     }
 
-    /// Takes part in the shared work of a stage. With `leave_to_others`, does not wait for work that other processes
-    /// are doing.
+    /// Takes part in the shared work of a stage. If `leave_to_others`, does not wait for work that other processes are
+    /// doing.
     pub(super) fn share_work(
         &self,
         stage: &'static Stage,
@@ -69,14 +70,14 @@ impl Workflow<'_> {
         })
     }
 
-    /// Copies the products of a neighbouring folder whose stage has read the same inputs. Returns a message and the
-    /// record of that stage; none if there is no such folder.
+    /// Copies the products of the stage from a neighbouring folder in which the stage has read the same inputs. Returns
+    /// a message and the record of the stage in this folder; `None` if there is no such folder.
     pub(super) fn taken_over(
         &self,
         stage: &Stage,
         finished: &Records,
     ) -> Result<Option<(String, StageRecord)>, WorkflowError> {
-        // records do not contain whether data out of range were accepted
+        // copy nothing if data out of range are accepted, because records do not contain this option
         let Some(neighbours) = self.neighbours.as_ref().filter(|_| !self.accept_out_of_range)
         else {
             return Ok(None);
@@ -90,7 +91,7 @@ impl Workflow<'_> {
                 continue;
             }
             self.freshness.clear();
-            // skip files that the stage itself writes in the virtual case: measured specimens have the same paths
+            // skip measured specimens: they have the paths at which the stage writes virtual specimens
             let of_others = |name: &&str| {
                 inputs.writer_of(name) != Some(stage.name) && self.dir.join(name).exists()
             };

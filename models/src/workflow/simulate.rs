@@ -36,7 +36,7 @@ pub enum DeviceChoice {
 }
 
 impl DeviceChoice {
-    /// Returns the device and the solver settings for a single process, or for one of several ranks.
+    /// Returns the device and the solver settings for this process, which is one of `ranks`.
     fn device(
         self,
         mut options: SolverOptions,
@@ -51,7 +51,7 @@ impl DeviceChoice {
             Self::Cuda => Some(ComputeDevice::cuda()?),
             Self::Host => Some(ComputeDevice::host()?),
         };
-        // a device that is requested by name is used for small meshes too
+        // a device that the user requests is used for small meshes too
         if matches!(self, Self::Cuda | Self::Host) && options.linear == LinearScheme::Auto {
             options.linear = LinearScheme::Multigrid;
         }
@@ -69,8 +69,8 @@ impl DeviceChoice {
 /// # Errors
 /// Fails if the mesh or the test cannot be set up, or if `simulate.state` belongs to another case. If the run itself
 /// fails, its curve so far, its last state as `fields/last.vtu` and the reason as `failure.txt` are written before the
-/// error is returned; the next run removes the last two files. Fails before anything is computed if a file of the user
-/// has the path of one of these files.
+/// error is returned; the next run removes the last two files. If a file of the user has the path of one of these
+/// files, the command fails before it computes anything.
 pub fn simulate(
     file: &CaseFile,
     dir: &Path,
@@ -80,7 +80,7 @@ pub fn simulate(
     access: &FolderAccess,
 ) -> Result<PathBuf, WorkflowError> {
     let folder = ProductFolder::new(dir, &access.replace);
-    // errors of one rank must be known to all ranks before they communicate in the simulation
+    // an error of one rank must stop all ranks before they communicate in the simulation
     let mesh = agreed(ranks, mesh_for(file, dir, &folder))?;
     let (device, solver) = device.device(file.case.solver, ranks)?;
     let setup = Setup { device: device.as_ref(), ranks: Some(ranks), solver, ..Setup::from(file) };
@@ -115,7 +115,7 @@ pub fn simulate(
         say("note", &text);
     }
     let written = record.finish();
-    // files of an earlier run
+    // remove the files of an earlier failed run
     folder.remove(LAST)?;
     folder.remove(REASON)?;
     if let Some(error) = failure(&outcome.end) {
@@ -171,7 +171,7 @@ fn run(
     }
 }
 
-/// Returns `own` if it is a success on all ranks; otherwise the error of the first failing rank.
+/// Returns `own` if all ranks succeeded; otherwise returns the error of the first failing rank.
 fn agreed<T>(ranks: &Ranks, own: Result<T, WorkflowError>) -> Result<T, WorkflowError> {
     let error = own.as_ref().err().map(ToString::to_string);
     match ranks.first_text(error.as_deref())? {
@@ -187,8 +187,8 @@ struct SimulationFiles<'a> {
     folder: &'a ProductFolder,
     interrupt: &'a AtomicBool,
     bar: Bar,
-    /// Curve so far. `curve.csv` is written from the first step on, so that a run that fails before it keeps the curve
-    /// of the earlier run.
+    /// Curve so far. `curve.csv` is first written after the first step, so that a run that fails in its first step does
+    /// not replace the curve of an earlier run.
     curve: Vec<CurvePoint>,
     effort: EffortFile,
     /// Time (s) and file of each step whose fields are written.
@@ -220,8 +220,8 @@ impl<'a> SimulationFiles<'a> {
         })
     }
 
-    /// Adds a step. Growing files are rewritten as a whole at every step, and their content is recorded first, so that
-    /// an edit of the files of a killed run is recognised.
+    /// Adds a step to the files. Files that grow are rewritten completely at every step, and their content is recorded
+    /// before writing. Thus an edit is detected even in the files of a killed run.
     fn add(&mut self, point: &CurvePoint, fields: Option<&Fields>) -> Result<(), WorkflowError> {
         self.curve.push(*point);
         let step = self.curve.len();
@@ -239,7 +239,7 @@ impl<'a> SimulationFiles<'a> {
                 let problem = self.simulator.problem();
                 self.folder.write_with(&name, COMMAND, |path| problem.write_vtu(path, fields))?;
             }
-            // steps before the run was resumed are listed if their files exist
+            // also list steps from before the run was resumed, if their files exist
             if fields.is_some() || self.folder.path(&name).is_file() {
                 self.fields.push((point.time_s, name));
             }
@@ -264,7 +264,8 @@ impl<'a> SimulationFiles<'a> {
         self.folder.write_with(COLLECTION, COMMAND, |path| vtu::write_pvd(path, &steps)).map(drop)
     }
 
-    /// Writes the curve of a run without steps, and records the final content of the state file.
+    /// Ends the writing of files: writes the empty curve of a run without steps, and records the final content of the
+    /// state file.
     fn finish(self) -> Result<(), WorkflowError> {
         if self.curve.is_empty() && self.failed.is_none() {
             self.write_curve()?;

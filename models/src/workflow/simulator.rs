@@ -75,7 +75,7 @@ pub(super) fn radius_mm(mesh: &TetMesh) -> f64 {
     mesh.nodes.iter().map(|p| (p[0] - x).hypot(p[1] - y)).fold(0.0, f64::max)
 }
 
-/// Simulation with parameters that differ between runs.
+/// Simulation of a case whose parameters can be set for each run.
 #[derive(Clone, Debug)]
 pub(super) struct Simulator {
     problem: Problem,
@@ -138,7 +138,7 @@ impl Simulator {
         Ok(Self { problem, parts, parameters, rest, derivatives: setup.derivatives })
     }
 
-    /// The test with these values of the parameters.
+    /// Returns the test with these parameter values.
     pub(super) fn at(&self, values: &[f64]) -> Result<Problem, FemError> {
         let parts = self.parts_at(values)?;
         let regions = &self.problem.mesh().regions;
@@ -169,7 +169,7 @@ impl Simulator {
         problem.with_sensitivities(parameters)
     }
 
-    /// The case's parts with these values of the parameters.
+    /// Returns the case's parts with these parameter values.
     fn parts_at(&self, values: &[f64]) -> Result<SimulationParts, FemError> {
         let mut parts = self.parts.clone();
         for (parameter, &value) in self.parameters.iter().zip(values) {
@@ -180,8 +180,8 @@ impl Simulator {
         Ok(parts)
     }
 
-    /// Checks that the materials and derivatives are valid at these values of the parameters. Errors name the case file
-    /// of `setup`.
+    /// Checks that the materials and derivatives are valid at these parameter values. Errors name the case file of
+    /// `setup`.
     pub(super) fn check(&self, setup: &Setup<'_>, values: &[f64]) -> Result<(), WorkflowError> {
         let plain = Self { derivatives: false, ..self.clone() };
         let file = setup.path.to_owned();
@@ -191,7 +191,7 @@ impl Simulator {
         })
     }
 
-    /// Runs with these values of the parameters.
+    /// Runs the test with these parameter values.
     pub(super) fn run(
         &self,
         values: &[f64],
@@ -200,7 +200,7 @@ impl Simulator {
         Ok(self.at(values)?.run(observer))
     }
 
-    /// The test with the case's own materials.
+    /// Returns the test with the case's own parameter values.
     pub(super) fn problem(&self) -> &Problem {
         &self.problem
     }
@@ -247,7 +247,7 @@ fn problem(rest: &Rest, parts: &SimulationParts, mesh: TetMesh) -> Result<Proble
         .build()
 }
 
-/// Simulated curve in the form that a testing machine records: the first point is the unloaded start.
+/// Converts a simulated curve to the form that a testing machine records: the first point is the unloaded start.
 pub(super) fn recorded(points: &[CurvePoint]) -> TestCurve {
     let mut curve = TestCurve { displacement_mm: vec![0.0], force_n: vec![0.0] };
     for point in points {
@@ -257,7 +257,7 @@ pub(super) fn recorded(points: &[CurvePoint]) -> TestCurve {
     curve
 }
 
-/// The error of a run that did not reach its end.
+/// Returns the error of a failed run.
 pub(super) fn failure(end: &End) -> Option<FemError> {
     match end {
         End::Failed(error) => Some(error.clone()),
@@ -270,7 +270,7 @@ fn in_fem(parts: &SimulationParts, regions: &[String]) -> Result<Vec<fem::Materi
     regions.iter().map(|region| parts.material[region].in_fem()).collect()
 }
 
-/// Quantities of interest of a run, or the reason why the run has none.
+/// Quantities of interest of a run, or the reason why the run has no quantities.
 pub(super) fn quantities(record: &RunRecord, qoi: &QoiCase) -> Result<Vec<f64>, String> {
     match &record.status {
         RunStatus::Failed(reason) => Err(format!("failed: {reason}")),
@@ -281,8 +281,8 @@ pub(super) fn quantities(record: &RunRecord, qoi: &QoiCase) -> Result<Vec<f64>, 
     }
 }
 
-/// Derivatives of the quantities of interest with respect to the parameters that the force was differentiated by,
-/// quantities × parameters; or the reason why the run has none.
+/// Derivatives of the quantities of interest with respect to the parameters of the force derivatives (quantities ×
+/// parameters), or the reason why the run has no derivatives.
 pub(super) fn jacobian(record: &RunRecord, qoi: &QoiCase) -> Result<Vec<Vec<f64>>, String> {
     let (curve, found) = (recorded(&record.curve), &record.sensitivities);
     if found.force_n.len() < record.curve.len() {
@@ -311,8 +311,8 @@ mod tests {
     use super::*;
     use crate::case::Case;
 
-    /// A number outside the materials that is a parameter gives the forces of a case with this number, and others than
-    /// the case's own number.
+    /// A parameter outside the materials gives the same forces as a case file with this value, and other forces than
+    /// the original value.
     #[test]
     fn parameters_outside_the_materials_are_set_in_the_simulation() {
         let lattice = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 };

@@ -1,4 +1,4 @@
-//! Fingerprints of what a stage reads: parts of the case by key, and files by name.
+//! Fingerprints of the inputs of a stage: parts of the case by key, and files by name.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -11,7 +11,7 @@ use crate::case::Case;
 /// Fingerprint of a key of the case, or of a file, that does not exist.
 const ABSENT: &str = "absent";
 
-/// What a stage can read: a case, and files of its results folder.
+/// Possible inputs of a stage: a case, and the files of its results folder.
 pub(super) struct Origin<'a> {
     values: toml::Table,
     dir: &'a Path,
@@ -59,7 +59,7 @@ impl Sources {
         self.files.keys().map(String::as_str)
     }
 
-    /// Records that the case was read at a key.
+    /// Records that a key of the case was read.
     pub(super) fn read_part(&mut self, origin: &Origin<'_>, key: &str) {
         self.case.insert(key.to_owned(), origin.part(key));
     }
@@ -74,7 +74,7 @@ impl Sources {
         self.case.iter().chain(&self.files).map(|(name, sum)| format!("{name} = {sum}\n")).collect()
     }
 
-    /// Describes the first entry whose content has changed; none if there is none.
+    /// Describes the first entry whose content has changed; `None` if no content has changed.
     pub(super) fn change(&self, origin: &Origin<'_>) -> Option<String> {
         let case = self.case.iter().find(|(key, sum)| origin.part(key) != **sum);
         let file = || self.files.iter().find(|(name, sum)| origin.content(name) != **sum);

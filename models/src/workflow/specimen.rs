@@ -52,7 +52,7 @@ pub(super) struct Scanned {
 }
 
 impl Scanned {
-    /// Image and mesh settings of this geometry, if its grains come from an image.
+    /// Returns the image and the mesher settings of this geometry, if its grains come from an image.
     pub(super) fn of(geometry: &SpecimenGeometry) -> Option<(Self, Meshing)> {
         match geometry {
             SpecimenGeometry::Image {
@@ -91,9 +91,9 @@ impl Scanned {
         }
     }
 
-    /// Segments the image. Returns the grey values and the grains. For an image of labels, a brightness for each phase
-    /// replaces the grey values. `look` is called with the image before the segmentation, and `progress` with the name
-    /// of each step.
+    /// Segments the image. Returns the grey values and the grains. For an image of labels, the grey value of a voxel is
+    /// a brightness that is assigned to its phase. `look` is called with the image before the segmentation, and
+    /// `progress` with the name of each step.
     pub(super) fn found(
         &self,
         case: &Path,
@@ -176,7 +176,7 @@ pub(super) enum Image {
 }
 
 impl Image {
-    /// The description of the files that the image comes from.
+    /// Returns the description of the image files; `None` for a virtual scan.
     pub(super) fn header(&self) -> Option<&StackHeader> {
         match self {
             Self::Stack(reading) => Some(&reading.header),
@@ -214,7 +214,7 @@ fn checked_size(
     Ok(())
 }
 
-/// Sets the radius and the height (mm) of a cylinder, where they are given. The centre of the cylinder does not move.
+/// Sets the radius and the height (mm) of a cylinder if they are given. The centre of the cylinder does not move.
 pub(super) fn resize(cylinder: &mut Cylinder, [radius, height]: [Option<f64>; 2]) {
     cylinder.radius_mm = radius.unwrap_or(cylinder.radius_mm);
     if let Some(height) = height {
@@ -223,7 +223,7 @@ pub(super) fn resize(cylinder: &mut Cylinder, [radius, height]: [Option<f64>; 2]
     }
 }
 
-/// Grains of a packing, with their exact shapes.
+/// Generates the grains of a packing, with their exact shapes.
 pub(super) fn packed(
     case: &Path,
     packing: Option<&Packing>,
@@ -239,7 +239,7 @@ pub(super) fn packed(
     Ok(GrainList::new(grains, radius_mm, height_mm))
 }
 
-/// The mesh of a cylinder [radius, height] in mm with a packing.
+/// Builds the mesh of a cylinder [radius, height] in mm with a packing.
 pub(super) fn packed_mesh(
     case: &Path,
     [radius_mm, height_mm]: [f64; 2],
@@ -259,8 +259,8 @@ pub(super) struct Measured<'a> {
     pub(super) volumes_mm3: Vec<(u32, f64)>,
 }
 
-/// Builds the mesh of labelled voxels. `measured` is `None` if the labels were supplied or edited by the user: the grey
-/// values are measured only for grains that the segmentation has found.
+/// Builds the mesh of labelled voxels. `measured` is `None` if the user supplied or edited the labels, because
+/// measurements exist only for the grains of the program's own segmentation.
 pub(super) fn labelled_mesh(
     case: &Path,
     labels: &Volume<u32>,
@@ -308,8 +308,8 @@ pub(super) fn import_notes(file: &Path, notes: &[gmsh::ImportNote]) -> Vec<Strin
     notes.iter().map(|note| format!("{}: {note}", file.display())).collect()
 }
 
-/// Reads the grains of STL files in a cylinder of the given radius and height, mm. Fails if the element size shows that the
-/// unit of the files is wrong.
+/// Reads the grains of STL files in a cylinder of the given radius and height, mm. Fails if a comparison with the
+/// element size shows that the unit of the files is wrong.
 pub(super) fn imported_grains(
     case: &Path,
     import: &SurfaceImport,

@@ -1,4 +1,4 @@
-//! Checks of measured specimens before anything is computed from them: sizes, number, curves.
+//! Checks of measured specimens before computations: sizes, number and curves.
 
 use std::path::Path;
 
@@ -16,21 +16,24 @@ use crate::error::InputError;
 use crate::experiment::{Specimen, SpecimenTable, TestCurve};
 use crate::progress::say;
 
-/// Largest plausible ratio between the heights of specimen and mesh, in either direction.
+/// Largest plausible ratio between the heights of specimen and mesh; the larger height is the numerator.
 const HEIGHTS: f64 = 3.0;
-/// Largest plausible ratio between the radii; smaller, because forces are proportional to the square of the radius.
+/// Largest plausible ratio between the radii of specimen and mesh. It is smaller than the ratio of the heights, because
+/// forces are proportional to the square of the radius.
 const RADII: f64 = 1.5;
 
 /// Result of the checks of specimens.
 pub(super) struct InspectedSpecimens {
-    /// The specimens. Their curves end where loading ends and, if the case asks for it, begin where the load begins.
+    /// The specimens. Their curves end where loading ends. With `experiments.toe = "correct"`, they begin where the
+    /// load begins.
     pub(super) table: SpecimenTable,
     pub(super) notes: Notes,
     /// Errors that would make quantities of interest wrong.
     pub(super) mistakes: Vec<InputError>,
 }
 
-/// Checks specimens for comparison with a mesh of the given size, writes `curve_checks.csv` and prints the findings.
+/// Checks whether specimens can be compared with a mesh of the given size. Writes `curve_checks.csv` and prints the
+/// findings.
 ///
 /// # Errors
 /// The first error that the checks found.
@@ -50,8 +53,8 @@ pub(super) fn checked(
     mistakes.into_iter().next().map_or(Ok(table), |mistake| Err(mistake.into()))
 }
 
-/// Checks specimens for comparison with a mesh of the given size: number, sizes, rates, curves and quantities, and
-/// whether the materials of the case can have such quantities.
+/// Checks whether specimens can be compared with a mesh of the given size: number, sizes, rates, curves and quantities,
+/// and whether the quantities are plausible for the materials of the case.
 ///
 /// # Errors
 /// Fails if the case has neither measured nor virtual specimens.
@@ -133,7 +136,7 @@ pub(super) fn inspect(
     Ok(InspectedSpecimens { table, notes, mistakes })
 }
 
-/// Errors for sizes of a specimen that are far from those of the mesh.
+/// Returns errors for sizes of a specimen that differ too much from the sizes of the mesh.
 fn far_sizes(
     specimen: &Specimen,
     mesh: MeshSize,

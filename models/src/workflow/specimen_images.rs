@@ -1,4 +1,4 @@
-//! Scans of specimens: generation for virtual specimens, and stiffness ratios of their microstructures.
+//! Scans of specimens: generation of scans of virtual specimens, and computation of stiffness ratios from scans.
 
 use std::path::{Path, PathBuf};
 
@@ -48,8 +48,8 @@ pub(super) fn scan(
     Ok(())
 }
 
-/// Stiffness ratio of each specimen, none for a specimen without an image. It is computed on the cheapest mesh of the
-/// case, as for the packings of runs.
+/// Computes the stiffness ratio of each specimen on the cheapest mesh of the case, as for the packings of runs; `None`
+/// for a specimen without an image.
 ///
 /// # Errors
 /// Fails if an image cannot be read, segmented or meshed.
@@ -82,7 +82,8 @@ pub(super) fn stiffness_ratios(
         let Some(image) = &specimen.image else { return Ok(None) };
         let image = table_file.with_file_name(image);
         bar.set(0.0, &format!("the image of {}", specimen.id));
-        // an image of the design: use the mesh on which runs are made, so that the specimen has a single ratio
+        // the image is also an image of the design: use the mesh of the runs, so that run and specimen have the same
+        // ratio
         let place = of_design.iter().position(|path| *path == canonical(&image));
         if let Some(place) = place.filter(|_| of_design.len() > images::OWN) {
             let mesh = level.mesh(inputs, images::OWN + place)?;
@@ -99,11 +100,11 @@ pub(super) fn stiffness_ratios(
         let mesh = found_mesh(&image, &found, &meshing)?.mesh;
         Ok(Some(stiffness_ratio(&setup, mesh)?))
     };
-    // sequentially: an image may fill the memory, and its segmentation uses all processors
+    // computed sequentially: an image may fill the memory, and its segmentation uses all processors
     table.specimens.iter().map(ratio).collect()
 }
 
-/// Canonical path of a file, so that equal files compare equal.
+/// Canonical path of a file; different paths of the same file have the same canonical path.
 fn canonical(path: &Path) -> PathBuf {
     path.canonicalize().unwrap_or_else(|_| path.to_owned())
 }

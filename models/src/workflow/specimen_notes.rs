@@ -1,5 +1,5 @@
-//! Notes and warnings about the specimens, made before any simulation: sizes that differ from the mesh, and the rate of
-//! the tests. At most five lines of a kind are printed; `curve_checks.csv` lists all of them.
+//! Notes and warnings about the specimens before any simulation: sizes that differ from the mesh, and the rate of the
+//! tests. At most five lines of each kind are printed; `curve_checks.csv` lists all lines.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -11,17 +11,17 @@ use crate::experiment::{Specimen, SpecimenTable};
 
 /// Largest number of printed lines of one kind.
 const EXAMPLES: usize = 5;
-/// Relative difference of the radii up to which specimens are comparable after scaling the forces to equal stress.
-/// Beyond it, specimen and mesh also differ in the ratio of height to radius, and in the sizes of grains and cracks
-/// relative to the radius.
+/// Relative difference of the radii up to which a specimen is comparable with the mesh after scaling the forces to
+/// equal stress. With a larger difference, the ratio of height to radius and the sizes of grains and cracks relative to
+/// the radius also differ noticeably.
 const RADIUS: f64 = 0.02;
-/// Relative difference of the radii up to which unscaled forces cause no warning.
+/// Relative difference of the radii above which a warning reports that forces are not scaled.
 const UNSCALED: f64 = 1e-3;
 /// Relative difference between the strain rates of a test and of the case above which the test is rejected. The
-/// viscosity would have the same relative error.
+/// calibrated viscosity would have the same relative error.
 const RATE: f64 = 0.05;
 
-/// Lines for the screen, warnings, and rows of `curve_checks.csv`.
+/// Collected lines for the screen, warnings, and rows of `curve_checks.csv`.
 #[derive(Default)]
 pub(super) struct Notes {
     said: BTreeMap<&'static str, usize>,
@@ -31,14 +31,14 @@ pub(super) struct Notes {
 }
 
 impl Notes {
-    /// Adds a line for the screen unless there are five of its kind.
+    /// Adds a line for the screen, unless there are already five lines of this kind.
     pub(super) fn say(&mut self, kind: &'static str, line: &str) {
         if self.is_shown(kind) {
             self.lines.push(line.to_owned());
         }
     }
 
-    /// Adds a warning unless there are five of its kind.
+    /// Adds a warning, unless there are already five warnings of this kind.
     pub(super) fn warn(&mut self, kind: &'static str, line: String) {
         if self.is_shown(kind) {
             self.warnings.push(line);
@@ -80,8 +80,8 @@ impl Notes {
     }
 }
 
-/// Notes each specimen whose height differs from the mesh, so that its displacements are scaled, or whose radius
-/// differs, so that its forces are scaled.
+/// Adds a note for each specimen whose displacements are scaled because its height differs from the mesh, or whose
+/// forces are scaled because its radius differs.
 pub(super) fn note_sizes(table: &SpecimenTable, mesh: MeshSize, notes: &mut Notes) {
     for specimen in &table.specimens {
         let scale = MeshScale::of(specimen, mesh);
@@ -146,7 +146,7 @@ pub(super) fn check_rates(
     table.specimens.iter().filter_map(|own| case.other_rate(own, curve)).collect()
 }
 
-/// The test of the case on a mesh of this height.
+/// The test of the case: displacement, duration, and height of the mesh. They give the strain rate.
 #[derive(Clone, Copy)]
 struct CaseRate {
     displacement_mm: f64,
@@ -155,8 +155,8 @@ struct CaseRate {
 }
 
 impl CaseRate {
-    /// Error for a test whose strain rate differs from the case by more than 5 %. The rates must agree, because only
-    /// the product of viscosity and rate is calibrated.
+    /// Returns an error for a test whose strain rate differs from the case by more than 5 %. The rates must agree,
+    /// because the curve depends only on the product of viscosity and rate.
     fn other_rate(
         &self,
         specimen: &Specimen,

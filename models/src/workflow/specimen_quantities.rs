@@ -14,7 +14,7 @@ pub(super) struct SpecimenNames<'a> {
     pub(super) curve: &'a dyn Fn(&str) -> PathBuf,
 }
 
-/// Quantities of a specimen's curve, scaled to the size of the mesh.
+/// Computes the quantities of a specimen's curve, scaled to the size of the mesh.
 ///
 /// # Errors
 /// Fails if a quantity cannot be computed from the curve.

@@ -1,5 +1,5 @@
-//! Stiffness ratios of runs and specimens, an input of the surrogate. The ratio is known for specimens with an image;
-//! for other specimens it has the distribution of a population.
+//! Stiffness ratios of runs and specimens. The ratio is an input of the surrogate. It is known for specimens with an
+//! image; the unknown ratios of other specimens have the distribution of a population.
 
 use surrogate::{Dataset, DynPce, Input, SurrogateError};
 
@@ -11,7 +11,7 @@ use crate::error::InputError;
 use crate::fracture::Population;
 use crate::table::{CsvTable, TableRow};
 
-/// Stiffness ratio of each specimen used in the calibration; none for a specimen without an image.
+/// Stiffness ratio of each specimen used in the calibration; `None` for a specimen without an image.
 pub(super) fn of_specimens(inputs: &Inputs<'_>) -> Result<Vec<Option<f64>>, WorkflowError> {
     let path = inputs.file("experiments.csv")?;
     let table = CsvTable::read(&path, &["id"])?;
@@ -22,13 +22,13 @@ pub(super) fn of_specimens(inputs: &Inputs<'_>) -> Result<Vec<Option<f64>>, Work
     Ok(table.rows().map(ratio).collect::<Result<_, InputError>>()?)
 }
 
-/// Stiffness ratio of the microstructure of each run; none unless all runs have a ratio.
+/// Stiffness ratio of the microstructure of each run; `None` unless all runs have a ratio.
 fn of_runs(runs: &Dataset) -> Option<Vec<f64>> {
     (0..runs.len()).map(|i| runs.note(i, STIFFNESS_RATIO)?.parse().ok()).collect()
 }
 
-/// Population of stiffness ratios: of the microstructures of the design, each counted once, and of the specimens with
-/// an image. None if the runs have no ratios, or if there are too few members.
+/// Population of stiffness ratios. Its members are the microstructures of the design, each counted once, and the
+/// specimens with an image. `None` if the runs have no ratios, or if there are too few members.
 pub(super) fn population(runs: &Dataset, specimens: &[Option<f64>]) -> Option<Population> {
     let mut members: Vec<(&str, f64)> = Vec::new();
     for (i, ratio) in of_runs(runs)?.into_iter().enumerate() {
@@ -38,7 +38,7 @@ pub(super) fn population(runs: &Dataset, specimens: &[Option<f64>]) -> Option<Po
         }
     }
     let of_design: Vec<f64> = members.into_iter().map(|(_, ratio)| ratio).collect();
-    // specimens whose images are also images of the design have the same ratios, and are counted once
+    // a specimen whose image is also an image of the design has the same ratio as the design's image; count it once
     let others = specimens.iter().flatten().copied().filter(|ratio| !of_design.contains(ratio));
     let all: Vec<Vec<f64>> =
         of_design.iter().copied().chain(others).map(|ratio| vec![ratio]).collect();
@@ -52,7 +52,7 @@ pub(super) struct KnownStiffness {
     ratios: Vec<Option<f64>>,
     /// Distribution of the unknown ratios.
     pub(super) population: Option<Population>,
-    /// Note on specimens whose ratio is unknown or not used.
+    /// Note for the user about specimens whose ratio is unknown or not used.
     pub(super) told: Option<String>,
     pub(super) warning: Option<String>,
 }
@@ -77,13 +77,13 @@ impl KnownStiffness {
         !self.ratios.is_empty()
     }
 
-    /// One row per specimen with its ratio; none if the ratio is unknown.
+    /// One row per specimen with its ratio; `None` if the ratio is unknown.
     pub(super) fn rows(&self) -> Vec<Option<Vec<f64>>> {
         self.ratios.iter().map(|ratio| ratio.map(|k| vec![k])).collect()
     }
 }
 
-/// Note for specimens whose ratio is known but not used, because the runs are on too few specimens.
+/// Returns a note about specimens whose ratio is known but not used, because the runs use too few specimens.
 fn left_out(runs: &Dataset, specimens: &[Option<f64>]) -> Option<String> {
     let count = MadeOn::of(runs).several().filter(|count| *count < LEAST_FOR_STIFFNESS)?;
     specimens.iter().flatten().next().map(|_| {
@@ -94,7 +94,8 @@ fn left_out(runs: &Dataset, specimens: &[Option<f64>]) -> Option<String> {
     })
 }
 
-/// Note on the number of specimens with an unknown ratio, and on the population that replaces it.
+/// Returns a note on the number of specimens with an unknown ratio, and on the population that describes the unknown
+/// ratios.
 pub(super) fn in_words(specimens: &[Option<f64>], population: &Population) -> Option<String> {
     let unknown = specimens.iter().filter(|ratio| ratio.is_none()).count();
     (unknown > 0).then(|| {
@@ -109,8 +110,9 @@ pub(super) fn in_words(specimens: &[Option<f64>], population: &Population) -> Op
     })
 }
 
-/// Warning if the specimens with an image differ from the microstructures of the design, whose distribution is assumed
-/// for the specimens without an image: their mean ratios differ by more than three standard errors.
+/// Returns a warning if the mean ratios of the specimens with an image and of the microstructures of the design differ
+/// by more than three standard errors. The distribution of the design is assumed for specimens without an image, so
+/// that the assumption is then doubtful.
 fn unlike_design(runs: &Dataset, specimens: &[Option<f64>]) -> Option<String> {
     let seen: Vec<f64> = specimens.iter().flatten().copied().collect();
     if seen.is_empty() || seen.len() == specimens.len() {
@@ -128,11 +130,11 @@ fn unlike_design(runs: &Dataset, specimens: &[Option<f64>]) -> Option<String> {
     })
 }
 
-/// Returns the runs with the stiffness ratio as an additional input. The ratio must be known for all specimens, or for
-/// some if there is a population for the others; otherwise returns none. Returns none also if the runs share too few
-/// specimens: with two specimens, the ratio would distinguish them exactly, and their scatter about the response could
-/// not be estimated. Without the ratio as an input, the scatter of packings is part of the surrogate's residuals and of
-/// the scatter of the specimens.
+/// Returns the runs with the stiffness ratio as an additional input. Returns `None` unless the ratio is known for all
+/// specimens, or for some specimens if there is a population for the others. Also returns `None` if the runs share too
+/// few specimens: with two specimens, a function of the ratio would fit both exactly, and the scatter about the
+/// response could not be estimated. Without the ratio as an input, the scatter of packings is part of the surrogate's
+/// residuals and of the scatter of the specimens.
 ///
 /// # Errors
 /// Fails if all ratios are equal.
@@ -150,7 +152,7 @@ pub(super) fn knowing_stiffness(
     with_stiffness_ratio(runs, &known, population.as_ref())
 }
 
-/// Returns the runs with the stiffness ratio of their microstructure as an additional input; none if a run has no
+/// Returns the runs with the stiffness ratio of their microstructure as an additional input; `None` if a run has no
 /// ratio. The range of the input covers the ratios of the runs, the given specimens and the population.
 ///
 /// # Errors
@@ -167,7 +169,7 @@ pub(super) fn with_stiffness_ratio(
         (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
     let mut inputs = runs.inputs().to_vec();
     inputs.push(Input::new(STIFFNESS_RATIO, low, high)?);
-    // derivatives, if there are any, are at constant stiffness ratio
+    // the derivatives of the runs are derivatives at constant stiffness ratio
     let differentiated = runs.inputs_with_derivatives();
     let mut data = Dataset::new(inputs, runs.outputs().to_vec(), runs.provenance())?
         .with_derivatives_in(differentiated)?;

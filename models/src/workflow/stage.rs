@@ -3,7 +3,7 @@
 use super::WorkflowError;
 use super::task::Task;
 
-/// Work that several processes do together.
+/// Function for the part of a stage's work that several processes do together.
 pub(super) type Share = fn(&Task<'_>) -> Result<(), WorkflowError>;
 
 /// A step of the workflow; [`STAGES`](super::STAGES) lists all stages in order.
@@ -17,7 +17,8 @@ pub struct Stage {
     pub about: &'static str,
     /// Names of the files that the stage writes: `#` stands for a number, `*` for any text without a slash.
     pub products: &'static [&'static str],
-    /// Part of the stage's work that several processes can do together, before one of them executes `run`.
+    /// Part of the stage's work that several processes can do together before one process executes `run`; `None` if the
+    /// work cannot be shared.
     pub(super) share: Option<Share>,
     pub(super) run: fn(&Task<'_>) -> Result<String, WorkflowError>,
 }

@@ -182,7 +182,7 @@ impl Stage {
         let is_virtual = experiments.is_some_and(|e| e.virtual_specimens.is_some());
         self.products.iter().copied().filter(move |product| match *product {
             "scan.tif" => is_scanned,
-            // otherwise the paths contain copies of the measured specimens
+            // for measured specimens, these paths contain copies of the user's files
             product => is_virtual || !product.starts_with("experiments/"),
         })
     }
@@ -195,7 +195,7 @@ impl Stage {
             "draw" => case.confirm.draws,
             _ => {
                 let extended: usize = case.extend.iter().map(|extension| extension.runs).sum();
-                // upper limit of the runs in batches, with a margin of one batch
+                // upper limit of the number of runs in batches, with a margin of one batch
                 let placed = case.sequential.as_ref().map_or(0, |own| own.most + own.batch);
                 case.design.runs + extended + placed
             }
@@ -204,8 +204,8 @@ impl Stage {
     }
 }
 
-/// Kind and number of a simulated curve: `draw` and 7 for `curves/draw-7.csv`, `level-2-run` and 13 for
-/// `curves/level-2-run-013.csv`.
+/// Extracts kind and number of a simulated curve from its file name: `draw` and 7 from `curves/draw-7.csv`,
+/// `level-2-run` and 13 from `curves/level-2-run-013.csv`.
 fn numbered_curve(name: &str) -> Option<(&str, usize)> {
     let (front, number) = name.strip_prefix("curves/")?.strip_suffix(".csv")?.rsplit_once('-')?;
     Some((front, number.parse().ok()?))

@@ -1,5 +1,5 @@
-//! Progress of the stages in a results folder. Nothing in the folder is changed, and processes on this or another
-//! machine may be writing to it.
+//! Progress of the stages in a results folder. The folder is not changed. Processes on this or another machine may be
+//! writing to the folder at the same time.
 
 use std::fmt;
 use std::path::Path;
@@ -20,18 +20,18 @@ use crate::case::CaseFile;
 pub struct StageStatus {
     /// The stage.
     pub stage: &'static str,
-    /// Whether there is work left.
+    /// State of the stage.
     pub state: StageState,
     /// Progress of the runs; only for the stage `ensemble`, and only once the number of runs is known.
     pub runs: Option<RunCounts>,
 }
 
-/// Whether a stage has work left.
+/// State of a stage: finished, running or unfinished.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum StageState {
     /// The stage is finished, and nothing that it has read or written has changed.
     Done,
-    /// A process is running the stage; with a description of the process if known.
+    /// A process is running the stage. Contains a description of the process if it is known.
     Running(Option<String>),
     /// The stage was finished, but has to be run again for this reason.
     Stale(String),
@@ -56,7 +56,8 @@ pub struct RunCounts {
     pub damaged: usize,
     /// Runs whose checksum is missing or does not match their content; the stage stops at them.
     pub edited: usize,
-    /// Runs per hour, from the number of runs under way and the mean time of ended runs.
+    /// Runs per hour, computed from the number of runs under way and the mean time of ended runs; `None` if no run is
+    /// under way.
     pub per_hour: Option<f64>,
     /// Remaining time at the rate `per_hour`, s.
     pub seconds_left: Option<f64>,
@@ -71,7 +72,7 @@ pub struct RunCounts {
 pub fn status(dir: &Path) -> Result<Vec<StageStatus>, WorkflowError> {
     check_results(dir)?;
     let mut file = CaseFile::read(&dir.join("case.toml"))?;
-    // the user may have edited case.toml to name files that are not copied before a stage is run
+    // an edited case.toml may name files that are copied only when a stage is run; use the original files
     if let Ok(copies) = Copies::of(&file, dir) {
         file.case = copies.case;
     }
@@ -116,7 +117,7 @@ fn state(
 ) -> StageState {
     let change = records.get(stage.name).map(|record| {
         record.change(inputs, dir).or_else(|| {
-            // a file that the stage has read may be unchanged although its own stage has to be run again
+            // also check whether the stages that wrote these files have to be run again
             let of_others =
                 |name: &&str| inputs.writer_of(name) != Some(stage.name) && dir.join(name).exists();
             record.files_read().filter(of_others).find_map(|name| {
@@ -172,7 +173,7 @@ fn counts(levels: &[Progress]) -> RunCounts {
 }
 
 impl StageStatus {
-    /// Status of a folder in which no stage has been started.
+    /// Returns the status of a folder in which no stage has been started.
     pub fn none() -> Vec<StageStatus> {
         let of =
             |stage: &Stage| StageStatus { stage: stage.name, state: StageState::ToDo, runs: None };
@@ -244,7 +245,7 @@ impl fmt::Display for RunCounts {
     }
 }
 
-/// Formats a time in a convenient unit.
+/// Formats a time, given in seconds, in a convenient unit.
 fn duration(seconds: f64) -> String {
     match seconds {
         s if s < 90.0 => format!("{s:.0} s"),
@@ -262,17 +263,18 @@ mod tests {
         Progress { ended, total, under_way, seconds, ..Progress::default() }
     }
 
-    /// Four runs at a time, one minute each: 240 runs per hour, so that the remaining 60 take a quarter of an hour.
+    /// Four runs at a time with one minute each are 240 runs per hour, so that the remaining 60 runs take a quarter of
+    /// an hour.
     #[test]
     fn pace_and_time_left_come_from_what_ended_and_what_is_under_way() {
         let runs = counts(&[level(40, 100, 4, 2400.0)]);
         assert_eq!((runs.per_hour, runs.seconds_left), (Some(240.0), Some(900.0)));
         assert_eq!(runs.to_string(), "40 of 100 runs, 4 under way, 240 an hour, 15 min left");
-        // ten runs on a finer mesh, of which none has ended
+        // ten runs on a finer mesh, all unfinished
         let runs = counts(&[level(40, 100, 4, 2400.0), level(0, 10, 0, 0.0)]);
         assert!(runs.is_at_least && runs.seconds_left == Some(900.0));
         assert!(runs.to_string().contains("more than 15 min left"));
-        // one run on the finer mesh took ten minutes: nine more, four at a time
+        // one run on the finer mesh took ten minutes; nine runs remain, four at a time
         let runs = counts(&[level(100, 100, 0, 6000.0), level(1, 10, 4, 600.0)]);
         assert_eq!((runs.per_hour, runs.seconds_left), (Some(24.0), Some(1350.0)));
         // no run under way: no rate

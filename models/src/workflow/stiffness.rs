@@ -15,7 +15,7 @@ pub(super) const STIFFNESS_RATIO: &str = "stiffness_ratio";
 const SMALL: f64 = 1e-4;
 
 /// Stiffness of a mesh between sliding platens with the case's own undamaged materials, divided by its stiffness with
-/// the material `matrix` everywhere. In the ratio the size of the specimen cancels, and most of the error of the mesh.
+/// the material `matrix` everywhere. The size of the specimen and most of the error of the mesh cancel in the ratio.
 ///
 /// # Errors
 /// Fails if the materials do not fit the mesh or if a solve fails.
@@ -26,8 +26,8 @@ pub(super) fn stiffness_ratio(setup: &Setup<'_>, mesh: TetMesh) -> Result<f64, F
     Ok(with_grains / stiffness(setup, mesh, &grainless)?)
 }
 
-/// Force / displacement (N/mm) of a mesh whose regions have the case's materials named `materials`, in the order of the
-/// regions.
+/// Force / displacement (N/mm) of a mesh. `materials` are the names of the case's materials for the regions of the
+/// mesh, in the order of the regions.
 fn stiffness(setup: &Setup<'_>, mesh: TetMesh, materials: &[&str]) -> Result<f64, FemError> {
     let displacement_mm = SMALL * height_mm(&mesh);
     let schedule =
@@ -72,7 +72,7 @@ mod tests {
     use super::*;
     use crate::case::CaseFile;
 
-    /// A body of the same Reuss mixture everywhere: its compliance is the volume average of the compliances.
+    /// For a body of a uniform Reuss mixture, the compliance is the volume average of the compliances of the phases.
     #[test]
     fn a_uniform_mixture_has_the_mean_of_the_compliances() {
         let mut file = CaseFile::default_case();

@@ -52,13 +52,13 @@ struct GrainSurface {
 }
 
 impl Workflow<'_> {
-    /// Writes the surface of each grain to `surfaces/grain-NUMBER.stl`, in mm and in the coordinates of the mesh, and
-    /// a table `surfaces.csv`; returns the path of the table. The grains of an image are those of the stage
-    /// `segment`, which is run first if necessary. Voids are omitted.
+    /// Writes the surface of each grain to `surfaces/grain-NUMBER.stl`, in mm and in the coordinates of the mesh, and a
+    /// table `surfaces.csv`; returns the path of the table. For an image, the grains are read from the results of the
+    /// stage `segment`, which is run first if necessary. Voids are omitted.
     ///
     /// # Errors
-    /// Errors of the stage `segment`; a file of the user at the path of one of these files; a mesh file without
-    /// grains.
+    /// Fails if the stage `segment` fails, if a file of the user has the path of one of these files, or if a mesh file
+    /// has no grains.
     pub fn surfaces(&self, options: &SurfaceOptions) -> Result<PathBuf, WorkflowError> {
         self.folder.claim_all(SURFACES, COMMAND, |_| true)?;
         let inputs = self.inputs();
@@ -73,7 +73,7 @@ impl Workflow<'_> {
         let surfaces = grains.iter().map(|grain| grain.surface.clone()).collect();
         let Separated { surfaces, factors } = match options.least_distance_mm > 0.0 {
             true => separated(surfaces, options.least_distance_mm).map_err(|source| {
-                // replace the positions of the surfaces by the numbers of the grains
+                // errors contain positions in the list of surfaces: replace them by the numbers of the grains
                 let number = |place: usize| grains[place - 1].number as usize;
                 let (first, second) = (number(source.first), number(source.second));
                 let source = fem::SeparateError { first, second, ..source };

@@ -58,8 +58,8 @@ fn write_sobol(task: &Task<'_>, fit: &Fitted) -> Result<(), WorkflowError> {
     task.write_csv::<_, Vec<String>>("sobol.csv", header, rows)
 }
 
-/// Rows of `surrogate_orders.csv`: errors of every order and quantity, as fractions of the quantity's variance over the
-/// design.
+/// Rows of `surrogate_orders.csv`: errors for every order and quantity, as fractions of the variance of the quantity
+/// over the design.
 fn orders_table(orders: &[OrderReport], outputs: &[String]) -> Vec<[String; 7]> {
     let cell = |error: Option<&Vec<f64>>, m: usize| {
         error.map_or_else(String::new, |values| values[m].to_string())

@@ -19,7 +19,7 @@ use super::sources::Sources;
 use crate::progress::say;
 use crate::table::to_csv;
 
-/// Record of what a run of a stage has read and written.
+/// Record of the inputs and the products of a run of a stage.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct StageRecord {
     /// Version of the program; another version may compute other results.
@@ -30,8 +30,8 @@ pub(super) struct StageRecord {
 }
 
 impl StageRecord {
-    /// Returns the reason, as text, why the stage has to be run again; none if it need not be. A stage with an edited
-    /// product counts as finished.
+    /// Returns the reason, as text, why the stage has to be run again; `None` if the stage is up to date. A stage with
+    /// an edited product counts as up to date.
     pub(super) fn change(&self, inputs: &Inputs<'_>, dir: &Path) -> Option<String> {
         if !self.edited(dir).is_empty() {
             return None;
@@ -51,7 +51,7 @@ impl StageRecord {
         editable.filter(|name| dir.join(name).exists() && !self.wrote(name, dir)).collect()
     }
 
-    /// Describes the first change in what the stage has read; none if nothing has changed.
+    /// Describes the first changed input of the stage; `None` if no input has changed.
     pub(super) fn source_change(&self, inputs: &Inputs<'_>) -> Option<String> {
         if self.program != env!("CARGO_PKG_VERSION") {
             return Some("another version of the program ran it".to_owned());
@@ -93,9 +93,9 @@ pub(super) struct Task<'a> {
     pub(super) interrupt: &'a AtomicBool,
     /// Neighbouring folders with which runs are shared.
     pub(super) neighbours: Option<Neighbours>,
-    /// Whether to calibrate even if the data are outside the range that the simulations reach.
+    /// Whether to calibrate even if the data are outside the range of the simulations.
     pub(super) accept_out_of_range: bool,
-    /// Whether not to wait for work that other processes are doing.
+    /// Whether the stage ends without waiting for work that other processes are doing.
     pub(super) leave_to_others: bool,
     /// Name of the stage.
     stage: &'static str,
@@ -106,14 +106,14 @@ pub(super) struct Task<'a> {
     /// Warnings of the stage so far.
     warnings: RefCell<Vec<String>>,
     cores: Cores,
-    /// Priority when cores are scarce; the lowest rank is served first.
+    /// Priority when cores are scarce; the lowest rank gets the next free core.
     rank: usize,
-    /// Core on which the stage computes; none while the stage waits for its runs.
+    /// Core on which the stage computes; `None` while the stage waits for its runs.
     core: RefCell<Option<Core>>,
 }
 
 impl<'a> Task<'a> {
-    /// A task with its own pool of `threads` cores.
+    /// Creates a task with its own pool of `threads` cores.
     pub(super) fn new(
         stage: &'static str,
         inputs: Inputs<'a>,
@@ -124,7 +124,7 @@ impl<'a> Task<'a> {
         Self::among(stage, inputs, dir, (&Cores::new(threads), threads, 0), interrupt)
     }
 
-    /// A task that shares `cores` with other tasks. Waits until a core is free.
+    /// Creates a task that shares `cores` with other tasks. Waits until a core is free.
     pub(super) fn among(
         stage: &'static str,
         inputs: Inputs<'a>,
@@ -150,8 +150,8 @@ impl<'a> Task<'a> {
         }
     }
 
-    /// A task of the same stage and folder with other inputs. Products that it writes are not recorded as products of
-    /// this task.
+    /// Creates a task of the same stage and folder with other inputs. Products of the new task are not recorded as
+    /// products of this task.
     pub(super) fn with<'b>(&self, inputs: Inputs<'b>) -> Task<'b>
     where
         'a: 'b,
@@ -166,7 +166,8 @@ impl<'a> Task<'a> {
         self.stage
     }
 
-    /// Calls `work`, whose runs take cores themselves, and releases the stage's own core in the meantime.
+    /// Releases the stage's own core while `work` is executed, because the runs in `work` take cores from the pool
+    /// themselves.
     pub(super) fn while_others_compute<T>(
         &self,
         work: impl FnOnce(Box<dyn Fn() -> Core + Send + Sync>) -> T,
@@ -178,7 +179,7 @@ impl<'a> Task<'a> {
         done
     }
 
-    /// Calls `work` with a number of threads: at most `most`, and no more than one plus the number of spare cores.
+    /// Calls `work` with the number of threads that it may use: one plus the number of spare cores, but at most `most`.
     pub(super) fn on_threads<T>(&self, most: usize, work: impl FnOnce(usize) -> T) -> T {
         let spare = self.cores.spare(most.min(self.threads).saturating_sub(1));
         work(1 + spare.len())
@@ -189,10 +190,10 @@ impl<'a> Task<'a> {
         self.dir.join(name)
     }
 
-    /// Writes a product with the function `write`; the product gets its name when it is complete.
+    /// Writes a product with the function `write`. The complete product is then renamed to its final name.
     ///
     /// # Errors
-    /// Fails if a file of the user is there; errors of `write`.
+    /// Fails if a file of the user has the path of the product. Also the errors of the function `write`.
     pub(super) fn product<E>(
         &self,
         name: &str,
@@ -218,8 +219,8 @@ impl<'a> Task<'a> {
         self.products.borrow_mut().insert(name.to_owned(), content.to_string());
     }
 
-    /// Issues a warning about something that the intervals do not include or that makes the result doubtful. It is
-    /// printed and recorded for the stage `verdict`.
+    /// Issues a warning about an error that the intervals do not include, or about a reason to doubt the result. The
+    /// warning is printed and recorded for the stage `verdict`.
     pub(super) fn warn(&self, text: &str) {
         say("warning", text);
         self.warnings.borrow_mut().push(text.replace('\n', " "));
@@ -228,7 +229,7 @@ impl<'a> Task<'a> {
     /// Writes the warnings of the stage to its file, if there are any. Called at the end of the stage.
     ///
     /// # Errors
-    /// Fails if a file of the user is there, or if the folder cannot be written.
+    /// Fails if a file of the user has the path of this file, or if the folder cannot be written.
     pub(super) fn write_warnings(&self) -> Result<(), WorkflowError> {
         let lines: String = self.warnings.borrow().iter().map(|line| format!("{line}\n")).collect();
         if lines.is_empty() {
@@ -271,7 +272,7 @@ impl<'a> Task<'a> {
         }
     }
 
-    /// Record of what the stage has read and written.
+    /// Returns the record of the inputs and the products of the stage.
     pub(super) fn trace(self) -> StageRecord {
         StageRecord {
             program: env!("CARGO_PKG_VERSION").to_owned(),

@@ -1,4 +1,4 @@
-//! Tests of what is computed again, what is refused and what is required.
+//! Tests of the conditions under which stages are run again, refuse files, or fail for missing files.
 
 use std::sync::atomic::AtomicBool;
 

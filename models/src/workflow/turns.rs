@@ -4,15 +4,15 @@ use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// Constant that makes these random numbers independent of those of the design, which has the same seed.
+/// Constant that makes these random numbers independent of the random numbers of the design, which have the same seed.
 const STREAM: u64 = 0x7475_726e;
 
 /// Returns the specimen of each run, counted from 0. In each round every specimen gets one run, in a new random order.
-/// For more runs, the assignment of the first ones is unchanged.
+/// The assignment of the first runs does not depend on the number of runs.
 ///
 /// A fixed order in all rounds could coincide with the structure of the design: in a Sobol sequence, all points 4k + i
-/// (fixed i) lie in the same half of the first input, so that its effect could not be distinguished from the effect of
-/// four specimens in a fixed order.
+/// (fixed i) lie in the same half of the first input, so that the effect of this input could not be distinguished from
+/// the effect of four specimens in a fixed order.
 pub(super) fn in_turn(runs: usize, specimens: usize, seed: u64) -> Vec<usize> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed ^ STREAM);
     let mut round: Vec<usize> = (0..specimens).collect();
@@ -55,7 +55,7 @@ mod tests {
         let drawn = in_turn(64, 4, 1);
         for specimen in 0..4 {
             assert!([0, 16].contains(&in_lower_half(&fixed, specimen)));
-            // 8 is four standard deviations for 16 runs
+            // random assignment: of 16 runs, 8 are expected in the lower half, with a standard deviation of 2
             assert!(in_lower_half(&drawn, specimen).abs_diff(8) < 8, "{drawn:?}");
         }
     }

@@ -41,11 +41,11 @@ impl SharedError {
     /// the model as specified in `[calibration.discrepancy]`.
     ///
     /// The error of the surrogate depends on the specimens of the runs:
-    /// - Each run has its own packing: the residuals are scatter between packings, which the specimens have too. The
-    ///   shared error is the error of the mean response, s² h(θ).
-    /// - All runs have the same specimen: the shared error is the lack of fit of the polynomial.
-    /// - The runs share a few specimens: the shared error is W + W h(θ), where W is the scatter of runs on the same
-    ///   specimen, plus the error B g(θ) of a mean response estimated from few specimens ([`of_few`]).
+    /// - Each run has its own packing: the residuals with variance s² are scatter between packings, which the specimens
+    ///   have too. The shared error is the error of the mean response, s² h(θ), where h is the leverage of the fit.
+    /// - All runs use the same specimen: the shared error is the lack of fit of the polynomial.
+    /// - The runs share a few specimens: the shared error is W + W h(θ) + B g(θ). W is the scatter of runs on the same
+    ///   specimen. B g(θ) is the error of a mean response estimated from few specimens ([`of_few`]).
     pub(super) fn of(
         fitted: &Fitted,
         discrepancy: &DiscrepancyCase,
@@ -80,13 +80,14 @@ impl SharedError {
         [&self.surrogate].into_iter().chain(&self.specimens)
     }
 
-    /// Sum of all errors, with the parameter-dependent parts averaged over the box. Used if there is no posterior.
+    /// Sum of the covariances of all errors, with the parameter-dependent parts averaged over the box. Used if there is
+    /// no posterior.
     pub(super) fn total(&self) -> Vec<Vec<f64>> {
         let open = self.of_runs().filter_map(|part| part.open.as_ref().map(|(_, mean)| mean));
         sum(self.constants().chain(open))
     }
 
-    /// Sum of all errors, with the parameter-dependent parts averaged over the draws of a posterior.
+    /// Sum of the covariances of all errors, with the parameter-dependent parts averaged over the draws of a posterior.
     ///
     /// # Errors
     /// If a draw lies outside the surrogate's box.
@@ -107,7 +108,8 @@ impl SharedError {
         self.of_runs().filter_map(|part| part.constant.as_ref()).chain(others)
     }
 
-    /// Evidence from specimens with the quantities `qois`, these errors, and the known stiffness ratios.
+    /// Returns the evidence for a calibration: the quantities `qois` of the specimens, these errors, and the known
+    /// stiffness ratios.
     pub(super) fn evidence(&self, qois: Vec<Vec<f64>>, known: &KnownStiffness) -> Evidence {
         let size = qois.first().map_or(0, Vec::len);
         let zeros = vec![vec![0.0; size]; size];
@@ -172,9 +174,9 @@ pub(super) const OF_SURROGATE: &str = "surrogate";
 
 /// Computes the contributions of the sources to the posterior variance:
 ///
-/// - surrogate: the shared error of the surrogate, averaged over the posterior;
-/// - mesh: the error of the correction from cheaper meshes. The discretisation error of the specimen's own mesh is not
-///   included in any interval: see `confirm.csv`;
+/// - surrogate: the error of the surrogate that all specimens share, averaged over the posterior;
+/// - mesh: the error of the correction from cheaper meshes. No interval includes the discretisation error of the
+///   specimen's own mesh, which is in `confirm.csv`;
 /// - discrepancy: the error of the model itself, as specified in the case;
 /// - geometry: the scatter between packings divided by n, if runs show this scatter; the error of a mean response
 ///   estimated from few specimens; and the unknown stiffness of specimens without an image;
@@ -202,7 +204,7 @@ pub(super) fn budget(
         Some(mesh) => added(&of_surrogate, mesh),
         None => of_surrogate.clone(),
     };
-    // covariances of the group means: of an error that all specimens share, and of an error that is independent between
+    // covariance of the group means, for an error that all specimens share and for errors that are independent between
     // specimens
     let shared_by_all = |part: &[Vec<f64>]| blocks(&groups, |_, _| matrix(part));
     let of_each = |part: &DMatrix<f64>| {
@@ -231,7 +233,8 @@ pub(super) fn budget(
 
     let mut jacobian: Vec<Vec<f64>> = Vec::new();
     for (g, group) in groups.iter().enumerate() {
-        // inputs that are known from the specimens are not parameters; they are fixed at the mean of the group
+        // inputs that are known from the specimens (the stiffness ratio) are not parameters: fix them at their group
+        // means
         let place = [&means_of_draws[..], &group.inputs].concat();
         let (_, slopes) = fitted.pce.value_and_jacobian(&place)?;
         let relative = |(row, mean): (&Vec<f64>, &f64)| row.iter().map(|s| s / mean).collect();
@@ -274,15 +277,15 @@ pub(super) fn budget(
 }
 
 impl Budget {
-    /// The share of a source in the variance of each parameter.
+    /// Share of a source in the posterior variance of each parameter.
     pub(super) fn of(&self, source: &str) -> Vec<f64> {
         let place = self.sources.iter().position(|own| *own == source);
         self.shares.iter().map(|shares| place.map_or(0.0, |place| shares[place])).collect()
     }
 
-    /// The parameter with the largest share of the surrogate, and this share, among the parameters that the data
-    /// identify. The width of the other parameters is the width of the prior, however accurate the surrogate is. If no
-    /// parameter is identified, all parameters are compared, because an inaccurate surrogate may be the cause.
+    /// Returns the identified parameter with the largest share of the surrogate, and this share. Parameters that are
+    /// not identified have the width of the prior, even with an exact surrogate. If no parameter is identified, all
+    /// parameters are compared, because an inaccurate surrogate may be the cause.
     pub(super) fn largest_share(&self) -> Option<(&str, f64)> {
         let all = || self.parameters.iter().zip(self.of(OF_SURROGATE)).zip(&self.contractions);
         let any = all().any(|(_, contraction)| *contraction >= IDENTIFIED);
@@ -303,8 +306,8 @@ impl Budget {
         task.write_csv("uncertainty.csv", ["parameter", "source", "share"], rows)
     }
 
-    /// Warns if the error of the runs widens the posterior: n S/Σ > 0.1 for some quantity, where S is the relative
-    /// variance of this error, Σ the relative variance between specimens, and n the number of specimens.
+    /// Returns a warning if the error of the runs widens the posterior: n S/Σ > 0.1 for some quantity, where S is the
+    /// relative variance of this error, Σ the relative variance between specimens, and n the number of specimens.
     pub(super) fn warning(
         &self,
         summary: &Summary,
@@ -340,13 +343,13 @@ pub(super) fn draws_of(posterior: &Posterior, name: &str) -> Vec<Vec<f64>> {
 /// Group of specimens with the same covariance.
 struct Group<'a> {
     size: f64,
-    /// Last inputs of the surrogate, averaged over the group.
+    /// Last inputs of the surrogate (the stiffness ratio), averaged over the group.
     inputs: Vec<f64>,
     /// Population of these inputs, if the inputs of the specimens are unknown.
     population: Option<&'a Population>,
 }
 
-/// Splits the specimens into those with known inputs and the others. Empty groups are omitted.
+/// Splits the specimens into a group with known inputs and a group with unknown inputs. Empty groups are omitted.
 fn groups(evidence: &Evidence) -> Vec<Group<'_>> {
     let known: Vec<Vec<f64>> = evidence.known.iter().flatten().cloned().collect();
     let unknown = evidence.known.len() - known.len();
@@ -374,7 +377,8 @@ fn blocks(groups: &[Group<'_>], block: impl Fn(usize, usize) -> DMatrix<f64>) ->
     whole
 }
 
-/// The posterior mean of the covariance between specimens, diag(sd) R diag(sd).
+/// Posterior mean of the covariance between specimens, diag(sd) R diag(sd) with standard deviations sd and correlations
+/// R.
 pub(super) fn mean_scatter(posterior: &Posterior, size: usize) -> Option<DMatrix<f64>> {
     let group = &posterior.posterior;
     let of = |name: &str| group.variables.iter().find(|v| v.name == name).map(|v| &v.data);

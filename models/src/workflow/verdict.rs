@@ -1,4 +1,4 @@
-//! Stage `verdict`: which parameters are identified, and all warnings.
+//! Stage `verdict`: lists the identified parameters and all warnings.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;

@@ -1,4 +1,4 @@
-//! Collects all warnings of a results folder: of the rules, and of the stages.
+//! Collects all warnings of a results folder: the warnings of the rules and of the stages.
 
 use super::WorkflowError;
 use super::files::{WARNING_STAGES, warnings_of};

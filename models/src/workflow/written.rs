@@ -1,8 +1,9 @@
 //! Record of the files that the program has written into a folder, with the hash of their contents.
 //!
-//! `written.csv` has a line `content,file` for each content. The line is added before the file gets its name, so that
-//! the program recognises its own files even after it was killed; every other file belongs to the user. Lines are only
-//! added: a file belongs to the program if any line has its current content.
+//! `written.csv` has a line `content,file` for each content. The line is added before the file is renamed to its final
+//! name, so that the program recognises its own files even if it was killed during the writing. Every other file
+//! belongs to the user. Lines are never removed: a file belongs to the program if any line has the current content of
+//! the file.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{File, OpenOptions};
@@ -19,7 +20,7 @@ pub(crate) const WRITTEN: &str = "written.csv";
 /// The first line of the record.
 const HEADER: &str = "content,file\n";
 
-/// Entry in place of the hash for a file that grows while a simulation runs.
+/// Entry instead of a hash for a file that grows while a simulation runs.
 const GROWING: &str = "growing";
 
 /// The record of one folder.
@@ -36,7 +37,7 @@ struct Known {
     files: BTreeMap<String, Contents>,
 }
 
-/// Contents that the program has written to a file.
+/// All contents that the program has written to one file.
 #[derive(Debug, Default)]
 struct Contents {
     hashes: BTreeSet<String>,
@@ -61,15 +62,16 @@ impl Written {
     /// Names of all files that the program has written.
     ///
     /// # Errors
-    /// As [`Self::names`].
+    /// The errors of [`Self::names`].
     pub(super) fn all(&self) -> Result<Vec<String>, WorkflowError> {
         self.with_known(|known| known.files.keys().cloned().collect())
     }
 
-    /// Whether the program has written this content to the file, or was killed while the file was growing.
+    /// Whether the program has written this content to the file. Any content counts if the program was killed while the
+    /// file was growing.
     ///
     /// # Errors
-    /// As [`Self::names`].
+    /// The errors of [`Self::names`].
     pub(super) fn has(&self, name: &str, content: ContentHash) -> Result<bool, WorkflowError> {
         self.with_known(|known| {
             let contents = known.files.get(name);
@@ -77,7 +79,7 @@ impl Written {
         })
     }
 
-    /// Records the content that the file of this name is about to get.
+    /// Records the content of a file, before the file is written.
     ///
     /// # Errors
     /// Fails if the record cannot be written.
@@ -90,10 +92,10 @@ impl Written {
         if is_recorded { Ok(()) } else { self.append(&content.to_string(), name) }
     }
 
-    /// Records that the file of this name is about to grow; [`Self::add`] records its content at the end.
+    /// Records that a file will grow from now on. [`Self::add`] records its final content.
     ///
     /// # Errors
-    /// As [`Self::add`].
+    /// The errors of [`Self::add`].
     pub(super) fn add_growing(&self, name: &str) -> Result<(), WorkflowError> {
         self.append(GROWING, name)
     }
@@ -108,7 +110,7 @@ impl Written {
         let mut options = OpenOptions::new();
         let mut file =
             options.read(true).append(true).create(true).open(&self.path).map_err(failed)?;
-        // several processes add lines: hold a lock during one write
+        // several processes may add lines: lock the file during a write
         let locked = file.lock();
         locked.map_err(|source| WorkflowError::Lock { path: self.path.clone(), source })?;
         let add = |file: &mut File| {
@@ -131,7 +133,7 @@ impl Written {
         self.with_known(|_| ())
     }
 
-    /// Reads the new lines of the record, and calls `look` with all of it.
+    /// Reads the lines that were added to the record since the last call, and calls `look` with the complete record.
     fn with_known<T>(&self, look: impl FnOnce(&Known) -> T) -> Result<T, WorkflowError> {
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         known.refresh(&self.path)?;
@@ -168,7 +170,7 @@ impl Known {
         let Some(lines) = lines else {
             return Err(WorkflowError::NoRecord { path: path.to_owned() });
         };
-        // a line that is still being written is read next time
+        // an incomplete last line is still being written: read it at the next call
         let whole = lines.iter().rposition(|&byte| byte == b'\n').map_or(0, |end| end + 1);
         self.bytes += (text.len() - lines.len() + whole) as u64;
         self.add_lines(&lines[..whole]);

@@ -112,14 +112,19 @@ pub(crate) fn above(smooth: &Volume<u16>, inside: &[u8], level: f64) -> Vec<u8> 
 /// Returns the shares of a blurred set, in units of 1/[`FULL`]; the blur is fitted to the image in the voxels of
 /// `sample`. `None` if the image is not brighter in the set than outside the set.
 pub(crate) fn share(grey: &Volume<u16>, set: &[u8], sample: &[u8]) -> Option<Vec<i16>> {
-    mixed(&grey.values, set, sample, |_, blurred| binomial(grey.shape, blurred))
+    mixed(&grey.values, whole(set), sample, |_, blurred| binomial(grey.shape, blurred))
+}
+
+/// Returns the part of each voxel that a set of whole voxels takes, in units of 1/[`FULL`].
+pub(crate) fn whole(set: &[u8]) -> Vec<u16> {
+    set.par_iter().map(|&voxel| u16::from(voxel) * FULL).collect()
 }
 
 /// Computes the same shares as [`share`] at the voxels of `region`, which contains `sample`; the values at other voxels
-/// are unspecified.
+/// are unspecified. `covered` is the part of each voxel that a body takes, in units of 1/[`FULL`].
 pub(crate) fn share_at(
     grey: &Volume<u16>,
-    set: &[u8],
+    covered: Vec<u16>,
     sample: &[u8],
     region: &[u8],
 ) -> Option<Vec<i16>> {
@@ -127,20 +132,22 @@ pub(crate) fn share_at(
     let near = dilate(grey.shape, region);
     let wide = dilate(grey.shape, &near);
     let regions: [&[u8]; PASSES[KERNELS - 1]] = [&wide, &near, region];
-    mixed(&grey.values, set, sample, |pass, blurred| {
+    mixed(&grey.values, covered, sample, |pass, blurred| {
         binomial_at(grey.shape, blurred, regions[pass])
     })
 }
 
-/// Fits the mixture of kernels to the grey values of a sample; `blur` applies one pass of the filter 1–2–1.
+/// Fits the mixture of kernels to the grey values of a sample. `sharp` are the shares without blur; `blur` applies one
+/// pass of the filter 1–2–1.
 fn mixed(
     grey: &[u16],
-    set: &[u8],
+    sharp: Vec<u16>,
     sample: &[u8],
     blur: impl Fn(usize, &[u16]) -> Vec<u16>,
 ) -> Option<Vec<i16>> {
     let mut kernels = [const { Vec::new() }; KERNELS];
-    kernels[0] = set.par_iter().map(|&voxel| u16::from(voxel) * FULL).collect();
+    let count = sharp.len();
+    kernels[0] = sharp;
     let mut passes = 0;
     for (k, &until) in PASSES.iter().enumerate().skip(1) {
         let mut blurred = blur(passes, &kernels[k - 1]);
@@ -152,7 +159,7 @@ fn mixed(
     let weights = weights(grey, &kernels, sample)?;
     let mixed =
         |at: usize| -> f64 { (0..KERNELS).map(|k| weights[k] * f64::from(kernels[k][at])).sum() };
-    Some((0..set.len()).into_par_iter().map(|at| rounded(mixed(at)) as i16).collect())
+    Some((0..count).into_par_iter().map(|at| rounded(mixed(at)) as i16).collect())
 }
 
 /// Returns the weights of the kernels by least squares over the voxels of a sample; the sum of the weights is 1. `None`

@@ -7,7 +7,7 @@
 use rayon::prelude::*;
 
 use crate::Volume;
-use crate::classify::blurred::{FULL, share_at};
+use crate::classify::blurred::{FULL, share_at, whole};
 use crate::volume::filter::{dilate, erode};
 use crate::volume::grey::rounded;
 
@@ -58,7 +58,7 @@ impl Voids {
         let mut near = (0..REACH).fold(self.voxels.clone(), |near, _| dilate(shape, &near));
         near.par_iter_mut().zip(inside).for_each(|(voxel, inside)| *voxel &= inside);
         let solid: Vec<u8> = self.voxels.par_iter().map(|voxel| 1 - voxel).collect();
-        let share = share_at(grey, &solid, &near, &near);
+        let share = share_at(grey, whole(&solid), &near, &near);
         grey.values.par_iter_mut().enumerate().filter(|(at, _)| near[*at] != 0).for_each(
             |(at, value)| {
                 let missing = |share: &Vec<i16>| 1.0 - f64::from(share[at]) / f64::from(FULL);

@@ -6,3 +6,4 @@ pub(crate) mod hardening;
 pub(crate) mod level;
 pub(crate) mod solid;
 pub(crate) mod wall;
+mod wall_error;

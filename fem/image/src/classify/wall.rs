@@ -5,17 +5,18 @@
 //! cylinder C, the grains S, the blur k, the grey value m of the matrix above air and the contrast c. The blur of the
 //! wall determines k ∗ C, and the correction adds m (1 − k ∗ C). The result is the image of grains in an unbounded
 //! matrix, in which each grain is complete.
+//! The error of the cylinder's surface is subtracted ([`WallError`]).
 
 use rayon::prelude::*;
 
 use crate::Volume;
 use crate::classify::blurred::{FULL, share_at};
+use crate::classify::wall_error::{REACH, WallError, depths};
 use crate::locate::fit::Fit;
 use crate::volume::filter::dilate;
+use crate::volume::grey::rounded;
 use crate::volume::voxel_at;
 
-/// Range of the blur of the wall (voxels); the specimen is continued up to this distance.
-const REACH: f64 = 4.0;
 /// Distance (voxels) beyond the mirror image of a voxel at which blur does not affect the air.
 const CLEAR: f64 = 2.0;
 /// Depth below the wall (voxels) of the voxels whose values are copied to the outside.
@@ -37,11 +38,12 @@ pub(crate) struct Continued {
 
 /// Replaces the air beyond the specimen's wall and ends by matrix. Where the edge of the image or the specimen's region
 /// cuts the specimen, there is no air: voxels just outside the cut get the values of the nearest voxels inside.
-/// `matrix` is the matrix's grey value; `grains` are the voxels classified as grain.
+/// `matrix` is the matrix's grey value; `grains` are the voxels classified as grain; `sample` are the voxels
+/// away from the wall and from voids.
 pub(crate) fn continue_beyond(
     grey: &mut Volume<u16>,
     fit: &Fit,
-    [inside, grains]: [&[u8]; 2],
+    [inside, grains, sample]: [&[u8]; 3],
     [air, void, matrix]: [f64; 3],
 ) -> Continued {
     let shape = grey.shape;
@@ -50,7 +52,9 @@ pub(crate) fn continue_beyond(
     let deep = fit.inside(shape, REACH);
     let ring: Vec<u8> = wide.par_iter().zip(&deep).map(|(&wide, &deep)| wide & !deep).collect();
     drop(deep);
-    let Some(share) = share_at(grey, inside, &bare(shape, &ring, grains), &ring) else {
+    let bare = bare(fit, shape, &ring, [grains, sample]);
+    let covered = covered(fit, shape, inside, &ring);
+    let Some(share) = share_at(grey, covered, bare.as_ref().unwrap_or(&ring), &ring) else {
         let changed = vec![0; inside.len()];
         return Continued { shown: inside.to_vec(), solid: inside.to_vec(), changed };
     };
@@ -60,16 +64,23 @@ pub(crate) fn continue_beyond(
         beyond(fit, voxel_at(shape, at), shape)
             .is_some_and(|[x, y, z]| f64::from(raw[x + nx * (y + ny * z)]) < void)
     };
+    let with_matrix = |at: usize| {
+        let missing = 1.0 - f64::from(share[at]) / full;
+        f64::from(raw[at]) + (matrix - air) * missing
+    };
+    let error = WallError::measure(fit, shape, |at| {
+        let is_bare = bare.as_ref().is_some_and(|bare| bare[at] != 0);
+        (is_bare && is_in_air(at)).then(|| with_matrix(at) - matrix)
+    });
     let continued: Vec<(usize, u16, u8)> = (0..wide.len())
         .into_par_iter()
         .filter(|&at| ring[at] != 0)
         .filter_map(|at| {
             if is_in_air(at) {
-                let missing = 1.0 - f64::from(share[at]) / full;
-                let value = f64::from(raw[at]) + (matrix - air) * missing;
+                let value = with_matrix(at) - error.at(fit, voxel_at(shape, at));
                 return Some((at, value.round().clamp(0.0, 65535.0) as u16, inside[at]));
             }
-            let [x, y, z] = nearest(fit, voxel_at(shape, at), shape)?;
+            let [x, y, z] = below_wall(fit, voxel_at(shape, at), shape, DEPTH)?;
             let from = x + nx * (y + ny * z);
             (inside[at] == 0 && inside[from] != 0).then(|| (at, raw[from], 1))
         })
@@ -85,14 +96,50 @@ pub(crate) fn continue_beyond(
     Continued { shown, solid, changed }
 }
 
-/// Returns the voxels of a ring that the blur of grains does not reach, or the whole ring if there are fewer than
-/// [`FEW`] such voxels. The wall of a packing is a layer of matrix; if voxels with blur of grains were included, the
+/// Returns the part of each voxel that the specimen takes, in units of 1/[`FULL`]. Only voxels of the ring are cut by the cylinder.
+fn covered(fit: &Fit, shape: [usize; 3], inside: &[u8], ring: &[u8]) -> Vec<u16> {
+    let part = |at: usize| {
+        let depths = depths(fit, voxel_at(shape, at));
+        depths.map(|depth| (0.5 + depth).clamp(0.0, 1.0)).iter().product::<f64>()
+    };
+    (0..inside.len())
+        .into_par_iter()
+        .with_min_len(1 << 12)
+        .map(|at| {
+            let part = if ring[at] != 0 { part(at) } else { 1.0 };
+            match part < 1.0 {
+                true => rounded(f64::from(FULL) * part) as u16,
+                // a mask may exclude voxels of the cylinder
+                false => u16::from(inside[at]) * FULL,
+            }
+        })
+        .collect()
+}
+
+/// Returns the voxels of a ring that show the wall of intact matrix: the blur of grains does not reach them, and no void is behind
+/// them. `None` if there are fewer such voxels than [`FEW`].
+///
+/// The wall of a packing is a layer of matrix; if voxels with blur of grains were included, the
 /// fitted blur of the wall would be too large.
-fn bare(shape: [usize; 3], ring: &[u8], grains: &[u8]) -> Vec<u8> {
+/// Where a piece is chipped off, the voxels of the ring are air.
+fn bare(
+    fit: &Fit,
+    shape: [usize; 3],
+    ring: &[u8],
+    [grains, sample]: [&[u8]; 2],
+) -> Option<Vec<u8>> {
     let near = (1..BLUR).fold(dilate(shape, grains), |near, _| dilate(shape, &near));
-    let bare: Vec<u8> = ring.par_iter().zip(&near).map(|(&ring, &near)| ring & !near).collect();
-    let count = |set: &[u8]| set.par_iter().map(|&voxel| usize::from(voxel)).sum::<usize>();
-    if count(&bare) < FEW { ring.to_vec() } else { bare }
+    let is_intact = |at: usize| {
+        below_wall(fit, voxel_at(shape, at), shape, REACH)
+            .is_some_and(|[x, y, z]| sample[x + shape[0] * (y + shape[1] * z)] != 0)
+    };
+    let bare: Vec<u8> = (0..ring.len())
+        .into_par_iter()
+        .with_min_len(1 << 12)
+        .map(|at| u8::from(ring[at] != 0 && near[at] == 0 && is_intact(at)))
+        .collect();
+    let count = bare.par_iter().map(|&voxel| usize::from(voxel)).sum::<usize>();
+    (count >= FEW).then_some(bare)
 }
 
 /// Returns the voxel in the air that corresponds to a given voxel: the mirror image at the wall or at an end (whichever
@@ -111,12 +158,13 @@ fn beyond(fit: &Fit, voxel: [usize; 3], shape: [usize; 3]) -> Option<[usize; 3]>
     }
 }
 
-/// Returns the nearest voxel just inside the cylinder, or `None` if this voxel is outside the image.
-fn nearest(fit: &Fit, voxel: [usize; 3], shape: [usize; 3]) -> Option<[usize; 3]> {
+/// Returns the nearest voxel that is at least `depth` voxels below the wall and the ends; `None` outside the image.
+fn below_wall(fit: &Fit, voxel: [usize; 3], shape: [usize; 3], depth: f64) -> Option<[usize; 3]> {
     let [square, height] = fit.radius_squared_and_height(voxel);
-    let (off, least) = (square.sqrt(), fit.radius - DEPTH);
+    let (off, least) = (square.sqrt(), (fit.radius - depth).max(0.0));
     let stretch = if off > least { least / off } else { 1.0 };
-    let within = height.clamp(fit.bottom + DEPTH, fit.top - DEPTH);
+    let (low, high) = (fit.bottom + depth, fit.top - depth);
+    let within = if low < high { height.clamp(low, high) } else { (low + high) / 2.0 };
     moved(fit, voxel, shape, stretch, within - height)
 }
 

@@ -93,7 +93,7 @@ impl GreyCorrection<'_> {
                 .map(|(&value, &from)| u8::from((f64::from(value) < split) == is_dark) & from)
                 .collect();
             let levels = [specimen.air, specimen.void, matrix];
-            let beyond = continue_beyond(&mut grey, fit, [inside, &grains], levels);
+            let beyond = continue_beyond(&mut grey, fit, [inside, &grains, &sample], levels);
             self.filter_again(&grey, &beyond.changed, &mut smooth);
             (shown, solid) = (beyond.shown, beyond.solid);
         }

@@ -96,7 +96,16 @@ fn the_spacing_of_slices_is_part_of_the_voxel_size() {
     assert_eq!(size(&edges("0.0125", "0.0125", mm)).unwrap(), 0.0125);
     let error = size(&edges("12.5", "12.5", "PhysicalSizeZ=\"50\"")).unwrap_err();
     assert!(matches!(error, ImageError::Anisotropic { .. }), "{error}");
-    assert!(error.to_string().contains("0.0125 × 0.0125 × 0.05 mm"), "{error}");
+    let message = error.to_string();
+    for part in [
+        "stack.ome.tif",
+        "0.0125 × 0.0125 × 0.05 mm (0.05 mm from slice to slice, along z)",
+        "cubes of 0.0125 mm",
+        "zoom(image, (4, 1, 1), order=1)",
+        "voxel_mm",
+    ] {
+        assert!(message.contains(part), "{message}");
+    }
     for unknown in [
         "",
         "PhysicalSizeX=\"12.5\"",

@@ -1,8 +1,7 @@
 //! Multigrid that is replaced by a sparse factor if multigrid converges slowly.
 //!
-//! On some curved meshes of other programs, a linear solve with multigrid takes hundreds of iterations or does not
-//! converge, and load steps must be reduced. The cause is not known (docs/how-to/own-meshes.md), so the criterion is the number
-//! of iterations.
+//! If a linear solve with multigrid takes hundreds of iterations or does not converge, load steps are reduced. The
+//! criterion is the number of iterations, so that it does not depend on the cause.
 
 use std::sync::Arc;
 

@@ -128,7 +128,10 @@ impl<'a> Iterative<'a> {
             elements.add_linear(&mut self.tangent);
         }
         self.check_tangent()?;
-        let free = &self.free[..self.points.len()];
+        let free = match &self.elements {
+            Some(elements) => elements.free_vertices(),
+            None => &self.free[..],
+        };
         let halo = &self.operator.part().vertices;
         let below = FieldSplitInMemory::new(&self.tangent, &self.points, free, halo);
         let weight = std::mem::take(&mut self.weight);
@@ -261,7 +264,7 @@ impl LinearSolver for Iterative<'_> {
         self.definite = !ranks.any(!symmetric);
         let weight = std::mem::take(&mut self.weight);
         self.attempt(|device, elements| {
-            device.constrain(free, &weight, elements.contact());
+            device.constrain([free, elements.free_vertices()], &weight, elements.contact());
             Ok(())
         });
         self.weight = weight;

@@ -222,7 +222,10 @@ fn what_runs_leave_open_is_shared_where_the_parameters_are() {
     let slope = specimens.shared_at(&dual).unwrap()[1][0].gradient()[0];
     let difference = (shared_at(1.3 + 1e-5)[1][0] - shared_at(1.3 - 1e-5)[1][0]) / 2e-5;
     assert!((slope / difference - 1.0).abs() < 1e-6, "{slope} {difference}");
-    assert!(shared_at(0.1)[0][0] > shared_at(1.0)[0][0], "the error is larger at the ends of the box");
+    assert!(
+        shared_at(0.1)[0][0] > shared_at(1.0)[0][0],
+        "the error is larger at the ends of the box"
+    );
 }
 
 /// A single specimen, as in a group whose covariance is determined by other groups.

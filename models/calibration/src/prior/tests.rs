@@ -32,7 +32,7 @@ const NONE: [f64; 0] = [];
 fn truncated_priors_are_distributions() {
     for prior in priors() {
         let [lower, upper] = prior.range();
-        let points = [0.1, 0.4, 0.8].map(|p| lower + p * (upper - lower));
+        let points = [0.1, 0.25, 0.8].map(|p| lower + p * (upper - lower));
         match prior.family() {
             PriorFamily::Triangular => assert_distribution!([] prior, NONE, points, corner 270.0),
             _ => assert_distribution!([] prior, NONE, points),

@@ -19,13 +19,13 @@ pub struct SimulationParts {
     pub test: TestCase,
 }
 
-/// Reason why a case has no such parameter, and what to change.
+/// Error if the case does not have the parameter: the reason, and the remedy.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{problem}")]
 pub struct TargetError {
     /// The reason, such as "the case has no table [phase_field]".
     pub problem: String,
-    /// What to change.
+    /// The remedy, such as "Add [phase_field], or leave the parameter out."
     pub help: String,
 }
 
@@ -62,14 +62,14 @@ pub trait Target: Debug + Send + Sync + 'static {
     /// Unit, as in `N/mm`; `1` if the parameter is dimensionless.
     fn unit(&self) -> Cow<'_, str>;
 
-    /// Sets the parameter. The parts are those of the case, with the parameters set that come before in the order of the
-    /// paths.
+    /// Sets the parameter in `parts` to `value`. The calibrated parameters that precede this parameter in the order of
+    /// their paths are already set in `parts`; all other values of `parts` are values of the case.
     ///
     /// # Errors
     /// If the case has no such parameter.
     fn set(&self, parts: &mut SimulationParts, value: f64) -> Result<(), TargetError>;
 
-    /// Open interval of the allowed values. Values that the checks of a case refuse are refused anyway.
+    /// Open interval of the allowed values. The checks of a case apply in addition.
     fn range(&self) -> [f64; 2] {
         [f64::NEG_INFINITY, f64::INFINITY]
     }
@@ -79,7 +79,8 @@ pub trait Target: Debug + Send + Sync + 'static {
         None
     }
 
-    /// Default standard deviation of the logarithm of the parameter between virtual specimens. The case can override it.
+    /// Default standard deviation of the logarithm of the parameter between virtual specimens. The case can override
+    /// it.
     fn usual_scatter(&self) -> f64 {
         0.0
     }

@@ -76,7 +76,7 @@ impl Property {
     }
 }
 
-/// Property of a region, written `matrix.young_mpa`.
+/// Material constant of a region, with a path such as `matrix.young_mpa`.
 #[derive(Debug)]
 pub(super) struct MaterialConstant {
     region: String,

@@ -1,10 +1,10 @@
-//! Numbers of a case that a calibration can determine. Each is a type that implements [`Target`] and a line in a
-//! registry.
+//! Targets: numbers of a case that can be calibrated. Each target is a type that implements [`Target`], and an entry of
+//! the registry.
 //!
 //! In layers, lowest first:
 //! 1. `definition`: the interface of a target, and the parts of a case that it can change
-//! 2. `material`, `number`: constants of materials, and other numbers of a case
-//! 3. `registry`: a target with its path, found in the registry
+//! 2. `material`, `number`: targets that are constants of materials, and targets that are other numbers of a case
+//! 3. `registry`: the registry, which finds the target of a path
 
 mod definition;
 mod material;

@@ -1,4 +1,4 @@
-//! Numbers of the tables `[phase_field]` and `[test]`. A line in [`NUMBERS`] makes a number a target.
+//! Numbers of the tables `[phase_field]` and `[test]` that can be calibrated. Each has an entry in [`NUMBERS`].
 
 use std::borrow::Cow;
 
@@ -10,11 +10,11 @@ pub(super) struct CaseNumber {
     path: &'static str,
     label: &'static str,
     unit: &'static str,
-    /// Place of the number; `None` if the case has no such table.
+    /// Returns the number within a case; `None` if the case does not have the table of this number.
     place: fn(&mut SimulationParts) -> Option<&mut f64>,
 }
 
-/// All numbers.
+/// All numbers outside `[material]` that can be calibrated.
 pub(super) const NUMBERS: [CaseNumber; 4] = [
     CaseNumber {
         path: "phase_field.length_mm",

@@ -10,7 +10,8 @@ use super::definition::Target;
 use super::material::{MaterialConstant, Property};
 use super::number::NUMBERS;
 
-/// A parameter that a case calibrates. Clones share the target; two parameters are equal if their paths are equal.
+/// Calibrated parameter: a target with its path. Clones share the target; two parameters are equal if their paths are
+/// equal.
 ///
 /// Parameters are ordered by table. Constants of one material have the order of their keys in the default case.
 #[derive(Clone)]
@@ -20,7 +21,7 @@ pub struct Parameter {
 }
 
 impl Parameter {
-    /// Parameter of a target. Its path must have a table and a key.
+    /// Creates the parameter of a target. The path of the target must have a table and a key, as in `matrix.young_mpa`.
     pub fn new(target: impl Target) -> Self {
         Self { path: target.path().into(), target: Arc::new(target) }
     }
@@ -30,7 +31,7 @@ impl Parameter {
         self.path.rsplit_once('.').unwrap_or(("", &self.path))
     }
 
-    /// Label and unit, after the region if `with_region`.
+    /// Returns label and unit; if `with_region`, the name of the region stands before the label.
     pub(crate) fn label_and_unit(&self, with_region: bool) -> String {
         let region = self.region().filter(|_| with_region);
         let region = region.map(|region| format!("{region} ")).unwrap_or_default();
@@ -99,7 +100,7 @@ impl FromStr for Parameter {
 
 /// The parameters that a case can name, besides the constants of its materials.
 ///
-/// The registry of the process is the standard one unless a program installs its own before it reads the first case.
+/// The process uses the standard registry, unless a program installs another registry before it reads the first case.
 #[derive(Debug)]
 pub(crate) struct TargetRegistry {
     targets: Vec<Parameter>,
@@ -113,13 +114,13 @@ impl TargetRegistry {
         Self { targets: NUMBERS.into_iter().map(Parameter::new).collect() }
     }
 
-    /// Adds a target. If its path is taken, the earlier target keeps the path.
+    /// Adds a target. If an earlier target has the same path, the earlier target is used.
     pub(crate) fn with_target(mut self, target: impl Target) -> Self {
         self.targets.push(Parameter::new(target));
         self
     }
 
-    /// Makes this the registry of the process. Returns `false` if the process has one already.
+    /// Makes this the registry of the process. Returns `false` if the process already has a registry.
     pub(crate) fn install(self) -> bool {
         REGISTRY.set(self).is_ok()
     }
@@ -134,7 +135,7 @@ impl TargetRegistry {
         target.or_else(|| MaterialConstant::of_path(path).map(Parameter::new))
     }
 
-    /// Keys of a table that are targets.
+    /// Returns the keys of a table of the case that can be calibrated.
     pub(crate) fn keys_of(&self, table: &str) -> Vec<&str> {
         let own = self.targets.iter().map(Parameter::table_and_key);
         let own: Vec<&str> = own.filter(|own| own.0 == table).map(|own| own.1).collect();

@@ -44,8 +44,8 @@ impl CaseFile {
                 "stands beside experiments.virtual",
                 "Specimens are either measured or virtual: remove one of the two.",
             )),
-            // whether the file exists is not checked here, because only the experiments stage needs it: see
-            // `CaseFile::table`
+            // the existence of the file is checked in `CaseFile::table`, because only the stage `experiments` needs the
+            // file
             (Some(_), None) => Ok(()),
             (None, Some(specimens)) => self.check_virtual(specimens, geometry),
         });

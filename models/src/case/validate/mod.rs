@@ -11,7 +11,7 @@ use fem::VOID;
 use super::{CaseFile, Mistakes, SpecimenGeometry};
 use crate::error::{InputError, closest};
 
-/// Regions that most specimens have.
+/// Regions that may have a material although the specimen does not have the region.
 const USUAL_REGIONS: [&str; 2] = ["matrix", "grain"];
 
 impl CaseFile {

@@ -8,7 +8,8 @@ use crate::error::InputError;
 use crate::prior::{Prior, PriorBounds};
 
 impl CaseFile {
-    /// Checks that each extension continues the bounds of one parameter where the bounds so far end.
+    /// Checks that each extension widens the range of one parameter. The extension must touch or overlap the present
+    /// range, which includes earlier extensions.
     pub(super) fn check_extensions(&self) -> Result<(), InputError> {
         let mut case = self.case.clone();
         case.extend.clear();
@@ -28,7 +29,7 @@ impl CaseFile {
             let (Some((parameter, &PriorBounds([lower, upper]))), None) = (all.next(), all.next())
             else {
                 let help = "Write a table [[extend]] for each parameter.";
-                return refuse(&format!("{key}.prior"), "must extend one parameter", help);
+                return refuse(&format!("{key}.prior"), "extends several parameters or none", help);
             };
             let place = format!("{key}.prior.{parameter}");
             let whole = case.whole_prior();
@@ -100,7 +101,7 @@ impl CaseFile {
         Err(self.error(key, value, problem, "Write [lower, upper]."))
     }
 
-    /// Checks that the case accepts this value of a parameter that it has.
+    /// Checks that the case is valid with this value of an existing parameter.
     pub(super) fn check_value(
         &self,
         key: &str,
@@ -115,7 +116,7 @@ impl CaseFile {
         }
         let mut parts = self.case.parts();
         if parameter.set(&mut parts, value).is_err() {
-            // reported by `check_parameter`
+            // `check_parameter` reports the error of a parameter that cannot be set
             return Ok(());
         }
         let changed =
@@ -143,7 +144,7 @@ impl CaseFile {
         }
     }
 
-    /// Checks that the case has this parameter.
+    /// Checks that the parameter exists in the case.
     fn check_parameter(&self, key: &str, parameter: &Parameter) -> Result<(), InputError> {
         let set = parameter.set(&mut self.case.parts(), 1.0);
         set.map_err(|TargetError { problem, help }| self.error(key, "", problem, help))

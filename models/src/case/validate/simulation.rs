@@ -58,7 +58,8 @@ impl CaseFile {
             }
         };
         let (key, spacing_mm) = ("specimen.spacing_mm", meshing.spacing_mm);
-        // the size of an image or of surfaces is not known yet; it is compared with the spacing when they have been read
+        // the size of an image or of surfaces is unknown until their files are read; the spacing is compared with the
+        // size then
         mistakes.note(match size {
             [Some(radius_mm), Some(height_mm)] => {
                 self.check_spacing(key, spacing_mm, radius_mm, height_mm)
@@ -116,7 +117,7 @@ impl CaseFile {
     ) -> Result<(), InputError> {
         let coarsest = radius_mm.min(height_mm);
         if coarsest.is_nan() || coarsest <= 0.0 {
-            // the error in the size is reported elsewhere
+            // the check of the radius and the height reports the invalid size
             return Ok(());
         }
         self.within(
@@ -346,7 +347,7 @@ impl CaseFile {
     }
 }
 
-/// Makes a sentence of a clause: capital first letter and full stop.
+/// Turns a clause into a sentence: adds a capital first letter and a full stop.
 fn sentence(clause: &str) -> String {
     let mut letters = clause.chars();
     let first = letters.next().into_iter().flat_map(char::to_uppercase);

@@ -1,5 +1,5 @@
-//! Candidate that takes further quantities from the existing curves of the present test. Because the curves exist, its
-//! information is found by calibrating to these quantities.
+//! Candidate that takes further quantities from the existing curves of the present test. Because the curves exist, a
+//! calibration to these quantities shows how much they narrow the posterior.
 
 use fem::RunRecord;
 use ppl::{Nuts, Posterior};
@@ -23,8 +23,8 @@ use crate::further_test::{Belief, FurtherTest};
 use crate::qoi::{Qois, Quantity};
 use crate::table::CsvTable;
 
-/// Calibrates to the compared and the further quantities of the existing curves. Returns the knowledge of the
-/// parameters after that, and a test of more such specimens.
+/// Calibrates to the compared quantities and the further quantities of the existing curves. Returns the resulting
+/// belief about the parameters, and the test of more specimens with all these quantities.
 pub(super) fn test(
     task: &Task<'_>,
     case: &CandidateCase,
@@ -72,13 +72,13 @@ pub(super) fn test(
     Ok((belief, FurtherTest { draws, shared, seen }))
 }
 
-/// Computes other quantities of the runs of a level.
+/// Computes the quantities `qoi` of the runs of a level.
 fn with_quantities(level: LevelRuns, qoi: &QoiCase) -> LevelRuns {
     let derivatives = level.records.iter().any(|r: &RunRecord| !r.sensitivities.names.is_empty());
     LevelRuns::new(level.records, qoi, derivatives)
 }
 
-/// Quantities of the specimens, computed from their curves as in the stage `experiments`.
+/// Computes the quantities of the specimens from their curves in the same way as the stage `experiments`.
 fn read_again(
     inputs: &Inputs<'_>,
     quantities: &[Quantity],
@@ -106,7 +106,7 @@ fn read_again(
     Ok(rows)
 }
 
-/// Draws of a posterior in memory.
+/// Converts a posterior in memory to draws.
 fn draws(posterior: &Posterior, pce: &DynPce) -> Vec<Draw> {
     let group = &posterior.posterior;
     let of = |name: &str| {

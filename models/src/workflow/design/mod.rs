@@ -1,5 +1,5 @@
-//! Stage `design`: which further test would reduce the uncertainty that the present tests leave, and with how many
-//! specimens.
+//! Stage `design`: predicts by how much further tests would reduce the uncertainty of the parameters, and how many
+//! specimens they need.
 
 mod again;
 mod other;
@@ -12,14 +12,14 @@ use crate::further_test::{Belief, Expected, FurtherTest, FurtherTestError, Goal}
 use crate::progress::say;
 use present::Present;
 
-/// Contraction above which a parameter is called identified.
+/// Contraction (1 − posterior variance/prior variance) above which a parameter is called identified.
 const IDENTIFIED: f64 = 0.5;
 
-/// A test, and the knowledge of the parameters before it is made.
+/// A candidate test, and the belief about the parameters before this test.
 struct Candidate {
     name: String,
-    /// Knowledge of the parameters. If the test takes further quantities from existing curves, the posterior given
-    /// these quantities, which is narrower than that of the calibration.
+    /// Belief about the parameters: the posterior of the calibration. If the test takes further quantities from
+    /// existing curves, the narrower posterior given these quantities too.
     belief: Belief,
     test: FurtherTest,
 }
@@ -38,7 +38,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         task.check_interrupt()?;
         say("design", &case.name);
         let made = match case.is_another_test() {
-            // a new test adds no knowledge before it is made
+            // before a new test is carried out, the belief is the posterior of the calibration
             true => other::test(task, &present, case, place)
                 .map(|test| (candidates[0].belief.clone(), test)),
             false => again::test(task, case, place),

@@ -1,5 +1,5 @@
-//! Candidate that is another test (another rate, another specimen, a case with other keys), known from its own small
-//! ensemble.
+//! Candidate that is a different test (another rate, another specimen, other keys of the case). A small separate
+//! ensemble determines its response.
 
 use surrogate::FitReport;
 
@@ -17,10 +17,11 @@ use crate::further_test::FurtherTest;
 use crate::progress::say;
 use crate::qoi::Quantity;
 
-/// Makes the unfinished runs of the candidate's ensemble, and derives the test from them.
+/// Computes the unfinished runs of the candidate's ensemble, and derives the test from all its runs.
 ///
-/// The error is that of the candidate's own runs. For the quantities that the case compares, the errors of `[fidelity]`
-/// and of the discrepancy are added, because the meshes and the model are the same.
+/// The shared error is the error of the surrogate of the candidate's runs. For the quantities that the case compares,
+/// the errors of `[fidelity]` and of the discrepancy are added, because the candidate uses the same meshes and the same
+/// model.
 pub(super) fn test(
     task: &Task<'_>,
     present: &Present,
@@ -29,7 +30,7 @@ pub(super) fn test(
 ) -> Result<FurtherTest, WorkflowError> {
     let file = task.inputs.candidate(case)?;
     let own = task.with(task.inputs.of(&file));
-    // the runs depend on the candidate's geometry: reading it adds it to their identity
+    // the runs depend on the candidate's geometry: reading the geometry adds it to the identity of the runs
     own.inputs.geometry()?;
     let mut plan = Plan::of(&own.inputs, usize::MAX)?;
     let quantities = file.case.qoi.quantities.clone();
@@ -56,7 +57,7 @@ pub(super) fn test(
     let specimens = of_specimens(&task.inputs)?;
     let fit = Fitted::of(&data, &specimens, task.inputs.surrogate(), Vec::new())?;
     let data = knowing_stiffness(&data, &specimens)?.unwrap_or(data);
-    // inputs that are known for each specimen will be known for further specimens too; they are set to their means
+    // the stiffness ratio, if it is an input, will be known for further specimens too: use its mean over the runs
     let known: Vec<f64> =
         (present.prior.len()..data.inputs().len()).map(|i| mean_of(&data, i)).collect();
     let means = fit.pce.value(&[present.mean(), known.clone()].concat())?;
@@ -100,9 +101,9 @@ fn add_error_of_meshes(
     Ok(())
 }
 
-/// Covariance of the quantities between specimens. The standard deviation is that specified by the candidate, otherwise
-/// that of the present test at this draw. Correlations are those of the present test; quantities that the present test
-/// does not have are uncorrelated.
+/// Covariance of the quantities between specimens. The candidate specifies the standard deviations; the default is the
+/// standard deviation of the present test at this draw. The correlations are taken from the present test; quantities
+/// that the present test lacks are uncorrelated.
 fn scatter(
     draw: &Draw,
     present: &Present,
@@ -115,7 +116,7 @@ fn scatter(
     let sd = |quantity: &Quantity| match (case.scatter_percent.get(quantity), place(quantity)) {
         (Some(percent), _) => 0.01 * percent,
         (None, Some(at)) => draw.scatter[at][at].sqrt(),
-        // the check of the case refuses a quantity without either
+        // unreachable: the check of the case requires one of the two values
         (None, None) => f64::NAN,
     };
     let correlation = |a: &Quantity, b: &Quantity| match (place(a), place(b)) {

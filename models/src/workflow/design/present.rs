@@ -1,4 +1,4 @@
-//! The present knowledge: posterior draws of the calibration, and the present test at these draws.
+//! The present belief about the parameters: posterior draws of the calibration, and the present test at these draws.
 
 use surrogate::{DynPce, Input};
 
@@ -33,7 +33,7 @@ pub(super) struct Present {
     /// Names of the quantities' columns.
     pub(super) outputs: Vec<String>,
     pce: DynPce,
-    /// Known inputs of the specimens, at their mean.
+    /// Means of the known inputs of the specimens (the stiffness ratio).
     known: Vec<f64>,
     specimens: usize,
     shared: Vec<Vec<f64>>,
@@ -59,7 +59,7 @@ impl Present {
         belief(&self.priors, &self.draws)
     }
 
-    /// Test of more specimens of the same kind as the present ones.
+    /// Returns the test of more specimens of the present kind.
     pub(super) fn test(&self) -> Result<FurtherTest, WorkflowError> {
         let scatter = |draw: &Draw| draw.scatter.clone();
         Ok(FurtherTest {
@@ -75,14 +75,15 @@ impl Present {
     }
 }
 
-/// Knowledge of the parameters, from posterior draws.
+/// Computes the belief about the parameters from posterior draws.
 pub(super) fn belief(priors: &[Prior], draws: &[Draw]) -> Result<Belief, FurtherTestError> {
     let theta: Vec<Vec<f64>> = draws.iter().map(|draw| draw.theta.clone()).collect();
     Belief::of_draws(priors, &theta)
 }
 
-/// A test whose quantities are given by an expansion, at a subset of the draws. Derivatives are relative to the
-/// quantities at the draw. `known` are the values of the expansion's further inputs, after the parameters.
+/// Creates a test whose quantities are the outputs of an expansion, evaluated at a subset of the draws. Derivatives are
+/// divided by the quantities at the draw. `known` are the values of the expansion's further inputs, which follow the
+/// parameters.
 pub(super) fn at_draws(
     pce: &DynPce,
     known: &[f64],

@@ -1,4 +1,4 @@
-//! Tests of the owner of files, and of what is replaced or removed.
+//! Tests of the owner of files, and of the replacement and removal of files.
 
 use super::super::written::WRITTEN;
 use super::*;
@@ -21,7 +21,7 @@ fn own_files_are_replaced_and_removed_and_those_of_the_user_are_not() {
     let dir = tempfile::tempdir().unwrap();
     let read = |name: &str| std::fs::read_to_string(dir.path().join(name)).unwrap();
     let write = |name: &str, text: &str| std::fs::write(dir.path().join(name), text).unwrap();
-    // another process, which has not yet read the records that this one writes
+    // `late` acts as another process, which has not yet read the entries that `own` adds to the record
     let late = folder(dir.path());
     let own = folder(dir.path());
     own.write("mesh.msh", COMMAND, b"one").unwrap();
@@ -32,7 +32,7 @@ fn own_files_are_replaced_and_removed_and_those_of_the_user_are_not() {
     .unwrap();
     assert_eq!(read("mesh.msh"), "three");
 
-    // edited by the user, or never written by the program
+    // files of the user: one edited, one never written by the program
     write("mesh.msh", "edited");
     write("notes.txt", "notes");
     assert!(own.is_edited("mesh.msh").unwrap() && !own.is_edited("notes.txt").unwrap());
@@ -47,7 +47,7 @@ fn own_files_are_replaced_and_removed_and_those_of_the_user_are_not() {
         own.remove_leftovers(&["mesh.msh", "notes.txt"], |_| false).unwrap();
         assert_eq!(read(name), before);
     }
-    // a content that the program has written earlier belongs to the program
+    // a file with any content that the program has written belongs to the program
     write("mesh.msh", "one");
     own.remove_leftovers(&["mesh.*"], |_| false).unwrap();
     assert!(!dir.path().join("mesh.msh").exists());
@@ -64,10 +64,10 @@ fn a_kill_between_the_record_and_the_file_leaves_the_old_file_which_is_still_the
     let dir = tempfile::tempdir().unwrap();
     let own = folder(dir.path());
     own.write("map.csv", COMMAND, b"one").unwrap();
-    // the content is recorded, but the process was killed before the file got its name
+    // as if the process was killed after recording the content and before renaming the file
     own.written.add("map.csv", ContentHash::of_bytes(b"two")).unwrap();
     assert_eq!(folder(dir.path()).owner("map.csv").unwrap(), Owner::Program);
-    // the process was killed after the file got its name
+    // as if the process was killed after renaming the file
     std::fs::write(dir.path().join("map.csv"), "two").unwrap();
     assert_eq!(folder(dir.path()).owner("map.csv").unwrap(), Owner::Program);
     // partial files have other names

@@ -1,4 +1,4 @@
-//! Rule: the model at the mode must reproduce the means of the specimens.
+//! Rule: the model at the posterior mode must reproduce the means of the specimens.
 
 use super::super::WorkflowError;
 use super::super::inputs::Inputs;
@@ -15,17 +15,17 @@ const NEGLIGIBLE: f64 = 2.0;
 /// A misfit larger than this is always poor, %.
 const LARGEST: f64 = 10.0;
 
-/// Rule on the surrogate, which is the mean response of all microstructures of the runs.
+/// Rule on the misfit of the surrogate. The surrogate is the mean response over all microstructures of the runs.
 pub(super) const AT_THE_SURROGATE: Rule =
     Rule { reads: &["calibrate"], check: |inputs| Ok(surrogate(&misfits(inputs)?)) };
 
-/// Rule on the simulation at the mode, which uses a single microstructure.
+/// Rule on the misfit of the simulation at the posterior mode. The simulation uses a single microstructure.
 pub(super) const SIMULATED: Rule = Rule {
     reads: &["calibrate", "confirm"],
     check: |inputs| Ok(simulation(&misfits(inputs)?, &simulated(inputs)?)),
 };
 
-/// Misfit between the model at the mode and the mean of the specimens in one quantity, %.
+/// Misfit between the model at the posterior mode and the mean of the specimens in one quantity, %.
 #[derive(Clone, Debug)]
 struct Misfit {
     quantity: String,
@@ -38,7 +38,7 @@ struct Misfit {
     simulation_sd_percent: f64,
 }
 
-/// Whether a misfit is larger than chance explains, or too large for the result to be used.
+/// Whether a misfit is statistically significant, or so large that the result cannot be used.
 fn is_poor(percent: f64, sd_percent: f64) -> bool {
     percent.abs() > (DEVIATIONS * sd_percent).max(NEGLIGIBLE) || percent.abs() > LARGEST
 }
@@ -58,7 +58,7 @@ fn misfits(inputs: &Inputs<'_>) -> Result<Vec<Misfit>, WorkflowError> {
     Ok(table.rows().map(misfit).collect::<Result<_, InputError>>()?)
 }
 
-/// Misfit of the simulation at the mode, %, in the order of the quantities.
+/// Reads the misfit of the simulation at the posterior mode, %, in the order of the quantities.
 fn simulated(inputs: &Inputs<'_>) -> Result<Vec<f64>, WorkflowError> {
     let path = inputs.file("confirm.csv")?;
     let table = CsvTable::read(&path, &["experiment_mean", "map_simulation"])?;
@@ -78,7 +78,7 @@ fn words(quantity: &str, percent: f64, sd_percent: f64) -> String {
     format!("{quantity} is {percent:+.1} % from the mean of the specimens (bound {bound:.1} %)")
 }
 
-/// Warning on the quantities that the surrogate does not fit.
+/// Returns a warning about the quantities that the surrogate does not fit.
 fn surrogate(misfits: &[Misfit]) -> Vec<Warning> {
     let poor = misfits.iter().filter(|misfit| is_poor(misfit.percent, misfit.sd_percent));
     let poor: Vec<String> =
@@ -95,7 +95,7 @@ fn surrogate(misfits: &[Misfit]) -> Vec<Warning> {
     qualified(Qualifier::PoorFit, text)
 }
 
-/// Warning on the quantities that the surrogate fits but the simulation does not.
+/// Returns a warning about the quantities that the surrogate fits but the simulation does not.
 fn simulation(misfits: &[Misfit], simulated: &[f64]) -> Vec<Warning> {
     let is_worse = |(misfit, percent): &(&Misfit, &f64)| {
         is_poor(**percent, misfit.simulation_sd_percent)
@@ -126,7 +126,7 @@ mod tests {
         assert!(!is_poor(4.49, 1.5) && is_poor(4.51, 1.5) && is_poor(-4.51, 1.5));
         // 3 sd = 0.3 %, which is negligible
         assert!(!is_poor(1.99, 0.1) && is_poor(2.01, 0.1));
-        // 3 sd = 24 %: a misfit of 10 % makes the fit useless, however uncertain the mean is
+        // 3 sd = 24 %: a misfit of 10 % is always too large, even if the mean is this uncertain
         assert!(!is_poor(9.99, 8.0) && is_poor(10.01, 8.0) && is_poor(-10.01, 8.0));
     }
 
@@ -135,8 +135,8 @@ mod tests {
         Misfit { quantity, percent, sd_percent: 1.0, simulation_sd_percent: 2.0 }
     }
 
-    /// Figures of the issue: a toe of 0.02 mm that was not removed (20.3 %), a load cell with an offset of −20 N (13.7
-    /// %).
+    /// Misfits in reported cases: 20.3 % for a toe of 0.02 mm that was not removed, 13.7 % for a load cell with an
+    /// offset of −20 N.
     #[test]
     fn poor_fits_are_named_with_their_bound_and_qualify_the_result() {
         for percent in [20.3, 13.7, -3.1] {
@@ -150,7 +150,7 @@ mod tests {
         assert!(surrogate(&[misfit(0.2), misfit(2.9)]).is_empty());
     }
 
-    /// The surrogate is the mean response, from which a single microstructure differs.
+    /// A simulation uses a single microstructure and therefore deviates from the surrogate, which is the mean response.
     #[test]
     fn a_simulation_may_be_off_by_what_its_microstructure_scatters() {
         assert!(simulation(&[misfit(0.2)], &[5.9]).is_empty());

@@ -6,11 +6,11 @@ use super::super::rule::{Rule, Warning};
 use crate::report::MOST_SHIFT;
 use crate::table::CsvTable;
 
-/// Rule on each specimen, from calibrations without it.
+/// Rule on the shift of the parameters if a specimen is left out of the calibration.
 pub(super) const RULE: Rule =
     Rule { reads: &["calibrate"], check: |inputs| Ok(warned(&shifts(inputs)?)) };
 
-/// Shift of a parameter's posterior mean if a specimen is left out.
+/// Shift of the posterior mean of a parameter if one specimen is left out.
 #[derive(Clone, Debug)]
 struct Shift {
     specimen: String,
@@ -25,7 +25,7 @@ fn is_decisive(shift_sd: f64) -> bool {
 }
 
 fn shifts(inputs: &Inputs<'_>) -> Result<Vec<Shift>, WorkflowError> {
-    // the file is missing if specimens cannot be left out; the stage `calibrate` warns of that
+    // the file is missing if no specimen can be left out; the stage `calibrate` then issues a warning
     if inputs.file_if_there("influence.csv").is_none() {
         return Ok(Vec::new());
     }

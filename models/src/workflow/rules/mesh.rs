@@ -7,10 +7,10 @@ use crate::qoi::Quantity;
 use crate::report::Qualifier;
 use crate::table::CsvTable;
 
-/// An error of the mesh smaller than this is not reported, %.
+/// Smallest error of the mesh that is reported, %.
 const NEGLIGIBLE: f64 = 2.0;
 
-/// Rule on the error of each quantity at the mode that was estimated with a second mesh.
+/// Rule on the error of each quantity at the posterior mode that was estimated with a second mesh.
 pub(super) const RULE: Rule =
     Rule { reads: &["calibrate", "confirm"], check: |inputs| Ok(warned(&errors(inputs)?)) };
 
@@ -21,7 +21,8 @@ struct MeshError {
     percent: f64,
     /// Posterior standard deviation of the mean response.
     sd_percent: f64,
-    /// Standard deviation specified in `[calibration.discrepancy]`; 0 if none is specified.
+    /// Standard deviation that `[calibration.discrepancy]` specifies for the quantity; 0 if the table does not list the
+    /// quantity.
     stated_percent: f64,
 }
 
@@ -94,7 +95,7 @@ mod tests {
         assert!(!error(3.8, 1.4, 3.8).is_large() && error(3.9, 1.4, 3.8).is_large());
     }
 
-    /// Figures of the issue: a slope error of −10.2 % with a posterior standard deviation of 2.5 %.
+    /// Values of a reported case: a slope error of −10.2 % with a posterior standard deviation of 2.5 %.
     #[test]
     fn a_large_error_is_named_with_what_mends_it_and_qualifies_the_result() {
         let warnings = warned(&[error(-10.2, 2.5, 0.0), error(0.4, 1.0, 0.0)]);

@@ -9,7 +9,7 @@ use super::super::rule::{Rule, Warning, qualified};
 use crate::case::{Microstructure, SpecimenGeometry};
 use crate::report::Qualifier;
 
-/// Rule on the runs of the ensemble.
+/// Rule on the ensemble: its runs must use more than one microstructure.
 pub(super) const RULE: Rule = Rule { reads: &["ensemble"], check };
 
 /// Origin of the single microstructure of all runs.
@@ -28,7 +28,7 @@ enum Source {
 }
 
 impl Source {
-    /// The origin of the microstructure; none for specimens of matrix alone.
+    /// Returns the origin of the microstructure; `None` for specimens that consist of matrix only.
     fn of(geometry: &SpecimenGeometry, asked: Microstructure) -> Option<Self> {
         match geometry {
             SpecimenGeometry::Cylinder { grains, .. } => grains.as_ref().map(|_| Self::Packing),

@@ -1,7 +1,7 @@
 //! Rules on the results, which restrict the verdict "identified" for reasons that sampler diagnostics cannot show.
 //!
-//! A rule is a module in this folder and an entry in [`RULES`]. Each rule has one bound, which its tests check from
-//! both sides.
+//! Each rule is a module in this folder and an entry in [`RULES`]. The tests of a rule check its threshold from both
+//! sides.
 
 mod fit;
 mod influence;

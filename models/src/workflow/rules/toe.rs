@@ -7,11 +7,12 @@ use crate::case::Toe;
 use crate::report::Qualifier;
 use crate::table::CsvTable;
 
-/// A toe shorter than this is negligible, % of the displacement at peak.
+/// Length of a toe below which it is negligible, % of the displacement at peak.
 const NEGLIGIBLE: f64 = 2.0;
 
 /// Rule on the toes of the measured curves, unless `experiments.toe = "correct"` removes them. It applies if the
-/// displacement at peak is compared; without it the stage `experiments` warns of the toe, and the verdict is not qualified.
+/// displacement at peak is a compared quantity. Otherwise only the stage `experiments` warns of the toe, and the
+/// verdict is not qualified.
 pub(super) const RULE: Rule = Rule { reads: &["experiments"], check };
 
 fn check(inputs: &Inputs<'_>) -> Result<Vec<Warning>, WorkflowError> {

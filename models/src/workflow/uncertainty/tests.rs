@@ -17,7 +17,8 @@ use crate::case::SurrogateCase;
 const SPECIMENS: usize = 12;
 const RUNS: usize = 60;
 
-/// Logarithms of a specimen's stiffness ratio and of the remaining effect of its grains on each quantity.
+/// Effects of the grains of a specimen: logarithm of the stiffness ratio, and logarithm of the remaining effect on each
+/// quantity.
 struct Grains {
     ratio: f64,
     rest: [f64; 2],
@@ -75,10 +76,10 @@ impl Laboratory {
         runs
     }
 
-    /// Returns whether the 90 % interval of E contains the true value, and the width of the interval. The interval is
-    /// that of the linearised model at the estimate: the mean response is solved for the parameters. The covariance of
-    /// the specimens' mean is the sum of the contribution of their scatter, estimated from the specimens, and of the
-    /// errors that they share.
+    /// Returns whether the 90 % interval of E contains the true value, and the width of the interval. The estimate
+    /// solves the mean response for the parameters, and the interval is computed with the model linearised at the
+    /// estimate. The covariance of the specimens' mean is the sum of two parts: the scatter estimated from the
+    /// specimens, divided by their number, and the errors that the specimens share.
     fn interval(&self, shared: bool) -> (bool, f64) {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(self.seed);
         let runs = self.runs(&mut rng, shared);
@@ -88,7 +89,7 @@ impl Laboratory {
         let qois: Vec<Vec<f64>> = specimens
             .iter()
             .map(|grains| {
-                // the material scatters slightly too
+                // the parameters of the material scatter slightly too
                 let noise = [(); 2].map(|()| 0.005 * rng.sample::<f64, _>(StandardNormal));
                 grains.quantities(truth, noise)
             })
@@ -168,7 +169,8 @@ fn intervals_hold_what_three_images_leave_open() {
     assert!(without.0 < 0.9 - 5.0 * STANDARD_ERROR, "{without:?}");
 }
 
-/// With the stiffness ratio as an input, the remaining scatter is small, and so is the error from few specimens.
+/// With the stiffness ratio as an input, the remaining scatter is small, so that the error from few specimens is small
+/// too.
 #[test]
 fn intervals_hold_what_six_images_leave_open_beside_their_stiffness() {
     let [with, without] = coverage(6, [0.03, 0.01], true);

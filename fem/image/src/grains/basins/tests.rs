@@ -146,6 +146,69 @@ fn every_voxel_belongs_to_a_seed_with_the_highest_pass() {
     }
 }
 
+/// Flooding by its definition: each wave is found by a search through all voxels. Returns the labels.
+fn slow_flood(shape: [usize; 3], land: &[u16], grey: &[u16], mut labels: Vec<u32>) -> Vec<u32> {
+    let slope = |at: usize, to: usize| {
+        let [a, b] = [at, to].map(|n| voxel_at(shape, n));
+        let axes = (0..3).filter(|&k| a[k] != b[k]).count();
+        let way = [10_000, 7_071, 5_774][axes - 1];
+        ((i64::from(land[to]) - i64::from(land[at])) * way, axes == 1)
+    };
+    let decide = |labels: &[u32], at: usize| {
+        let mut votes: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+        for to in near(shape, at).into_iter().filter(|&to| labels[to] != 0) {
+            votes.entry(labels[to]).or_default().push(to);
+        }
+        let rank = |(label, voxels): (u32, Vec<usize>)| {
+            let slopes: Vec<(i64, bool)> = voxels.iter().map(|&to| slope(at, to)).collect();
+            let steepest = slopes.iter().map(|(slope, _)| *slope).max();
+            let faces = slopes.iter().filter(|(_, face)| *face).count();
+            let sum: i64 = slopes.iter().map(|(slope, _)| slope).sum();
+            let brightness: u64 = voxels.iter().map(|&to| u64::from(grey[to])).sum();
+            (steepest, faces, sum, brightness, std::cmp::Reverse(label))
+        };
+        votes.into_iter().map(rank).max().map(|(.., label)| label.0)
+    };
+    for level in (1..=land.iter().copied().max().unwrap()).rev() {
+        loop {
+            let wave: Vec<(usize, u32)> = (0..land.len())
+                .filter(|&at| land[at] >= level && labels[at] == 0)
+                .filter_map(|at| Some((at, decide(&labels, at)?)))
+                .collect();
+            if wave.is_empty() {
+                break;
+            }
+            wave.iter().for_each(|&(at, label)| labels[at] = label);
+        }
+    }
+    labels
+}
+
+/// Many voxels have equal heights and equal grey values, so that all criteria decide somewhere. The largest landscape
+/// has waves that several threads process.
+#[test]
+fn basins_are_those_of_a_slow_flood() {
+    for (shape, most, greys, h, seed) in [
+        ([11, 9, 8], 300, 1000, 6, 11),
+        ([17, 14, 12], 12, 2, 0, 12),
+        ([15, 15, 15], 40, 3, 0, 13),
+        ([64, 60, 1], 12, 4, 0, 14),
+        ([40, 40, 40], 12, 3, 0, 15),
+    ] {
+        let (heights, set) = hills(shape, most, seed);
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+        let grey: Vec<u16> = heights.iter().map(|_| rng.random_range(0..greys)).collect();
+        let land: Vec<u16> =
+            heights.iter().zip(&set).map(|(&f, &s)| f.max(1) * u16::from(s)).collect();
+        let landscape = Landscape::new(shape, &heights, &set);
+        let seeds = landscape.h_maxima(h);
+        let expected = slow_flood(shape, &land, &grey, landscape.without_rim(&seeds.labels));
+        let labels = landscape.flood(seeds, &grey);
+        assert!(labels == expected, "{shape:?}, {most} heights");
+        assert!(parts(&labels).len() > 1, "{shape:?}: one basin");
+    }
+}
+
 #[test]
 fn a_rotated_landscape_has_the_same_basins() {
     let shape = [13, 11, 12];

@@ -26,6 +26,8 @@ pub(crate) struct ElementTangent {
     /// Contributions of contact at nodes.
     contact: Vec<NodeBlock>,
     free: Vec<[bool; 4]>,
+    /// Values of the vertices that are free on the linear level; see [`Self::free_vertices`].
+    free_vertices: Vec<[bool; 4]>,
     part: Arc<Part>,
     /// The two vertices of the edge of each midpoint. Midpoints are numbered after the vertices.
     parents: Arc<Vec<[u32; 2]>>,
@@ -52,6 +54,7 @@ impl ElementTangent {
             product,
             contact: Vec::new(),
             free: Vec::new(),
+            free_vertices: Vec::new(),
             part,
             parents,
             weight: Vec::new(),
@@ -70,6 +73,7 @@ impl ElementTangent {
     ) -> Result<Vec<Nodal>, Inverted> {
         self.contact = increment.context.contact.to_vec();
         self.free = free.to_vec();
+        self.constrain_vertices();
         loop {
             let sound = self.product.linearise(operator, increment, coupling);
             if self.part.ranks().any(sound.is_err()) {
@@ -79,6 +83,32 @@ impl ElementTangent {
                 Ok(diagonal) => return Ok(self.whole_diagonal(diagonal)),
                 Err(error) => self.lose(error),
             }
+        }
+    }
+
+    /// Values of the vertices that are free on the linear level.
+    ///
+    /// The matrix of the linear level contains no constraints of midpoints. A displacement is therefore constrained at
+    /// both vertices of an edge if it is constrained at the midpoint of the edge. Otherwise the matrix of a body that
+    /// only midpoints hold would be singular: the supports against rigid motions of a curved mesh may be midpoints.
+    pub(crate) fn free_vertices(&self) -> &[[bool; 4]] {
+        &self.free_vertices
+    }
+
+    fn constrain_vertices(&mut self) {
+        let vertices = self.free.len() - self.parents.len();
+        let mut constrained = vec![[0.0; 3]; vertices];
+        for (parents, free) in self.parents.iter().zip(&self.free[vertices..]) {
+            for &vertex in parents {
+                (0..3).for_each(|k| constrained[vertex as usize][k] += f64::from(!free[k]));
+            }
+        }
+        if self.is_quadratic() {
+            self.part.vertices.complete(&mut constrained);
+        }
+        self.free_vertices = self.free[..vertices].to_vec();
+        for (free, constrained) in self.free_vertices.iter_mut().zip(constrained) {
+            (0..3).for_each(|k| free[k] &= constrained[k] == 0.0);
         }
     }
 
@@ -230,9 +260,9 @@ impl Grid for ElementTangent {
                 }
             }
             part.vertices.complete(right);
-            return mask(&self.free[..vertices], right);
+            return mask(&self.free_vertices, right);
         }
-        let (free, children) = (&self.free, &self.children);
+        let (free, children) = (&self.free_vertices, &self.children);
         right.par_iter_mut().with_min_len(CHUNK).enumerate().for_each(|(vertex, sum)| {
             *sum = residual[vertex];
             for &midpoint in children.of(vertex) {

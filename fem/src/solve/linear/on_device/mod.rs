@@ -49,10 +49,11 @@ impl OnDevice {
         &self.name
     }
 
-    /// Stores the constraints, weights and contact of a new tangent.
+    /// Stores the constraints, weights and contact of a new tangent. `free` are the free values of all nodes, and of
+    /// the vertices on the linear level.
     pub(super) fn constrain(
         &mut self,
-        free: &[[bool; 4]],
+        free: [&[[bool; 4]]; 2],
         weight: &[Nodal],
         contact: &[NodeBlock],
     ) {

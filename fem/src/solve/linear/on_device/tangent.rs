@@ -24,6 +24,8 @@ pub(super) struct NodalData {
     midpoint: Array<u32>,
     /// 1 for a free value, 0 for a constrained value.
     free: Array<u8>,
+    /// 1 for a value of a vertex that is free on the linear level, 0 for a constrained value.
+    free_vertices: Array<u8>,
     /// 1/|A_ii| at the time when the smoother was created.
     smoother_weight: Array<f64>,
     /// Nodes in contact, each node once.
@@ -46,6 +48,7 @@ impl NodalData {
             start: session.array(&midpoints.start),
             midpoint: session.array(&midpoints.members),
             free: session.zeros(values),
+            free_vertices: session.zeros(4 * vertices),
             smoother_weight: session.zeros(smoothed),
             contact_node: session.zeros(0),
             contact_block: session.zeros(0),
@@ -54,8 +57,9 @@ impl NodalData {
         }
     }
 
-    /// Stores the constraints and contact of a new tangent.
-    pub(super) fn constrain(&mut self, free: &[[bool; 4]], contact: &[NodeBlock]) {
+    /// Stores the constraints and contact of a new tangent. `free` are the free values of all nodes, and of the vertices
+    /// on the linear level.
+    pub(super) fn constrain(&mut self, free: [&[[bool; 4]]; 2], contact: &[NodeBlock]) {
         let mut blocks = BTreeMap::<u32, [[f64; 3]; 3]>::new();
         for (node, block) in contact {
             let sum = blocks.entry(*node).or_default();
@@ -63,8 +67,11 @@ impl NodalData {
         }
         let nodes: Vec<u32> = blocks.keys().copied().collect();
         let values: Vec<f64> = blocks.into_values().flatten().flatten().collect();
-        let free: Vec<u8> = free.as_flattened().iter().map(|&free| u8::from(free)).collect();
+        let [free, free_vertices] = free.map(|free| -> Vec<u8> {
+            free.as_flattened().iter().map(|&free| u8::from(free)).collect()
+        });
         self.session.attempt(|_| self.free.write(0, &free));
+        self.session.attempt(|_| self.free_vertices.write(0, &free_vertices));
         self.contact_node = self.session.array(&nodes);
         self.contact_block = self.session.array(&values);
     }
@@ -120,7 +127,7 @@ impl Grid for DeviceTangent<'_> {
     }
 
     fn restrict(&mut self, r: &Array<f64>, b: &mut Array<f64>) {
-        let NodalData { vertices, start, midpoint, free, .. } = &*self.nodal;
+        let NodalData { vertices, start, midpoint, free_vertices: free, .. } = &*self.nodal;
         let vertices = Argument::Index(*vertices as u64);
         let [start, midpoint] = [start, midpoint].map(Array::argument);
         let arguments = [vertices, start, midpoint, free.argument(), r.argument(), b.argument()];
