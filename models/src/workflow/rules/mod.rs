@@ -3,7 +3,7 @@
 //! A rule is a module in this folder and an entry in [`RULES`]. Each rule has one bound, which its tests check from
 //! both sides.
 
-mod fit;
+pub(super) mod fit;
 mod influence;
 mod mesh;
 mod microstructure;
