@@ -70,13 +70,16 @@ fn without(table: &Table, path: &[String]) -> Option<Table> {
 
 #[cfg(test)]
 mod tests {
-    use crate::case::{CalibrationCase, CaseFile, DesignCase};
+    use fem::SolverOptions;
+
+    use crate::case::{CalibrationCase, CaseFile, DesignCase, SurrogateCase};
 
     #[test]
     fn changed_keys_have_their_defaults_and_unchanged_keys_are_not_among_them() {
         let mut case = CaseFile::default_case().case;
         case.design = DesignCase { runs: 12, ..DesignCase::default() };
         case.calibration = CalibrationCase { draws: 150, ..CalibrationCase::default() };
+        (case.surrogate, case.solver) = (SurrogateCase::default(), SolverOptions::default());
         let changed = case.changed_keys();
         let of = |key: &str| changed.iter().find(|(name, ..)| name == key);
         let integers = |key: &str| {

@@ -2,7 +2,10 @@
 //! which writes them as HTML; the order of the sections is the list in [`page`].
 //!
 //! 1. `parts`: tables, figures and captions
-//! 2. `made`, `unfinished`, `parameters`, `warnings`, `misfit`, `budget`, `specimens`, `curves`, `surrogate`, `posterior`, `correlations`, `sampling`, `predictions`, `confirmation`, `damage`, `further`, `specimen`, `methods`, `inputs`, `case_file`: the sections
+//! 2. `made`, `unfinished`, `parameters`, `warnings`, `misfit`, `budget`: the answer
+//! 3. `specimens`, `curves`, `surrogate`, `posterior`, `correlations`, `sampling`: data, surrogate and posterior
+//! 4. `predictions`, `confirmation`, `damage`, `further`: what follows from them
+//! 5. `specimen`, `methods`, `inputs`, `case_file`: how the results were made
 
 mod budget;
 mod case_file;
