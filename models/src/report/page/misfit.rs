@@ -40,8 +40,8 @@ pub(super) fn show(misfits: &[QuantityMisfit]) -> Markup {
 fn cells(misfit: Option<Misfit>) -> Markup {
     let Some(misfit) = misfit else { return html! { td {} td {} td {} } };
     let (class, verdict) = match misfit.is_poor() {
-        true => ("verdict weak", "too large"),
-        false => ("verdict good", "fits"),
+        true => ("bad", "too large"),
+        false => ("good", "fits"),
     };
     html! {
         td { (format!("{:+.1} %", misfit.percent)) }
@@ -63,8 +63,8 @@ mod tests {
             simulation,
         };
         let html = show(&[quantity(2.9, None), quantity(-3.1, None)]).into_string();
-        assert_eq!(html.matches("verdict good\">fits").count(), 1, "{html}");
-        assert_eq!(html.matches("verdict weak\">too large").count(), 1, "{html}");
+        assert_eq!(html.matches("class=\"good\">fits").count(), 1, "{html}");
+        assert_eq!(html.matches("class=\"bad\">too large").count(), 1, "{html}");
         assert!(
             html.contains("-3.1 %</td><td>± 3.0 %") && !html.contains("simulation at"),
             "{html}"
