@@ -1,5 +1,6 @@
 //! The whole workflow on a tiny case: every documented file, skipping, kill and resume.
 
+mod browser;
 mod curve;
 mod derivatives;
 mod discrepancy;

@@ -3,6 +3,7 @@
 //! `breccia init` writes [`Case::TEMPLATE`], the shipped default case with every key explained.
 
 mod calibration;
+mod changed;
 mod conditions;
 mod excerpt;
 mod experiments;

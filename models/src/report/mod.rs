@@ -1,11 +1,13 @@
 //! The report: figures and a self-contained HTML page, from plain results.
 
 mod chart;
+mod comparison;
 mod data_uri;
 mod digits;
 mod document;
 mod figures;
 mod page;
+mod provenance;
 mod results;
 mod specimen_figures;
 mod study;
@@ -19,9 +21,10 @@ pub use fem_pictures::{
 };
 pub(crate) use page::page;
 pub(crate) use results::{
-    CalibratedParameter, DamageState, Finding, FurtherExpected, FurtherNeeded, FurtherParameter,
-    FurtherTestResult, LeftOut, MOST_SHIFT, OrderErrors, Picture, PictureContent, Points,
-    PredictedBand, Qoi, Qualifier, Results, Summarised, Verdict, mean,
+    BandEnd, CalibratedParameter, ChangedKey, DamageModel, DamageState, Finding, FurtherExpected,
+    FurtherNeeded, FurtherParameter, FurtherTestResult, InputFile, LeftOut, MOST_SHIFT, Methods,
+    Misfit, OrderErrors, Picture, PictureContent, Points, PredictedBand, Provenance, Qoi,
+    Qualifier, QuantityMisfit, Results, SpecimenFacts, Summarised, Verdict, mean,
 };
 pub(crate) use specimen_figures::{grain_sizes, mesh_quality};
 pub(crate) use study::{

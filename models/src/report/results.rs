@@ -5,7 +5,9 @@ use std::fmt;
 
 use ppl::diagnostics::Identification;
 
+pub(crate) use super::comparison::{BandEnd, Misfit, QuantityMisfit, SpecimenFacts};
 use super::digits::plain;
+pub(crate) use super::provenance::{ChangedKey, DamageModel, InputFile, Methods, Provenance};
 use crate::prior::Prior;
 
 /// A curve of displacement in mm and force in N.
@@ -18,6 +20,12 @@ pub(crate) struct Results {
     pub(crate) title: String,
     /// If not all stages are finished: name, state and explanation of each stage.
     pub(crate) unfinished: Vec<[String; 3]>,
+    /// Date, version, machine and input files; `None` if they are not known.
+    pub(crate) provenance: Option<Provenance>,
+    /// Keys of the case that differ from their defaults.
+    pub(crate) changed_keys: Vec<ChangedKey>,
+    /// Settings that the methods paragraph states; `None` if they are not known.
+    pub(crate) methods: Option<Methods>,
     /// The effective case, as text.
     pub(crate) case_toml: String,
     /// Pictures of the specimen: its image and its mesh.
@@ -28,6 +36,10 @@ pub(crate) struct Results {
     pub(crate) mesh_facts: Vec<(String, String)>,
     /// Findings of the checks of the measured curves.
     pub(crate) findings: Vec<Finding>,
+    /// Size and quantities of each specimen.
+    pub(crate) specimens: Vec<SpecimenFacts>,
+    /// Misfit of each compared quantity; empty without a calibration.
+    pub(crate) misfits: Vec<QuantityMisfit>,
     /// Measured curves by specimen.
     pub(crate) experiments: Vec<(String, Points)>,
     /// Simulated curves of the ensemble.
@@ -127,6 +139,8 @@ pub(crate) struct PredictedBand {
     pub(crate) displacement_mm: Vec<f64>,
     /// 5, 25, 50, 75 and 95 % quantiles of the force in N, each at all displacements.
     pub(crate) force_n: [Vec<f64>; 5],
+    /// Reason of the end of the band; `None` if it is not known.
+    pub(crate) end: Option<BandEnd>,
 }
 
 /// A finding in one measured curve.
@@ -190,6 +204,8 @@ pub(crate) struct Summarised {
 pub(crate) struct Picture {
     /// Caption: a sentence that describes the picture.
     pub(crate) caption: String,
+    /// What to do if the picture looks wrong.
+    pub(crate) if_wrong: &'static str,
     /// Contents of the picture file.
     pub(crate) content: PictureContent,
 }
@@ -334,11 +350,15 @@ impl fmt::Display for Verdict {
     }
 }
 
+/// Contraction from which a parameter is identified: the threshold of [`Identification::of`].
+pub(crate) const IDENTIFIED: f64 = 0.5;
+/// Contraction from which a parameter is weakly identified.
+pub(crate) const WEAKLY: f64 = 0.1;
 /// Distance from a bound, as a fraction of the width of the prior, within which a mode or a draw counts as at the
 /// bound.
-const MARGIN: f64 = 0.01;
+pub(crate) const MARGIN: f64 = 0.01;
 /// Largest fraction of the draws at a bound for which the posterior does not count as truncated by the prior.
-const MOST_AT_BOUND: f64 = 0.05;
+pub(crate) const MOST_AT_BOUND: f64 = 0.05;
 
 impl CalibratedParameter {
     /// Iterates over all draws, chain by chain.
@@ -400,6 +420,15 @@ mod tests {
             contraction: 0.9,
             ..Default::default()
         }
+    }
+
+    #[test]
+    fn stated_thresholds_are_those_of_the_verdicts() {
+        let below = |x: f64| x - 1e-9;
+        assert_eq!(Identification::of(IDENTIFIED), Identification::Identified);
+        assert_eq!(Identification::of(below(IDENTIFIED)), Identification::Weakly);
+        assert_eq!(Identification::of(WEAKLY), Identification::Weakly);
+        assert_eq!(Identification::of(below(WEAKLY)), Identification::Not);
     }
 
     #[test]

@@ -26,6 +26,7 @@ use crate::predicted_curve::{
     PredictedCurves, PredictedSpecimen, QUANTILES, largest_percentage, percentages, shape,
 };
 use crate::qoi::{DisplacementAtPeak, PeakForce, Qoi, QoiError, Quantity, RelativeForce};
+use crate::report::BandEnd;
 use crate::table::CsvTable;
 
 /// Maximum number of posterior draws; more draws do not make the quantiles visibly smoother.
@@ -55,6 +56,15 @@ pub(super) fn write_predicted_curves(
         });
     task.write_csv("predictive_curves.csv", header, rows)?;
     Ok(None)
+}
+
+/// Reason why the predicted band ends where it ends; `None` if the curves cannot be read.
+pub(super) fn band_end(inputs: &Inputs<'_>) -> Option<BandEnd> {
+    let curves = Curves::read(inputs).ok()?;
+    let (reach, name) = curves.shortest().ok()??;
+    let percent = *percentages(reach).last()?;
+    let is_limit = reach < f64::from(RelativeForce::LARGEST_PERCENT);
+    Some(BandEnd { percent, shortest: is_limit.then(|| name.to_owned()) })
 }
 
 /// Reason why curves cannot be predicted.
@@ -165,13 +175,21 @@ impl Curves {
     /// Percentages of the peak displacement at which the shape of curves is evaluated; all curves extend to the largest
     /// percentage.
     fn percentages(&self) -> Result<Vec<u8>, Reason> {
+        Ok(percentages(self.shortest()?.map_or(f64::INFINITY, |(reach, _)| reach)))
+    }
+
+    /// The curve that ends first, relative to its displacement at peak: its end in % of it, and its name.
+    fn shortest(&self) -> Result<Option<(f64, &str)>, Reason> {
         let better = self.better.iter().flat_map(BTreeMap::values);
-        let mut reach = f64::INFINITY;
+        let mut shortest: Option<(f64, &str)> = None;
         for named in self.of_runs.iter().chain(better).chain(&self.specimens) {
-            let own = largest_percentage(&named.curve);
-            reach = reach.min(own.map_err(|error| Reason::Shape(named.name.clone(), error))?);
+            let reach = largest_percentage(&named.curve)
+                .map_err(|error| Reason::Shape(named.name.clone(), error))?;
+            if shortest.is_none_or(|(least, _)| reach < least) {
+                shortest = Some((reach, &named.name));
+            }
         }
-        Ok(percentages(reach))
+        Ok(shortest)
     }
 }
 

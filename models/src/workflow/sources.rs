@@ -59,6 +59,12 @@ impl Sources {
         self.files.keys().map(String::as_str)
     }
 
+    /// Names of the files that existed when they were read, with their fingerprints.
+    pub(super) fn contents(&self) -> impl Iterator<Item = (&str, &str)> {
+        let there = self.files.iter().filter(|(_, sum)| *sum != ABSENT);
+        there.map(|(name, sum)| (name.as_str(), sum.as_str()))
+    }
+
     /// Records that a key of the case was read.
     pub(super) fn read_part(&mut self, origin: &Origin<'_>, key: &str) {
         self.case.insert(key.to_owned(), origin.part(key));

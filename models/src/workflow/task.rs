@@ -64,6 +64,11 @@ impl StageRecord {
         self.sources.files()
     }
 
+    /// Names of the files that the stage has read, with the hashes of their contents.
+    pub(super) fn contents_read(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.sources.contents()
+    }
+
     /// Names of the stage's products.
     pub(super) fn products(&self) -> impl Iterator<Item = &str> {
         self.products.keys().map(String::as_str)

@@ -21,7 +21,7 @@ pub(in crate::report) fn traces(parameters: &[CalibratedParameter]) -> Vec<Strin
         let length = p.chains.iter().map(Vec::len).max().unwrap_or(1);
         let range = round_range(p.draws());
         let layout = framed(panel(&plots, "draw", &p.label), (0.0, length as f64), range);
-        single(plots, layout.with_ticks(3), 600.0, 150.0)
+        single(plots, layout.with_ticks(3), 470.0, 150.0)
     };
     parameters.iter().map(one).collect()
 }

@@ -26,7 +26,7 @@ pub(in crate::report) fn confirmation(results: &Results) -> String {
 
 /// Posterior predictive band of the curves of new specimens, with the experimental curves; `None` without predictions.
 pub(in crate::report) fn predicted(results: &Results) -> Option<String> {
-    let PredictedBand { displacement_mm: u, force_n } = results.predicted_curves.as_ref()?;
+    let PredictedBand { displacement_mm: u, force_n, .. } = results.predicted_curves.as_ref()?;
     let [q05, q25, q50, q75, q95] = force_n;
     let band = |low: &Vec<f64>, high: &Vec<f64>, colour: &str, name: &str| -> Plot {
         let band = BandPlot::new(u.iter().copied(), low.iter().copied(), high.iter().copied());
@@ -68,5 +68,5 @@ fn force_displacement(plots: Vec<Plot>) -> String {
         .with_x_axis_min(0.0)
         .with_y_axis_min(0.0)
         .with_legend_position(LegendPosition::InsideBottomRight);
-    single(plots, layout, 600.0, 350.0)
+    single(plots, layout, 470.0, 310.0)
 }

@@ -34,7 +34,7 @@ pub(in crate::report) fn further(parameter: &FurtherParameter) -> String {
     let layout = framed(panel(&plots, "further specimens", &y), range, (low, 1.0))
         .with_log_x()
         .with_legend_position(LegendPosition::OutsideRightTop);
-    single(plots, layout, 640.0, 300.0)
+    single(plots, layout, 470.0, 280.0)
 }
 
 /// Colour, dashes and marker of the `k`-th test. When the colours repeat, dashes and marker change.

@@ -33,5 +33,5 @@ pub(in crate::report) fn overlaid(label: &str, cases: &[(String, CalibratedParam
     }
     let lower = if lower > 0.0 && lower < 0.01 * upper { 0.0 } else { lower };
     let layout = framed(panel(&plots, label, "density"), (lower, upper), (0.0, top)).with_ticks(4);
-    single(plots, layout, 480.0, 340.0)
+    single(plots, layout, 460.0, 330.0)
 }

@@ -9,6 +9,9 @@ use crate::report::style::{PRIOR, SERIES, panel, single};
 /// Function that returns one kind of error of an order.
 type ErrorOf = fn(&OrderErrors) -> Option<f64>;
 
+/// Smallest relative error that is drawn. Smaller training errors belong to expansions that interpolate the runs.
+const LEAST: f64 = 1e-6;
+
 /// Errors of the polynomial chaos expansion against its order, on a logarithmic scale.
 pub(in crate::report) fn orders(results: &Results) -> String {
     let series: [(&str, ErrorOf); 4] = [
@@ -22,7 +25,7 @@ pub(in crate::report) fn orders(results: &Results) -> String {
         let points: Vec<(f64, f64)> = results
             .orders
             .iter()
-            .filter_map(|o| Some((o.order as f64, error(o)?.max(1e-16))))
+            .filter_map(|o| Some((o.order as f64, error(o).filter(|e| *e >= LEAST)?)))
             .collect();
         let dots = ScatterPlot::new().with_data(points.clone()).with_color(color).with_size(3.5);
         plots.push(line(points, color, 1.8).with_legend(name).into());
@@ -34,5 +37,5 @@ pub(in crate::report) fn orders(results: &Results) -> String {
         .with_reference_line(
             ReferenceLine::vertical(results.chosen_order as f64).with_color(PRIOR),
         );
-    single(plots, layout, 600.0, 330.0)
+    single(plots, layout, 470.0, 300.0)
 }

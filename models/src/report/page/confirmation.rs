@@ -1,14 +1,17 @@
-//! Sections on the simulations at the posterior mode: curves, quantities, damage.
+//! Section on the simulations at the posterior mode: curves and quantities.
 
 use maud::{Markup, html};
 
-use super::parts::{figure, image, panels, table};
+use super::parts::{figure, panels, table};
 use crate::report::digits::number;
 use crate::report::figures;
 use crate::report::results::{Results, mean};
-use fem_pictures::LEGEND;
 
-pub(super) fn confirmation(results: &Results) -> Markup {
+pub(super) fn collect(results: &Results) -> Option<&Results> {
+    (!results.map_curve.is_empty()).then_some(results)
+}
+
+pub(super) fn show(results: &Results) -> Markup {
     let with_mesh = results.qois.iter().any(|qoi| qoi.mesh_error_percent.is_some());
     html! {
         section {
@@ -18,7 +21,8 @@ pub(super) fn confirmation(results: &Results) -> Markup {
                     "Baseline: the materials as the case has them, before calibration. "
                 }
                 "MAP: the calibrated ones, simulated and not taken from the surrogate."
-            }))
+            }, "if the curve at the MAP leaves the experiments although the misfit above is small, the compared \
+                quantities miss that part of the curve: calibrate with likelihood = \"curve\"."))
             (table(
                 html! {
                     th { "quantity" } th { "experimental mean" } th { "simulation at the MAP" }
@@ -37,40 +41,7 @@ pub(super) fn confirmation(results: &Results) -> Markup {
             ))
             (panels(&figures::map_beside_experiments(results), html! {
                 "Outline and dots: experiments; dashed: their mean. Red: simulation at the MAP."
-            }))
-        }
-    }
-}
-
-/// Section with pictures of the specimen, cut along its axis, at increasing damage.
-pub(super) fn damage(results: &Results) -> Markup {
-    if results.damage.is_empty() {
-        return html! {};
-    }
-    html! {
-        section {
-            h2 { "Damage at the MAP" }
-            figure {
-                div.panels {
-                    @for state in &results.damage {
-                        @let shows = format!(
-                            "{:.3} mm, {} N", state.displacement_mm, number(state.force_n)
-                        );
-                        figure { (image(&state.picture, &shows)) figcaption { (shows) } }
-                    }
-                }
-                div.scale {
-                    span { "0" }
-                    span.ramp style={ "background: linear-gradient(to right, " (LEGEND.join(", ")) ")" } {}
-                    span { "1" }
-                    span { "damage of the matrix" }
-                }
-                figcaption {
-                    "The specimen cut along its axis, displaced as computed; grains are grey. Displacement, \
-                     damage, energy density and stress of these states are in "
-                    code { "fields/map.pvd" } " for ParaView."
-                }
-            }
+            }, "a red line outside the dots is a misfit: the table of misfits has its threshold and what to do."))
         }
     }
 }

@@ -6,12 +6,14 @@ use super::parts::{figure, table};
 use crate::further_test::FurtherTest;
 use crate::report::digits::{plain, within};
 use crate::report::figures;
-use crate::report::results::{FurtherNeeded, FurtherParameter, Results};
+use crate::report::results::{FurtherNeeded, FurtherParameter, IDENTIFIED, Results};
 
-pub(super) fn further(results: &Results) -> Markup {
-    if results.further.is_empty() {
-        return html! {};
-    }
+pub(super) fn collect(results: &Results) -> Option<&[FurtherParameter]> {
+    let is_computed = !results.map_curve.is_empty() && !results.further.is_empty();
+    is_computed.then_some(&results.further)
+}
+
+pub(super) fn show(parameters: &[FurtherParameter]) -> Markup {
     html! {
         section {
             h2 { "What further tests would tell" }
@@ -21,7 +23,7 @@ pub(super) fn further(results: &Results) -> Markup {
                  (contraction " (IDENTIFIED) ") or its 90 % interval to be as narrow as stated. A further \
                  quantity of the present curves may contract without any further specimen."
             }
-            @for parameter in &results.further { (of(parameter)) }
+            @for parameter in parameters { (of(parameter)) }
             p.caption {
                 "Linear and Gaussian at draws of the posterior, averaged over them. Specimens of another test have \
                  the relative scatter of the present ones, or the scatter that the case states. More specimens \
@@ -30,9 +32,6 @@ pub(super) fn further(results: &Results) -> Markup {
         }
     }
 }
-
-/// Contraction from which a parameter counts as identified, as in the table of parameters.
-const IDENTIFIED: f64 = 0.5;
 
 fn of(parameter: &FurtherParameter) -> Markup {
     let numbers: Vec<usize> = parameter
@@ -57,7 +56,8 @@ fn of(parameter: &FurtherParameter) -> Markup {
         ))
         (figure(&figures::further(parameter), html! {
             "Expected contraction of " (parameter.label) " by further specimens. Dashed: now."
-        }))
+        }, "a curve that stays near the dashed line is a test that does not inform this parameter: choose another \
+            candidate in [further_tests]."))
     }
 }
 
@@ -105,8 +105,7 @@ mod tests {
         let more = test("more", vec![needed(None, false, 0.04), needed(None, true, 0.0043)]);
         let parameter =
             FurtherParameter { label: "Gc (N/mm)".into(), now: 0.01, tests: vec![more, slow] };
-        let results = Results { further: vec![parameter], ..Results::default() };
-        let page = further(&results).into_string();
+        let page = show(&[parameter]).into_string();
         for part in [
             "<td>7</td>",
             "never: 0.04 at best",
@@ -117,6 +116,6 @@ mod tests {
         ] {
             assert!(page.contains(part), "{part}: {page}");
         }
-        assert_eq!(further(&Results::default()).into_string(), "");
+        assert!(collect(&Results::default()).is_none());
     }
 }

@@ -4,17 +4,40 @@ use maud::{Markup, PreEscaped, html};
 
 use crate::report::data_uri;
 use crate::report::figures::Place;
-use crate::report::results::PictureContent;
+use crate::report::results::{Picture, PictureContent};
+
+/// Place of the number of a figure, which [`numbered`] fills in. Text of the user is escaped, so it cannot occur there.
+const NUMBER: &str = "<!--number of the figure-->";
+
+/// Numbers the figures of a page in their order.
+pub(super) fn numbered(page: &str) -> String {
+    let mut parts = page.split(NUMBER);
+    let mut numbered = parts.next().unwrap_or_default().to_owned();
+    for (k, part) in parts.enumerate() {
+        numbered += &format!("{}{part}", k + 1);
+    }
+    numbered
+}
+
+/// Caption of a figure: its number, what it shows, and what to do if it looks wrong.
+pub(super) fn caption(shown: Markup, if_wrong: &str) -> Markup {
+    html! {
+        figcaption {
+            b { "Figure " (PreEscaped(NUMBER)) ". " } (shown)
+            span.wrong { b { "If it looks wrong: " } (if_wrong) }
+        }
+    }
+}
 
 /// A picture with its caption below.
-pub(super) fn captioned(content: &PictureContent, caption: &str) -> Markup {
+pub(super) fn picture(picture: &Picture) -> Markup {
     html! {
         figure {
-            @match content {
+            @match &picture.content {
                 PictureContent::Svg(svg) => (PreEscaped(svg)),
-                PictureContent::Png(bytes) => (image(bytes, caption)),
+                PictureContent::Png(bytes) => (image(bytes, &picture.caption)),
             }
-            figcaption { (caption) }
+            (caption(html! { (picture.caption) }, picture.if_wrong))
         }
     }
 }
@@ -24,16 +47,16 @@ pub(super) fn image(png: &[u8], shows: &str) -> Markup {
 }
 
 /// A figure with its caption below.
-pub(super) fn figure(svg: &str, caption: Markup) -> Markup {
-    html! { figure { (PreEscaped(svg)) figcaption { (caption) } } }
+pub(super) fn figure(svg: &str, shown: Markup, if_wrong: &str) -> Markup {
+    html! { figure { (PreEscaped(svg)) (caption(shown, if_wrong)) } }
 }
 
 /// Panels side by side, wrapped to the width of the page, with their caption below.
-pub(super) fn panels(svgs: &[String], caption: Markup) -> Markup {
+pub(super) fn panels(svgs: &[String], shown: Markup, if_wrong: &str) -> Markup {
     html! {
         figure {
             div.panels { @for svg in svgs { (PreEscaped(svg)) } }
-            figcaption { (caption) }
+            (caption(shown, if_wrong))
         }
     }
 }
@@ -53,8 +76,8 @@ pub(super) fn facts(pairs: &[(String, String)]) -> Markup {
     }
 }
 
-/// A matrix of panels. A narrow page omits the panels above the diagonal and shows two panels per row.
-pub(super) fn pairs(matrix: &[(Place, String)], caption: Markup) -> Markup {
+/// A matrix of panels. A narrow page omits the panels above the diagonal and shows one panel per row.
+pub(super) fn pairs(matrix: &[(Place, String)], shown: Markup, if_wrong: &str) -> Markup {
     let columns = matrix.iter().filter(|(place, _)| *place == Place::Diagonal).count();
     let class = |place: Place| match place {
         Place::Above => "above",
@@ -65,7 +88,24 @@ pub(super) fn pairs(matrix: &[(Place, String)], caption: Markup) -> Markup {
             div.pairs style={ "--columns: " (columns) } {
                 @for (place, svg) in matrix { div class=(class(*place)) { (PreEscaped(svg)) } }
             }
-            figcaption { (caption) }
+            (caption(shown, if_wrong))
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_are_numbered_in_their_order() {
+        let one = || figure("<svg></svg>", html! { "shown" }, "do this").into_string();
+        let page = numbered(&format!("{}{}", one(), one()));
+        assert_eq!(page.matches("<b>Figure 1. </b>shown").count(), 1, "{page}");
+        assert_eq!(page.matches("<b>Figure 2. </b>shown").count(), 1, "{page}");
+        assert!(
+            page.contains("<b>If it looks wrong: </b>do this") && !page.contains("<!--"),
+            "{page}"
+        );
     }
 }

@@ -5,7 +5,7 @@ use super::super::inputs::Inputs;
 use super::super::rule::{Rule, Warning, qualified};
 use crate::error::InputError;
 use crate::qoi::Quantity;
-use crate::report::Qualifier;
+use crate::report::{self, Qualifier, QuantityMisfit};
 use crate::table::{CsvTable, TableRow};
 
 /// A misfit is poor if it exceeds this number of its standard deviations.
@@ -40,7 +40,12 @@ struct Misfit {
 
 /// Whether a misfit is statistically significant, or so large that the result cannot be used.
 fn is_poor(percent: f64, sd_percent: f64) -> bool {
-    percent.abs() > (DEVIATIONS * sd_percent).max(NEGLIGIBLE) || percent.abs() > LARGEST
+    percent.abs() > threshold(sd_percent)
+}
+
+/// Largest misfit that is not poor, %.
+fn threshold(sd_percent: f64) -> f64 {
+    (DEVIATIONS * sd_percent).clamp(NEGLIGIBLE, LARGEST)
 }
 
 fn misfits(inputs: &Inputs<'_>) -> Result<Vec<Misfit>, WorkflowError> {
@@ -69,12 +74,28 @@ fn simulated(inputs: &Inputs<'_>) -> Result<Vec<f64>, WorkflowError> {
     Ok(table.rows().map(percent).collect::<Result<_, InputError>>()?)
 }
 
+/// Misfit of each compared quantity with its threshold, and that of the simulation if `confirmed`.
+pub(in crate::workflow) fn verdicts(
+    inputs: &Inputs<'_>,
+    confirmed: bool,
+) -> Result<Vec<QuantityMisfit>, WorkflowError> {
+    let simulated = if confirmed { simulated(inputs)? } else { Vec::new() };
+    let misfit =
+        |percent, sd_percent| report::Misfit { percent, threshold_percent: threshold(sd_percent) };
+    let verdict = |(m, own): (usize, Misfit)| QuantityMisfit {
+        surrogate: misfit(own.percent, own.sd_percent),
+        simulation: simulated.get(m).map(|&percent| misfit(percent, own.simulation_sd_percent)),
+        quantity: own.quantity,
+    };
+    Ok(misfits(inputs)?.into_iter().enumerate().map(verdict).collect())
+}
+
 fn quantity_name(column: &str) -> String {
     Quantity::of_column(column).map_or_else(|| column.to_owned(), |quantity| quantity.to_string())
 }
 
 fn words(quantity: &str, percent: f64, sd_percent: f64) -> String {
-    let bound = (DEVIATIONS * sd_percent).clamp(NEGLIGIBLE, LARGEST);
+    let bound = threshold(sd_percent);
     format!("{quantity} is {percent:+.1} % from the mean of the specimens (bound {bound:.1} %)")
 }
 

@@ -3,7 +3,7 @@
 //! Each rule is a module in this folder and an entry in [`RULES`]. The tests of a rule check its threshold from both
 //! sides.
 
-mod fit;
+pub(super) mod fit;
 mod influence;
 mod mesh;
 mod microstructure;

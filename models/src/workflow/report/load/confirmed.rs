@@ -2,6 +2,7 @@
 
 use super::super::super::WorkflowError;
 use super::super::super::inputs::Inputs;
+use super::super::super::predicted_curves::band_end;
 use crate::predicted_curve::QUANTILES;
 use crate::qoi::Quantity;
 use crate::report::{DamageState, PredictedBand, Qoi};
@@ -67,8 +68,11 @@ pub(super) fn predicted_curves(
     let columns: Vec<&str> = names.iter().map(String::as_str).collect();
     let table = CsvTable::read(&path, &[&["displacement_mm"][..], &columns].concat())?;
     let column = |name: &str| table.rows().map(|row| row.number(name)).collect::<Result<_, _>>();
-    let mut band =
-        PredictedBand { displacement_mm: column("displacement_mm")?, ..Default::default() };
+    let mut band = PredictedBand {
+        displacement_mm: column("displacement_mm")?,
+        end: band_end(inputs),
+        ..Default::default()
+    };
     for (force_n, name) in band.force_n.iter_mut().zip(columns) {
         *force_n = column(name)?;
     }

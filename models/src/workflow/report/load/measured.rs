@@ -9,7 +9,8 @@ use super::super::super::inputs::Inputs;
 use super::super::super::mesh_scale::MeshScale;
 use crate::case::Toe;
 use crate::error::InputError;
-use crate::report::{Finding, Points, Results};
+use crate::qoi::Quantity;
+use crate::report::{Finding, Points, Results, SpecimenFacts};
 use crate::table::{CsvTable, TableRow};
 
 /// A simulated curve, starting at the origin.
@@ -77,7 +78,13 @@ pub(super) fn ensemble_so_far(inputs: &Inputs<'_>, results: &mut Results) {
 }
 
 /// Loads the measured curves, scaled to the size of the mesh as in the calibration.
-pub(super) fn experiments(inputs: &Inputs<'_>, results: &mut Results) -> Result<(), WorkflowError> {
+///
+/// Also loads the sizes and the quantities of the specimens.
+pub(super) fn experiments(
+    inputs: &Inputs<'_>,
+    quantities: &[Quantity],
+    results: &mut Results,
+) -> Result<(), WorkflowError> {
     let table = inputs.chosen(inputs.specimen_table()?)?;
     let path = inputs.file("experiments.csv")?;
     let used = CsvTable::read(&path, &["id", MeshScale::COLUMNS[0]])?;
@@ -86,7 +93,16 @@ pub(super) fn experiments(inputs: &Inputs<'_>, results: &mut Results) -> Result<
     let looked = CsvTable::read(&looked, &["id", "finding", "value"])?;
     let end = results.ensemble.iter().flatten().map(|p| p.0).fold(0.0, f64::max);
     for specimen in table.specimens {
-        let scale = MeshScale::of_row(used.named("id", &specimen.id)?)?;
+        let row = used.named("id", &specimen.id)?;
+        let scale = MeshScale::of_row(row)?;
+        let values = quantities.iter().map(|quantity| row.number(&quantity.column()));
+        results.specimens.push(SpecimenFacts {
+            id: specimen.id.clone(),
+            group: specimen.group.clone(),
+            height_mm: specimen.height_mm,
+            radius_mm: specimen.radius_mm,
+            values: values.collect::<Result<_, _>>()?,
+        });
         if scale.displacement != 1.0 {
             results.notes.push(format!(
                 "{} is {} mm high: its displacements are scaled by {:.4} to the height of the mesh.",

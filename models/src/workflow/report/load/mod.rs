@@ -6,6 +6,7 @@ mod further;
 mod measured;
 mod notes;
 mod posterior;
+mod provenance;
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -15,6 +16,7 @@ use surrogate::{Dataset, DynPce, FitReport, OrderRule};
 use super::super::WorkflowError;
 use super::super::images::{self, OWN, segmented_file};
 use super::super::inputs::Inputs;
+use super::super::rules::fit;
 use super::super::warnings::{of_rules, of_stages};
 use super::levels::corrected;
 use crate::case::{CalibrationCase, Case, Likelihood};
@@ -41,6 +43,9 @@ pub(in crate::workflow) fn load_done(
     let mut results = Results {
         title: title(case),
         case_toml: case.to_toml(),
+        provenance: Some(provenance::provenance(inputs)),
+        changed_keys: provenance::changed_keys(case),
+        methods: Some(provenance::methods(case)),
         settings: settings(case),
         pictures: pictures(inputs, done)?,
         qois: quantities.iter().map(qoi).collect(),
@@ -65,7 +70,7 @@ pub(in crate::workflow) fn load_done(
     if done("experiments") {
         results.findings = measured::findings(inputs)?;
         results.notes.extend(notes::of_virtual_specimens(inputs, case)?);
-        measured::experiments(inputs, &mut results)?;
+        measured::experiments(inputs, quantities, &mut results)?;
         confirmed::experiments(inputs, quantities, &mut results.qois)?;
     }
     if done("surrogate") {
@@ -88,6 +93,7 @@ pub(in crate::workflow) fn load_done(
         results.summary = posterior::summary(inputs)?;
         results.divergences = posterior::divergences(inputs)?;
         results.loo = posterior::left_out(inputs, case)?;
+        results.misfits = fit::verdicts(inputs, done("confirm"))?;
         confirmed::predictive(inputs, quantities, &mut results.qois)?;
     }
     if done("confirm") {
@@ -157,6 +163,10 @@ fn rule_in_words(rule: OrderRule) -> String {
     }
 }
 
+/// What to do if outlines of grains are wrong.
+const OUTLINES: &str = "if grains are missed, merged or divided, set the thresholds and filters of [specimen.image] \
+                        (docs/how-to/images.md).";
+
 /// Pictures that the stages `segment` and `mesh` have written.
 fn pictures(
     inputs: &Inputs<'_>,
@@ -166,32 +176,42 @@ fn pictures(
         (
             "slices.png",
             "Slices through the middle of the image with the outlines of the grains found.",
+            OUTLINES,
         ),
-        ("grains.png", "The grains that were found."),
-        ("grain_sizes.svg", "Sizes of the grains."),
-        ("mesh.png", "The mesh with a sector of the matrix cut away."),
+        ("grains.png", "The grains that were found.", OUTLINES),
+        (
+            "grain_sizes.svg",
+            "Sizes of the grains.",
+            "many tiny grains are noise of the image or parts of divided grains: look at the outlines in the slices.",
+        ),
+        (
+            "mesh.png",
+            "The mesh with a sector of the matrix cut away.",
+            "grains with steps or holes need a smaller specimen.spacing_mm, or specimen.grain_mode = \"conforming\".",
+        ),
         (
             "mesh_quality.svg",
             "Shape of the tetrahedra: 70.5° is the best, below 10° computing suffers.",
+            "bars below 10° slow the solver and may stop it: increase specimen.min_dihedral_deg.",
         ),
     ];
-    let own = own.map(|(name, caption)| (name.to_owned(), caption.to_owned()));
+    let own = own.map(|(name, caption, if_wrong)| (name.to_owned(), caption.to_owned(), if_wrong));
     let names = if done("segment") { images::names(inputs)? } else { Vec::new() };
     let further = (OWN + 1..).zip(names).map(|(image, name)| {
         let caption = format!("Slices through image {image}, {name}, with the grains found.");
-        (segmented_file(image, "slices.png"), caption)
+        (segmented_file(image, "slices.png"), caption, OUTLINES)
     });
     let mut pictures = Vec::new();
     let is_done = |name: &str| inputs.writer_of(name).is_some_and(done);
     let files = own.into_iter().chain(further);
-    for (name, caption) in files.filter(|(name, _)| is_done(name)) {
+    for (name, caption, if_wrong) in files.filter(|(name, ..)| is_done(name)) {
         let Some(path) = inputs.file_if_there(&name) else { continue };
         let content = match name.ends_with(".svg") {
             true => std::fs::read_to_string(&path).map(PictureContent::Svg),
             false => std::fs::read(&path).map(PictureContent::Png),
         };
         let content = content.map_err(|e| WorkflowError::io(&path, e))?;
-        pictures.push(Picture { caption, content });
+        pictures.push(Picture { caption, if_wrong, content });
     }
     Ok(pictures)
 }
@@ -299,10 +319,5 @@ fn settings(case: &Case) -> Vec<(String, String)> {
             ),
         ),
         row("discrepancy of the model", discrepancy_in_words(sampler)),
-        row("program", format!("breccia {}", env!("CARGO_PKG_VERSION"))),
-        row(
-            "method",
-            "Schmid et al., phase-field calibration with uncertainty quantification".into(),
-        ),
     ]
 }

@@ -1,12 +1,16 @@
-//! Sections on the measured curves, the range of the ensemble, and the surrogate.
+//! Section on the measured curves and the range of the ensemble.
 
 use maud::{Markup, html};
 
-use super::parts::{figure, pairs, panels, table};
+use super::parts::{figure, panels, table};
 use crate::report::figures;
 use crate::report::results::{Finding, Results};
 
-pub(super) fn curves(results: &Results) -> Markup {
+pub(super) fn collect(results: &Results) -> Option<&Results> {
+    (!results.ensemble.is_empty() || !results.experiments.is_empty()).then_some(results)
+}
+
+pub(super) fn show(results: &Results) -> Markup {
     html! {
         section {
             h2 { "Curves and quantities of interest" }
@@ -15,14 +19,16 @@ pub(super) fn curves(results: &Results) -> Markup {
                 (format!("{:.0}", results.ensemble_seconds)) " s of processor time), "
                 (results.experiments.len()) " measured ones. The range of the ensemble must include \
                 the experiments."
-            }))
+            }, "a measured curve beyond the range of the ensemble cannot be calibrated: check its units, its zero and \
+                its toe in the table below, then widen [prior]."))
             @if !results.failures.is_empty() {
                 p { "Runs that failed and are left out:" }
                 ul { @for (id, reason) in &results.failures { li { "run " (id) ": " (reason) } } }
             }
             (panels(&figures::of_the_ensemble(results), html! {
                 "Bars: ensemble. Outline and dots: experiments; dashed: their mean."
-            }))
+            }, "if the dots lie beside the bars, no point of the prior explains the experiments: widen [prior], or \
+                check what [material] and [test] leave out."))
             (findings(results))
         }
     }
@@ -70,45 +76,6 @@ fn kinds(findings: &[Finding]) -> Vec<Kind<'_>> {
         }
     }
     kinds
-}
-
-pub(super) fn surrogate(results: &Results) -> Markup {
-    html! {
-        section {
-            h2 { "Prior, design and surrogate" }
-            @if results.parameters.iter().any(|p| !p.design.is_empty()) {
-                (pairs(&figures::design(&results.parameters), html! {
-                    "The simulations of the ensemble in the prior box, which the axes span. Diagonal: \
-                     their distribution, and the prior (dashed). Below: contours that enclose 10, 50 and \
-                     90 % of them. Above: the points."
-                }))
-            }
-            p { "Polynomial chaos of order " strong { (results.chosen_order) } ": "
-                (results.order_rule) "." }
-            (figure(&figures::orders(results), html! {
-                "Errors relative to the variance of each quantity, averaged over them. Orders \
-                 with more terms than runs are not estimable."
-            }))
-            (table(
-                html! {
-                    th { "total Sobol index" }
-                    @for p in &results.parameters { th { (p.label) } }
-                    @for name in &results.known_inputs { th { (name) } }
-                },
-                html! { @for qoi in &results.qois { tr {
-                    td.name { (qoi.label) }
-                    @for (index, ends) in &qoi.sobol_total {
-                        td { (format!("{index:.3}"))
-                            @if let Some([low, high]) = ends { small { (format!("{low:.3} … {high:.3}")) } }
-                        }
-                    }
-                } } },
-            ))
-            p.caption { "Fraction of each quantity's variance over the prior box that involves the \
-                         parameter, with the 90 % interval that the runs leave open: a parameter with \
-                         small indices cannot be identified." }
-        }
-    }
 }
 
 #[cfg(test)]

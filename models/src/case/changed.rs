@@ -1,0 +1,100 @@
+//! Keys of a case that differ from their defaults.
+
+use toml::{Table, Value};
+
+use super::Case;
+
+impl Case {
+    /// Returns every key whose value differs from its default, with both values; a key without a default has none.
+    ///
+    /// The default of a key is its value in the case without the key, so that defaults that depend on other keys are
+    /// right too.
+    pub(crate) fn changed_keys(&self) -> Vec<(String, Value, Option<Value>)> {
+        let Ok(whole) = Table::try_from(self) else { return Vec::new() };
+        let mut changed = Vec::new();
+        for key in leaves(&whole) {
+            let (Some(value), Some(rest)) = (at(&whole, &key), without(&whole, &key)) else {
+                continue;
+            };
+            let default = completed(rest).and_then(|case| at(&case, &key).cloned());
+            if default.as_ref() != Some(value) {
+                changed.push((key.join("."), value.clone(), default));
+            }
+        }
+        changed
+    }
+}
+
+/// The case of a table with all its defaults, as a table; `None` if it lacks a required key.
+fn completed(table: Table) -> Option<Table> {
+    let mut case: Case = table.try_into().ok()?;
+    if let Some(v) = case.experiments.as_mut().and_then(|e| e.virtual_specimens.as_mut()) {
+        v.complete();
+    }
+    case.qoi.quantities = case.compared();
+    Table::try_from(&case).ok()
+}
+
+/// Paths of all values that are no tables, in the order of the table.
+fn leaves(table: &Table) -> Vec<Vec<String>> {
+    let mut paths = Vec::new();
+    for (name, value) in table {
+        match value {
+            Value::Table(inner) => {
+                let path = |rest: Vec<String>| [vec![name.clone()], rest].concat();
+                paths.extend(leaves(inner).into_iter().map(path));
+            }
+            _ => paths.push(vec![name.clone()]),
+        }
+    }
+    paths
+}
+
+fn at<'a>(table: &'a Table, path: &[String]) -> Option<&'a Value> {
+    let (first, rest) = path.split_first()?;
+    let value = table.get(first)?;
+    if rest.is_empty() { Some(value) } else { at(value.as_table()?, rest) }
+}
+
+/// The table without the value at a path; its tables remain, even if they are empty.
+fn without(table: &Table, path: &[String]) -> Option<Table> {
+    let mut table = table.clone();
+    let (last, parents) = path.split_last()?;
+    let mut inner = &mut table;
+    for name in parents {
+        inner = inner.get_mut(name)?.as_table_mut()?;
+    }
+    inner.remove(last)?;
+    Some(table)
+}
+
+#[cfg(test)]
+mod tests {
+    use fem::SolverOptions;
+
+    use crate::case::{CalibrationCase, CaseFile, DesignCase, SurrogateCase};
+
+    #[test]
+    fn changed_keys_have_their_defaults_and_unchanged_keys_are_not_among_them() {
+        let mut case = CaseFile::default_case().case;
+        case.design = DesignCase { runs: 12, ..DesignCase::default() };
+        case.calibration = CalibrationCase { draws: 150, ..CalibrationCase::default() };
+        (case.surrogate, case.solver) = (SurrogateCase::default(), SolverOptions::default());
+        let changed = case.changed_keys();
+        let of = |key: &str| changed.iter().find(|(name, ..)| name == key);
+        let integers = |key: &str| {
+            let (_, value, default) = of(key)?;
+            Some((value.as_integer()?, default.as_ref()?.as_integer()?))
+        };
+        let runs = DesignCase::default().runs as i64;
+        assert_eq!(integers("design.runs"), Some((12, runs)));
+        let draws = CalibrationCase::default().draws as i64;
+        assert_eq!(integers("calibration.draws"), Some((150, draws)));
+        // a required key has no default
+        assert!(of("material.matrix.young_mpa").is_some_and(|(.., default)| default.is_none()));
+        for key in ["design.seed", "calibration.chains", "surrogate.max_order", "solver.tolerance"]
+        {
+            assert!(of(key).is_none(), "{key}: {changed:?}");
+        }
+    }
+}

@@ -1,0 +1,151 @@
+//! Section with the contributions to the variance of each parameter, one bar per parameter.
+
+use maud::{Markup, html};
+
+use super::parts::table;
+use crate::report::results::Results;
+
+/// Sources of uncertainty in the order of their colours; all other sources share one further colour.
+const SOURCES: [&str; 4] = ["specimens", "geometry", "surrogate", "mesh"];
+
+/// Shares of the sources in the variance of each parameter.
+pub(super) struct Budget<'a> {
+    /// Sources in the order of their columns.
+    sources: Vec<&'a str>,
+    /// Label of each parameter with its sources and their shares.
+    parameters: &'a [(String, Vec<(String, f64)>)],
+}
+
+pub(super) fn collect(results: &Results) -> Option<Budget<'_>> {
+    let sources = sources(&results.budget);
+    (!sources.is_empty()).then_some(Budget { sources, parameters: &results.budget })
+}
+
+pub(super) fn show(Budget { sources, parameters }: &Budget<'_>) -> Markup {
+    let header = html! {
+        th { "share of the variance" }
+        @for source in sources {
+            th { span class={ "key " (colour(source)) } {} (source) }
+        }
+    };
+    let rows = html! {
+        @for (parameter, parts) in *parameters {
+            tr {
+                td.name { (parameter) (bar(parts)) }
+                @for source in sources {
+                    td { @if let Some(share) = share(parts, source) { (percent(share)) } }
+                }
+            }
+        }
+    };
+    html! {
+        section {
+            h2 { "Where the uncertainty comes from" }
+            (table(header, rows))
+            p.caption {
+                "Shares of the posterior variance without that of the prior, linearised at the posterior \
+                 mean. Specimens: scatter between specimens, which more specimens reduce. Geometry: scatter \
+                 between packings. Surrogate: its error, which more runs reduce."
+                @if sources.contains(&"discrepancy") {
+                    " Discrepancy: the error of the model that the case states; it does not come from \
+                     the data."
+                }
+                @if !sources.contains(&"mesh") {
+                    " The intervals do not include the error of the mesh; the section on the confirming \
+                     simulation has its estimate."
+                }
+            }
+        }
+    }
+}
+
+/// Sources that occur in the budget, in the order of [`SOURCES`]; other sources follow.
+fn sources(budget: &[(String, Vec<(String, f64)>)]) -> Vec<&str> {
+    let mut found: Vec<&str> = Vec::new();
+    for (source, _) in budget.iter().flat_map(|(_, parts)| parts) {
+        if !found.contains(&source.as_str()) {
+            found.push(source);
+        }
+    }
+    let place = |source: &&str| SOURCES.iter().position(|s| s == source).unwrap_or(SOURCES.len());
+    found.sort_by_key(place);
+    found
+}
+
+fn share(parts: &[(String, f64)], source: &str) -> Option<f64> {
+    parts.iter().find(|(name, _)| name == source).map(|(_, share)| *share)
+}
+
+/// Class of a source in the style sheet.
+fn colour(source: &str) -> &str {
+    if SOURCES.contains(&source) { source } else { "other" }
+}
+
+fn percent(share: f64) -> String {
+    match 100.0 * share {
+        percent if percent > 0.0 && percent < 0.5 => "< 1 %".to_owned(),
+        percent => format!("{percent:.0} %"),
+    }
+}
+
+/// Bar that is divided into the shares of the sources.
+fn bar(parts: &[(String, f64)]) -> Markup {
+    let names: Vec<String> =
+        parts.iter().map(|(source, share)| format!("{source} {}", percent(*share))).collect();
+    let mut ordered: Vec<&(String, f64)> = parts.iter().collect();
+    let place = |part: &&(String, f64)| SOURCES.iter().position(|s| *s == part.0);
+    ordered.sort_by_key(|part| place(part).unwrap_or(SOURCES.len()));
+    let ends = ordered.iter().scan(0.0, |end, part| {
+        *end += 100.0 * part.1;
+        Some(*end)
+    });
+    html! {
+        svg.bar viewBox="0 0 100 10" preserveAspectRatio="none" role="img"
+            aria-label=(names.join(", ")) {
+            @for ((source, share), end) in ordered.iter().zip(ends) {
+                @let (left, width) = (end - 100.0 * share, 100.0 * share);
+                rect class=(colour(source)) x=(format!("{left:.2}")) width=(format!("{width:.2}"))
+                    height="10" {}
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn results() -> Results {
+        let parts = |shares: [f64; 3]| -> Vec<(String, f64)> {
+            ["surrogate", "geometry", "specimens"]
+                .map(str::to_owned)
+                .into_iter()
+                .zip(shares)
+                .collect()
+        };
+        let budget = vec![
+            ("E (MPa)".to_owned(), parts([0.056, 0.148, 0.796])),
+            ("ξ (MPa s)".to_owned(), parts([0.001, 0.4, 0.599])),
+        ];
+        Results { budget, ..Results::default() }
+    }
+
+    #[test]
+    fn shares_stand_in_one_order_and_fill_the_bar() {
+        let results = results();
+        let html = collect(&results).map(|budget| show(&budget).into_string()).unwrap_or_default();
+        for cell in ["80 %", "15 %", "6 %", "60 %", "40 %", "&lt; 1 %"] {
+            assert!(html.contains(&format!("<td>{cell}</td>")), "{cell}: {html}");
+        }
+        let bar = &html[html.find("<svg").unwrap()..html.find("</svg>").unwrap()];
+        let rects: Vec<&str> = bar.split("<rect").skip(1).collect();
+        assert!(rects[0].contains("class=\"specimens\" x=\"0.00\" width=\"79.60\""), "{bar}");
+        assert!(rects[1].contains("class=\"geometry\" x=\"79.60\" width=\"14.80\""), "{bar}");
+        assert!(rects[2].contains("class=\"surrogate\" x=\"94.40\" width=\"5.60\""), "{bar}");
+    }
+
+    #[test]
+    fn without_a_budget_there_is_no_section() {
+        assert!(collect(&Results::default()).is_none());
+    }
+}

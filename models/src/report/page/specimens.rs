@@ -1,0 +1,89 @@
+//! Table of the specimens.
+
+use maud::{Markup, html};
+
+use super::parts::table;
+use crate::report::digits::{number, plain};
+use crate::report::results::{Results, SpecimenFacts, mean};
+
+/// The specimens with the names of their quantities.
+pub(super) struct Specimens<'a> {
+    labels: Vec<&'a str>,
+    specimens: &'a [SpecimenFacts],
+}
+
+pub(super) fn collect(results: &Results) -> Option<Specimens<'_>> {
+    let labels = results.qois.iter().map(|qoi| qoi.label.as_str()).collect();
+    (!results.specimens.is_empty()).then_some(Specimens { labels, specimens: &results.specimens })
+}
+
+pub(super) fn show(Specimens { labels, specimens }: &Specimens<'_>) -> Markup {
+    let column = |m: usize| specimens.iter().map(|s| s.values[m]).collect::<Vec<f64>>();
+    html! {
+        section {
+            h2 { "Specimens" }
+            (table(
+                html! {
+                    th { "specimen" } th.text { "group" } th { "height (mm)" } th { "radius (mm)" }
+                    @for label in labels { th { (label) } }
+                },
+                html! {
+                    @for specimen in *specimens { tr {
+                        td.name { (specimen.id) } td.name { (specimen.group) }
+                        td { (plain(specimen.height_mm)) } td { (plain(specimen.radius_mm)) }
+                        @for value in &specimen.values { td { (number(*value)) } }
+                    } }
+                    tr {
+                        td.name { "mean" } td {} td {} td {}
+                        @for m in 0..labels.len() { td { (number(mean(&column(m)))) } }
+                    }
+                    @if specimens.len() > 1 { tr {
+                        td.name { "standard deviation" } td {} td {} td {}
+                        @for m in 0..labels.len() { td { (format!("{:.1} %", deviation_percent(&column(m)))) } }
+                    } }
+                },
+            ))
+            p.caption {
+                "Quantities are scaled to the size of the mesh, as they are compared. Force is positive in compression, \
+                 displacement where the specimen shortens."
+            }
+        }
+    }
+}
+
+/// Standard deviation between specimens, in % of their mean.
+fn deviation_percent(values: &[f64]) -> f64 {
+    let mean = mean(values);
+    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+    100.0 * (squares / (values.len() as f64 - 1.0)).sqrt() / mean.abs()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::results::Qoi;
+
+    #[test]
+    fn every_specimen_has_a_row_and_their_mean_and_deviation_follow() {
+        let specimen = |id: &str, value| SpecimenFacts {
+            id: id.into(),
+            group: "A".into(),
+            height_mm: 4.4,
+            radius_mm: 2.5,
+            values: vec![value],
+        };
+        let qoi = Qoi { label: "peak force (N)".into(), ..Qoi::default() };
+        let results = Results {
+            qois: vec![qoi],
+            specimens: vec![specimen("S-1", 90.0), specimen("S-2", 110.0)],
+            ..Results::default()
+        };
+        let html = collect(&results).map(|table| show(&table).into_string()).unwrap_or_default();
+        for part in ["S-1", "S-2", "peak force (N)", ">4.4</td><td>2.5</td>"] {
+            assert!(html.contains(part), "{part}: {html}");
+        }
+        // sample standard deviation of 90 and 110: √200 = 14.1
+        assert!(html.contains("<td>14.1 %</td>"), "{html}");
+        assert!(collect(&Results::default()).is_none());
+    }
+}

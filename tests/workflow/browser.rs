@@ -1,0 +1,183 @@
+//! The report in a browser: nothing overflows, all text is legible, links and pictures resolve, nothing is fetched.
+
+use std::path::Path;
+use std::process::Command;
+
+use serde::Deserialize;
+
+use super::finished_tiny;
+
+/// Widths of a phone, a tablet and a desktop in px.
+const WIDTHS: [u32; 3] = [390, 768, 1400];
+/// Smallest size of legible text in px.
+const SMALLEST_TEXT: f64 = 9.0;
+
+/// Collects errors; runs before everything else on the page.
+const FIRST: &str = r#"<script>
+window.problems = [];
+window.addEventListener("error", e => window.problems.push(e.message || "cannot load " + e.target.outerHTML.slice(0, 80)), true);
+console.error = (...what) => window.problems.push(what.join(" "));
+</script>"#;
+
+/// Measures the page and sends the result to the page around it.
+const LAST: &str = r##"<script>
+window.addEventListener("load", () => {
+  const found = { width: innerWidth, overflow: document.scrollingElement.scrollWidth - innerWidth, beyond: [], small: [],
+    anchors: [], pictures: [], fetched: [], errors: window.problems, texts: 0, images: 0 };
+  const start = node => node.textContent.trim().slice(0, 40);
+  const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  while (walker.nextNode()) {
+    const text = walker.currentNode, parent = text.parentElement;
+    if (!text.textContent.trim() || ["SCRIPT", "STYLE"].includes(parent.tagName) || !parent.checkVisibility()) continue;
+    const range = document.createRange();
+    range.selectNodeContents(text);
+    const box = range.getBoundingClientRect();
+    if (box.width === 0) continue;
+    found.texts += 1;
+    const matrix = parent instanceof SVGElement ? parent.getScreenCTM() : { a: 1, b: 0 };
+    const size = parseFloat(getComputedStyle(parent).fontSize) * Math.hypot(matrix.a, matrix.b);
+    if (size < SMALLEST) found.small.push(start(text) + ": " + size.toFixed(1) + " px");
+    if (box.right > innerWidth + 1 && !parent.closest(".scroll, .pairs, pre")) found.beyond.push(start(text));
+  }
+  for (const link of document.querySelectorAll("a[href^='#']"))
+    if (!document.getElementById(link.getAttribute("href").slice(1))) found.anchors.push(link.getAttribute("href"));
+  for (const image of document.images) {
+    found.images += 1;
+    if (!image.complete || image.naturalWidth === 0) found.pictures.push(image.alt);
+  }
+  const remote = /^(https?:)?\/\//;
+  for (const element of document.querySelectorAll("[src], link[href], object[data], image[href], use[href]"))
+    for (const name of ["src", "href", "data"])
+      if (remote.test(element.getAttribute(name) || "")) found.fetched.push(element.getAttribute(name));
+  for (const entry of performance.getEntriesByType("resource"))
+    if (remote.test(entry.name)) found.fetched.push(entry.name);
+  parent.postMessage(JSON.stringify(found), "*");
+});
+</script>"##;
+
+/// What the browser finds on a page.
+#[derive(Debug, Deserialize)]
+struct Found {
+    width: f64,
+    /// Number of px by which the page is wider than the window.
+    overflow: f64,
+    /// Text beyond the right edge of the window that cannot be scrolled to within its own box.
+    beyond: Vec<String>,
+    /// Visible text that is too small.
+    small: Vec<String>,
+    /// Links to anchors that do not exist.
+    anchors: Vec<String>,
+    /// Pictures that are not drawn.
+    pictures: Vec<String>,
+    /// Resources from elsewhere.
+    fetched: Vec<String>,
+    errors: Vec<String>,
+    /// Number of pieces of visible text.
+    texts: usize,
+    images: usize,
+}
+
+impl Found {
+    fn is_good(&self) -> bool {
+        let lists =
+            [&self.beyond, &self.small, &self.anchors, &self.pictures, &self.fetched, &self.errors];
+        self.overflow <= 0.0 && lists.iter().all(|list| list.is_empty())
+    }
+}
+
+fn has_browser() -> bool {
+    Command::new("chromium").arg("--version").output().is_ok_and(|output| output.status.success())
+}
+
+/// Opens a page in a window of a given width. The page lies in a frame, because windows of a browser have a least width.
+fn open(page: &str, width: u32) -> Found {
+    let dir = tempfile::tempdir().unwrap();
+    let last = LAST.replace("SMALLEST", &SMALLEST_TEXT.to_string());
+    let page = page.replacen("<head>", &format!("<head>{FIRST}"), 1);
+    let page = page.replacen("</body>", &format!("{last}</body>"), 1);
+    assert!(page.contains("window.problems = []") && page.contains("postMessage"), "no HTML page");
+    std::fs::write(dir.path().join("page.html"), page).unwrap();
+    let around = format!(
+        "<!DOCTYPE html><meta charset=\"utf-8\"><script>addEventListener('message', e => {{\
+         document.getElementById('found').textContent = encodeURIComponent(e.data);}});</script>\
+         <pre id=\"found\"></pre>\
+         <iframe src=\"page.html\" style=\"border: 0; width: {width}px; height: 900px\"></iframe>"
+    );
+    std::fs::write(dir.path().join("around.html"), around).unwrap();
+    let text = dump(dir.path(), width);
+    let found =
+        text.split_once("<pre id=\"found\">").and_then(|(_, rest)| rest.split_once("</pre>"));
+    let found = decoded(found.unwrap_or_else(|| panic!("nothing was measured: {text}")).0);
+    let found: Found =
+        serde_json::from_str(&found).unwrap_or_else(|e| panic!("{e}: {found}; {text}"));
+    assert_eq!(found.width, f64::from(width), "the frame has another width");
+    found
+}
+
+/// The document of `around.html` after the page in it was measured.
+fn dump(dir: &Path, width: u32) -> String {
+    let output = Command::new("chromium")
+        .args(["--headless", "--no-sandbox", "--disable-gpu", "--dump-dom", "--hide-scrollbars"])
+        .args(["--disable-background-networking", "--disable-component-update", "--disable-sync"])
+        .args(["--virtual-time-budget=10000"])
+        .arg(format!("--user-data-dir={}", dir.join("profile").display()))
+        .arg(format!("--window-size={},1000", width.max(600) + 50))
+        .arg(format!("file://{}", dir.join("around.html").display()))
+        .output()
+        .unwrap();
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+/// Inverse of the browser's `encodeURIComponent`.
+fn decoded(text: &str) -> String {
+    let mut bytes = Vec::new();
+    let mut rest = text.as_bytes();
+    while let Some((&first, after)) = rest.split_first() {
+        let hex = after.get(..2).filter(|_| first == b'%');
+        let byte = hex.and_then(|hex| u8::from_str_radix(std::str::from_utf8(hex).ok()?, 16).ok());
+        bytes.push(byte.unwrap_or(first));
+        rest = if byte.is_some() { &after[2..] } else { after };
+    }
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
+#[test]
+fn the_report_fits_every_width_and_everything_on_it_resolves() {
+    if !has_browser() {
+        eprintln!("SKIPPED: chromium is not installed, so that no report is opened in a browser");
+        return;
+    }
+    let page = finished_tiny().dir.path().join("results/report.html");
+    let page = std::fs::read_to_string(page).unwrap();
+    for width in WIDTHS {
+        let found = open(&page, width);
+        assert!(found.is_good(), "{width} px: {found:#?}");
+        assert!(found.texts > 200 && found.images > 3, "{width} px: {found:?}");
+    }
+}
+
+/// The measurement finds each kind of fault.
+#[test]
+fn faults_of_a_page_are_found() {
+    if !has_browser() {
+        eprintln!("SKIPPED: chromium is not installed, so that no page is opened in a browser");
+        return;
+    }
+    let page = |body: &str| {
+        format!(
+            "<!DOCTYPE html><html><head></head><body style=\"margin: 0\"><p>text</p>{body}</body></html>"
+        )
+    };
+    assert!(open(&page(""), 390).is_good());
+    let wide = open(&page("<div style=\"width: 500px; text-align: right\">far</div>"), 390);
+    assert!(wide.overflow == 110.0 && wide.beyond == ["far"], "{wide:?}");
+    let svg = "<svg viewBox=\"0 0 780 10\" width=\"390\"><text y=\"9\" font-size=\"16\">tiny</text></svg>";
+    assert_eq!(open(&page(svg), 390).small, ["tiny: 8.0 px"]);
+    assert_eq!(open(&page("<a href=\"#nowhere\">link</a>"), 390).anchors, ["#nowhere"]);
+    let broken = open(&page("<img alt=\"broken\" src=\"data:image/png;base64,AAAA\">"), 390);
+    assert!(broken.pictures == ["broken"] && !broken.errors.is_empty(), "{broken:?}");
+    let remote = open(&page("<img alt=\"remote\" src=\"http://localhost:9/a.png\">"), 390);
+    assert!(remote.fetched.iter().any(|name| name.contains("localhost:9")), "{remote:?}");
+    let error = open(&page("<script>console.error('said')</script>"), 390);
+    assert_eq!(error.errors, ["said"]);
+}
