@@ -4,25 +4,23 @@ use toml::{Table, Value};
 
 use super::Case;
 
-impl Case {
-    /// Returns every key whose value differs from its default, with both values; a key without a default has none.
-    ///
-    /// The default of a key is its value in the case without the key, so that defaults that depend on other keys are
-    /// right too.
-    pub(crate) fn changed_keys(&self) -> Vec<(String, Value, Option<Value>)> {
-        let Ok(whole) = Table::try_from(self) else { return Vec::new() };
-        let mut changed = Vec::new();
-        for key in leaves(&whole) {
-            let (Some(value), Some(rest)) = (at(&whole, &key), without(&whole, &key)) else {
-                continue;
-            };
-            let default = completed(rest).and_then(|case| at(&case, &key).cloned());
-            if default.as_ref() != Some(value) {
-                changed.push((key.join("."), value.clone(), default));
-            }
+/// Returns every key whose value differs from its default, with both values; a key without a default has none.
+///
+/// The default of a key is its value in the case without the key, so that defaults that depend on other keys are
+/// right too.
+pub(crate) fn changed_keys(case: &Case) -> Vec<(String, Value, Option<Value>)> {
+    let Ok(whole) = Table::try_from(case) else { return Vec::new() };
+    let mut changed = Vec::new();
+    for key in leaves(&whole) {
+        let (Some(value), Some(rest)) = (at(&whole, &key), without(&whole, &key)) else {
+            continue;
+        };
+        let default = completed(rest).and_then(|case| at(&case, &key).cloned());
+        if default.as_ref() != Some(value) {
+            changed.push((key.join("."), value.clone(), default));
         }
-        changed
     }
+    changed
 }
 
 /// The case of a table with all its defaults, as a table; `None` if it lacks a required key.
@@ -72,6 +70,7 @@ fn without(table: &Table, path: &[String]) -> Option<Table> {
 mod tests {
     use fem::SolverOptions;
 
+    use super::changed_keys;
     use crate::case::{CalibrationCase, CaseFile, DesignCase, SurrogateCase};
 
     #[test]
@@ -80,7 +79,7 @@ mod tests {
         case.design = DesignCase { runs: 12, ..DesignCase::default() };
         case.calibration = CalibrationCase { draws: 150, ..CalibrationCase::default() };
         (case.surrogate, case.solver) = (SurrogateCase::default(), SolverOptions::default());
-        let changed = case.changed_keys();
+        let changed = changed_keys(&case);
         let of = |key: &str| changed.iter().find(|(name, ..)| name == key);
         let integers = |key: &str| {
             let (_, value, default) = of(key)?;

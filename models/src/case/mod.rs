@@ -42,6 +42,7 @@ pub use calibration::{
     CalibrationCase, ConfirmCase, DesignCase, DesignSample, DiscrepancyCase, ExtendCase,
     Likelihood, Microstructure, QoiCase, SequentialCase, SurrogateCase,
 };
+pub(crate) use changed::changed_keys;
 pub use conditions::{ConditionsCase, MeasureCase, PrescribeCase, TractionCase};
 pub use experiments::{ExperimentsCase, NoiseCase, Toe, VirtualCase};
 pub use fidelity::{FidelityCase, LevelCase};

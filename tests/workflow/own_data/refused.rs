@@ -21,7 +21,7 @@ fn specimens_that_cannot_be_meant_are_refused_before_the_ensemble_by_the_persons
     let curves: [(Change, &[&str]); 7] = [
         (|u, f| (u, 1e-3 * f), &["peak_force_N", "Is the force in kN?", "force_unit = \"kN\""]),
         (|u, f| (1e-3 * u, f), &["Is displacement in m?", "displacement_unit = \"m\""]),
-        (|u, f| (-u, f), &["displacements that fall", "Compression is positive"]),
+        (|u, f| (-u, f), &["displacements that decrease", "Compression is positive"]),
         (|u, f| (f, u), &["columns swapped"]),
         (|u, f| (u, if (60.0..70.0).contains(&f) { 400.0 } else { f }), &["single reading"]),
         (|u, f| (u, if u > 0.05 { 200.0 + u } else { f }), &["no peak"]),

@@ -75,7 +75,7 @@ fn day(time: SystemTime) -> String {
 
 /// Keys of the case that differ from their defaults.
 pub(super) fn changed_keys(case: &Case) -> Vec<ChangedKey> {
-    let changed = case.changed_keys().into_iter();
+    let changed = crate::case::changed_keys(case).into_iter();
     changed
         .map(|(key, value, default)| ChangedKey {
             key,
