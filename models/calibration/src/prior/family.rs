@@ -24,7 +24,7 @@ macro_rules! words {
 }
 
 words! {
-    /// PriorFamily of distributions of a [`Prior`].
+    /// Family of distributions of a [`Prior`](crate::Prior).
     PriorFamily:
     Uniform = "uniform",
     Normal = "normal",

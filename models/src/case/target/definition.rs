@@ -23,9 +23,9 @@ pub struct SimulationParts {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{problem}")]
 pub struct TargetError {
-    /// The reason, such as "the case has no table [phase_field]".
+    /// The reason, such as `the case has no table [phase_field]`.
     pub problem: String,
-    /// The remedy, such as "Add [phase_field], or leave the parameter out."
+    /// The remedy, such as `Add [phase_field], or leave the parameter out.`
     pub help: String,
 }
 
