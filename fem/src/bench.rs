@@ -16,9 +16,9 @@ use fem_mesh::TetMesh;
 pub struct PartSize {
     /// Number of elements of the part.
     pub elements: usize,
-    /// Number of nodes that the rank owns: all nodes, vertices only.
+    /// Number of nodes that the rank owns, then the number of vertices among these nodes.
     pub nodes: [usize; 2],
-    /// Number of ghost nodes, which other ranks own: all nodes, vertices only.
+    /// Number of ghost nodes, which other ranks own, then the number of vertices among these nodes.
     pub ghosts: [usize; 2],
     /// Number of ranks with which the rank exchanges values.
     pub neighbours: usize,

@@ -107,11 +107,11 @@ pub enum Unsupported {
     ParameterSides {
         /// Name of the region.
         region: String,
-        /// Material constant below the parameter value.
+        /// The constant in the materials for a smaller value of the parameter.
         below: f64,
-        /// Material constant above the parameter value.
+        /// The constant in the materials for a larger value of the parameter.
         above: f64,
-        /// Material constant of the problem.
+        /// The constant in the materials of the problem.
         value: f64,
     },
     /// A mesh with mixtures that has one region only.

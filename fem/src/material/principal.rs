@@ -60,7 +60,7 @@ impl<T: Scalar> Strains<T> {
             let (i, j) = ((k + 1) % 3, (k + 2) % 3);
             let two = log[k].constant(2.0);
             let tanh = (excess[i] - excess[j]) / (excess[i] + excess[j] + two);
-            // for distant eigenvalues, the difference of the strains has no cancellation
+            // near eigenvalues need the series, because the difference of their strains cancels
             let near = tanh.abs().less_than(two.constant(0.1));
             coth[k] = T::select(near, tanh.artanh_ratio(), (log[i] - log[j]) / tanh);
         }

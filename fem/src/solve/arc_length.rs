@@ -21,7 +21,7 @@ const LINEAR_TOLERANCE: f64 = 1e-8;
 pub(crate) struct ArcLengthControl<'a> {
     /// Imposes on the fields the prescribed values at a position of the ends (fraction of the duration).
     pub(crate) place: &'a dyn Fn(&mut Fields, f64),
-    /// Finite-difference step of the position, for the derivative of the residual.
+    /// Finite-difference step of the position of the ends (fraction of the duration), for the derivative of the residual.
     pub(crate) nudge: f64,
     /// The crack energy to reach, N mm.
     pub(crate) fracture: f64,

@@ -52,7 +52,7 @@ impl System {
 
 /// Search directions V, with an orthonormal basis Q of their products A V = Q R.
 pub(super) struct Directions {
-    /// Weights of the squared residuals in the norm.
+    /// Weight of each squared nodal residual in the norm.
     weight: Vec<Nodal>,
     /// Smallest positive weight of each component u_x, u_y, u_z, φ; 0 for a component without positive weights.
     least: Nodal,

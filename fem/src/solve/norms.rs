@@ -54,7 +54,7 @@ pub(crate) struct Rounding {
     pub(crate) damage: f64,
 }
 
-/// Residual norms of the unknowns, their scales, and their rounding errors.
+/// Norms of the residual of equilibrium and of damage, with the scale and the rounding error of each norm.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Norms {
     force: f64,

@@ -10,8 +10,8 @@ use crate::error::StepFailure;
 use crate::fields::Fields;
 use crate::operator::{Coupling, StepContext};
 
-/// Relative residual of the linear solution. The elements at the surface dominate the residual, so that an accurate
-/// response of the remaining body needs a smaller tolerance than a Newton iteration.
+/// Relative residual of the linear solution. The elements at prescribed displacements dominate the residual, so that an
+/// accurate response of all other elements needs a smaller tolerance than a Newton iteration.
 const LINEAR_TOLERANCE: f64 = 1e-4;
 /// Finite-difference step of the residual, as a fraction of the increment.
 const NUDGE: f64 = 1e-6;

@@ -239,7 +239,7 @@ impl ShapeModel {
             .collect();
         let mut shapes =
             of_runs.iter().map(|run| run.shape(percent)).collect::<Result<Vec<_>, _>>()?;
-        // uncorrected shapes of the runs on the previous level
+        // shape of each run by the name of the run, before the correction by runs on more accurate meshes
         let run = |i: usize| runs.note(i, "run").unwrap_or_default();
         let mut before: BTreeMap<&str, Vec<f64>> =
             (0..runs.len()).map(run).zip(shapes.iter().cloned()).collect();

@@ -11,8 +11,8 @@ use crate::volume::threshold::{WIDTH, class_means, core_mean, histogram, level_o
 /// Separation of two classes, in standard deviations, below which the classes count as the two halves of one normal
 /// distribution.
 const ONE_BELL: f64 = 3.0;
-/// Largest distance of a given level from the middle, as a share of the contrast, at which the model corrects the
-/// level.
+/// Largest correction of a threshold that the user gives: its distance from the middle between the two grey values of the
+/// model, as a share of their difference.
 const OFF: f64 = 0.3;
 /// Uncertainty of the model's middle, as a share of the contrast. A given value within this distance counts as the
 /// middle.

@@ -12,7 +12,8 @@ use crate::volume::voxel_at;
 
 /// Range of the blur of the wall (voxels); the specimen is continued up to this distance.
 pub(super) const REACH: f64 = 4.0;
-/// Number of depths, from −`REACH` to `REACH`, at which the error is measured.
+/// Number of depths below a surface (wall, bottom or top), from −`REACH` to `REACH` voxels, at which the error of the
+/// corrected grey value is measured.
 const DEPTHS: usize = 16;
 /// Smallest number of voxels from which an error is measured.
 const ENOUGH: usize = 200;

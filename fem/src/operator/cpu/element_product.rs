@@ -23,7 +23,7 @@ pub(crate) struct ElementProduct<
 > {
     pub layout: &'a Layout,
     pub simd: S,
-    /// Index of the register within a pack.
+    /// Index of the SIMD register within a pack, which has the values of 32 bytes of elements side by side.
     pub register: usize,
     /// Stored data, starting with the data of these elements.
     pub data: &'a [T::Pack],

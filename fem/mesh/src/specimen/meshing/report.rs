@@ -20,7 +20,7 @@ pub struct MeshReport {
     pub euler_characteristic: i64,
     /// Exact volume fraction of the grains, according to the [`GrainField`](crate::GrainField).
     pub asked_fraction: f64,
-    /// Volume fraction of the grains in the mesh, mixtures included.
+    /// Volume fraction of the grains in the mesh; an element that is partly grain counts with its grain fraction.
     pub achieved_fraction: f64,
     /// Relative error of the volume of the mesh with respect to the cylinder, before voids are removed; straight
     /// edges cut off volume at the wall.

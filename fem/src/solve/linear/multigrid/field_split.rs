@@ -86,7 +86,8 @@ impl<F: Fields, P: Preconditioner<Space = F::Space>> NodalPreconditioner<F::Noda
     }
 }
 
-/// Selection of `R` components, beginning with component `first`, in the memory of this process.
+/// Selection of `R` of the four components u_x, u_y, u_z, φ, beginning with component `first`, for vectors in main
+/// memory (not on a device).
 #[derive(Debug)]
 pub(crate) struct FieldsInMemory<const R: usize> {
     first: usize,
