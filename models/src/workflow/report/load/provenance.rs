@@ -55,7 +55,7 @@ fn input_files(records: &Records) -> Vec<InputFile> {
     files.into_iter().map(file).collect()
 }
 
-/// The day of a time, UTC, as YYYY-MM-DD.
+/// Returns the day of a time, UTC, as YYYY-MM-DD.
 ///
 /// Reference: Hinnant, chrono-compatible low-level date algorithms, `civil_from_days`; years begin in March, and eras
 /// have 400 years.
