@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::SystemTime;
 
+use chrono::{DateTime, Utc};
 use fem::Order;
 use serde::Serialize;
 
@@ -56,21 +57,8 @@ fn input_files(records: &Records) -> Vec<InputFile> {
 }
 
 /// Returns the day of a time, UTC, as YYYY-MM-DD.
-///
-/// Reference: Hinnant, chrono-compatible low-level date algorithms, `civil_from_days`; years begin in March, and eras
-/// have 400 years.
 fn day(time: SystemTime) -> String {
-    const DAYS_OF_ERA: u64 = 146_097;
-    let seconds = time.duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
-    // 719 468 days lie between 1 March of the year 0 and 1 January 1970
-    let days = seconds / 86_400 + 719_468;
-    let (era, day) = (days / DAYS_OF_ERA, days % DAYS_OF_ERA);
-    let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
-    let day = day - (365 * year + year / 4 - year / 100);
-    let month = (5 * day + 2) / 153;
-    let day = day - (153 * month + 2) / 5 + 1;
-    let (month, next) = if month < 10 { (month + 3, 0) } else { (month - 9, 1) };
-    format!("{:04}-{month:02}-{day:02}", 400 * era + year + next)
+    DateTime::<Utc>::from(time).format("%Y-%m-%d").to_string()
 }
 
 /// Keys of the case that differ from their defaults.
@@ -121,7 +109,7 @@ fn word(choice: &impl Serialize) -> String {
 
 #[cfg(test)]
 mod tests {
-    use std::time::Duration;
+    use std::time::{Duration, UNIX_EPOCH};
 
     use super::*;
     use crate::case::CaseFile;
