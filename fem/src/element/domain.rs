@@ -190,7 +190,7 @@ impl<const N: usize> Domain for Space<N> {
     }
 
     fn is_plain(&self, tet: usize) -> bool {
-        !self.is_curved(tet) && self.fraction(tet) == 0.0
+        !self.is_curved(tet) && self.fraction(tet) == 0.0 && !self.rule.extra.stored
     }
 
     fn rule(&self) -> &Rule {

@@ -17,6 +17,15 @@ pub enum DamageRule {
     Eleven,
 }
 
+/// Terms that viscoelastic and plastic laws add to the tangent of elastic laws.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ExtraTerms {
+    /// Whether the terms are stored: stresses outside the principal axes, driving stress, antisymmetric moduli.
+    pub stored: bool,
+    /// Whether the tangent is not symmetric.
+    pub unsymmetric: bool,
+}
+
 /// Integration rule of one element type.
 ///
 /// Elastic point q has the degradation g_q = Σ_p C_qp g(φ_p), a sum over the damage points p. Damage point p is
@@ -34,6 +43,8 @@ pub struct Rule {
     pub mixing: Vec<Vec<f64>>,
     /// Whether all damage points have the same weight and the same coefficients C_qp.
     pub alike: bool,
+    /// Terms that the laws of the mesh add to the tangent of elastic laws.
+    pub extra: ExtraTerms,
 }
 
 /// Quadrature point of the elastic terms.
@@ -90,7 +101,8 @@ impl Rule {
             .collect();
         let alike = damage.windows(2).all(|p| p[0].weight == p[1].weight)
             && mixing.iter().all(|row: &Vec<f64>| row.windows(2).all(|c| c[0] == c[1]));
-        Self { nodes: N, points, damage, mixing, alike }
+        let extra = ExtraTerms::default();
+        Self { nodes: N, points, damage, mixing, alike, extra }
     }
 
     /// Returns the rule with the same points and the linear shape functions of the vertices.

@@ -120,6 +120,11 @@ pub enum Unsupported {
     /// A mixture with a law whose moduli cannot be homogenised.
     #[error("a mixed element needs homogenised moduli, which exist for Hencky's law only")]
     MixtureLaw,
+    /// A mixture whose matrix has a viscosity or plasticity that cannot be localised.
+    #[error(
+        "a mixed element needs the strain of its matrix, which exists for Prony series of the shear modulus that damage degrades too, beside elastic grains"
+    )]
+    MixtureInelastic,
     /// AT1 on quadratic elements with Gauss points.
     #[error("with Gauss points, AT1 damages the vertices of quadratic elements without any load")]
     At1AtGaussPoints,
@@ -135,6 +140,17 @@ pub enum Unsupported {
     /// A split for a law that defines its own split.
     #[error("this law itself defines which part of its energy damage degrades")]
     SplitOfOwnLaw,
+    /// Plasticity of a law other than Hencky's.
+    #[error("plasticity is implemented for Hencky's law only")]
+    PlasticLaw,
+    /// Viscoelasticity of a law whose energy is not a sum of a volumetric and an isochoric part.
+    #[error(
+        "viscoelasticity needs an elastic law that is a sum of a function of the volume and a function of the isochoric strain"
+    )]
+    ViscoelasticLaw,
+    /// A split of the energy of a viscoelastic or plastic material that is not defined.
+    #[error("this split of the energy is not defined for a viscoelastic or plastic material")]
+    SplitOfInelasticLaw,
     /// A degradation function that does not decrease from 1 to 0.
     #[error(
         "the degradation function g does not decrease from 1 to 0: g(0) = {start}, g(1) = {end}"
@@ -239,6 +255,14 @@ impl Unsupported {
             }
             Self::MixtureLaw => {
                 "use law = \"hencky\" for all phases, or a mesh whose element faces follow the grain surfaces"
+            }
+            Self::MixtureInelastic => {
+                "use a mesh whose element faces follow the grain surfaces (grain_mode = \"conforming\")"
+            }
+            Self::PlasticLaw => "use law = \"hencky\"",
+            Self::ViscoelasticLaw => "use law = \"hencky\", \"mooney-rivlin\" or \"ogden\"",
+            Self::SplitOfInelasticLaw => {
+                "use split = \"volumetric-deviatoric\" without hybrid, or split = \"none\""
             }
             Self::At1AtGaussPoints => {
                 "use quadrature = \"vertex\", which \"auto\" selects, or linear elements"

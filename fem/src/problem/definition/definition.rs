@@ -112,10 +112,25 @@ impl Definition {
         if !self.materials.iter().all(hencky) {
             return refused(Unsupported::MixtureLaw);
         }
+        if !self.materials.iter().all(Material::is_mixable) || self.has_inelastic_grain() {
+            return refused(Unsupported::MixtureInelastic);
+        }
+        let kept = self.phase_field.is_some_and(|field| !field.degrade.viscous);
+        let viscous = |m: &Material| m.inelasticity.is_some() && m.fracture.is_some();
+        if kept && self.materials.iter().any(viscous) {
+            return refused(Unsupported::MixtureInelastic);
+        }
         if self.materials.iter().any(|m| m.split.is_some()) {
             return refused(Unsupported::UserSplitOfMixture);
         }
         Ok(())
+    }
+
+    /// Returns whether the second phase of a mixture is viscoelastic.
+    fn has_inelastic_grain(&self) -> bool {
+        let mixtures = self.mesh.mixture.iter().flatten();
+        let mut grains = mixtures.filter(|m| m.fraction > 0.0).map(|m| usize::from(m.region));
+        grains.any(|region| self.materials.get(region).is_some_and(|m| m.inelasticity.is_some()))
     }
 
     /// Marks the regions that can be damaged.

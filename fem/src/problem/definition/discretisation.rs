@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use super::definition::Definition;
 use crate::boundary::Boundary;
-use crate::element::{DamageRule, Domain, Linear, Order, Quadratic, Space, Tetrahedron};
+use crate::element::{
+    DamageRule, Domain, ExtraTerms, Linear, Order, Quadratic, Space, Tetrahedron,
+};
 use crate::error::{FemError, Unsupported};
 use crate::material::{CrackDensity, DamageQuadrature, MOST_GRAIN, PhaseField};
 use crate::operator::{Assembly, Operator, Unknowns, linear, quadratic};
@@ -48,11 +50,13 @@ impl Discretisation {
         let (mesh, rule) = (&parts.mesh, self.damage_rule);
         match parts.order {
             Order::Linear => {
-                let space = Space::new::<Linear>(mesh, rule);
+                let mut space = Space::new::<Linear>(mesh, rule);
+                space.rule.extra = extra_terms(parts);
                 linear(Assembly::new(space).homogenised(parts.homogenisation))
             }
             Order::Quadratic => {
-                let space = Space::new::<Quadratic>(mesh, rule);
+                let mut space = Space::new::<Quadratic>(mesh, rule);
+                space.rule.extra = extra_terms(parts);
                 quadratic(Assembly::new(space).homogenised(parts.homogenisation))
             }
         }
@@ -62,6 +66,7 @@ impl Discretisation {
         let damaged = parts.damaged();
         let damage_rule = rule_of(parts)?;
         let mut space = Space::new::<T>(&parts.mesh, damage_rule);
+        space.rule.extra = extra_terms(parts);
         let mut boundary = boundary(&space, parts, damaged.clone())?;
         let mut carries_damage = vec![false; space.nodes.len()];
         if damage_rule != DamageRule::Absent {
@@ -142,6 +147,15 @@ fn rank_of_tets<const N: usize>(space: &Space<N>, ranks: usize) -> Vec<u32> {
     };
     let centres: Vec<[f64; 3]> = space.tets.iter().map(centre).collect();
     bisect(&centres, ranks)
+}
+
+/// Returns the terms that viscoelastic and plastic laws of the materials add to the tangent.
+fn extra_terms(parts: &Definition) -> ExtraTerms {
+    let points = parts.points(&parts.materials);
+    ExtraTerms {
+        stored: points.iter().any(|point| point.inelastic.is_some()),
+        unsymmetric: points.iter().any(|point| !point.has_symmetric_tangent()),
+    }
 }
 
 fn rule_of(parts: &Definition) -> Result<DamageRule, FemError> {

@@ -29,6 +29,8 @@ pub(crate) struct ElementTangent {
     /// Values of the vertices that are free on the linear level; see [`Self::free_vertices`].
     free_vertices: Vec<[bool; 4]>,
     part: Arc<Part>,
+    /// Whether the laws make the tangent unsymmetric.
+    unsymmetric: bool,
     /// The two vertices of the edge of each midpoint. Midpoints are numbered after the vertices.
     parents: Arc<Vec<[u32; 2]>>,
     /// Midpoints of each vertex, in increasing order; midpoint 0 is the first node after the vertices.
@@ -56,6 +58,7 @@ impl ElementTangent {
             free: Vec::new(),
             free_vertices: Vec::new(),
             part,
+            unsymmetric: false,
             parents,
             weight: Vec::new(),
             product_of_x: Vec::new(),
@@ -72,6 +75,7 @@ impl ElementTangent {
         free: &[[bool; 4]],
     ) -> Result<Vec<Nodal>, Inverted> {
         self.contact = increment.context.contact.to_vec();
+        self.unsymmetric = operator.domain().rule().extra.unsymmetric;
         self.free = free.to_vec();
         self.constrain_vertices();
         loop {
@@ -190,10 +194,10 @@ impl ElementTangent {
         out.symmetric = self.symmetric();
     }
 
-    /// Whether the contributions of contact on this rank are symmetric.
+    /// Whether the laws and the contributions of contact on this rank are symmetric.
     pub(crate) fn symmetric(&self) -> bool {
         let even = |b: &[[f64; 3]; 3]| (0..3).all(|i| (0..i).all(|j| b[i][j] == b[j][i]));
-        self.contact.iter().all(|(_, block)| even(block))
+        !self.unsymmetric && self.contact.iter().all(|(_, block)| even(block))
     }
 
     /// Creates the multigrid level of quadratic elements for the current tangent; `None` for linear elements. `weight`
