@@ -127,12 +127,17 @@ pub fn assert_material(material: &Material, phase_field: Option<&PhaseField>) {
     }
     let spectral = phase_field.is_some_and(|f| f.split == Split::Spectral);
     let stateful = point.law().state_len() > 0;
+    let is_kinked = phase_field.is_some_and(|f| f.split != Split::None);
     let mut tried = Vec::new();
     for (state, direction) in states() {
         let strains = Deformed::new(&point, &state, 1.0).expect("det F > 0").principal.strains;
         // the steps of the Taylor test must not cross a kink
         let kinks = strains.log.into_iter().chain([strains.trace()]);
         if spectral && kinks.into_iter().any(|e| e.abs() < 0.03) {
+            continue;
+        }
+        // differences must not cross the change from tension to compression of the volume
+        if stateful && is_kinked && strains.trace().abs() < KINK {
             continue;
         }
         tried.push(state);
@@ -150,7 +155,7 @@ pub fn assert_material(material: &Material, phase_field: Option<&PhaseField>) {
     assert!(tried.len() >= 4, "only {} states are far from the kinks of the split", tried.len());
     dispatch(InLanes { material: &point, states: &tried });
     if point.inelastic.is_some() {
-        assert_history(&point);
+        assert_history(&point, is_kinked);
     }
 }
 
@@ -161,12 +166,14 @@ struct Increment<'a> {
     old: &'a [f64],
 }
 
+/// Change of volume ln J below which the tangent is not compared with differences, for a split of the energy.
+const KINK: f64 = 1e-3;
 /// Number of increments of a strain path.
 const PATH: usize = 6;
 
 /// Asserts the properties of a viscoelastic or plastic law along random strain paths: the tangent of each increment,
 /// objectivity, symmetry of the tangent where it is promised, and a dissipation that is not negative.
-fn assert_history(material: &PointMaterial) {
+fn assert_history(material: &PointMaterial, is_kinked: bool) {
     let stiffness = material.moduli.longitudinal();
     let states = states();
     for g in [1.0, 0.3] {
@@ -178,8 +185,11 @@ fn assert_history(material: &PointMaterial) {
                 let dt = 0.01 * 10f64.powf(0.5 * step as f64);
                 let (state, direction) = &states[(first + 2 * step) % states.len()];
                 let state = 0.5 * state;
-                let start = Increment { g, dt, old: &old };
-                assert_consistent(material, &start, &state, direction);
+                let strain = Matrix3::identity() + state;
+                if !is_kinked || strain.determinant().ln().abs() > KINK {
+                    let start = Increment { g, dt, old: &old };
+                    assert_consistent(material, &start, &state, direction);
+                }
                 let at = Deformed::from_state(material, &state, g, dt, &old).expect("det F > 0");
                 assert!(
                     at.response.dissipation >= -1e-12 * stiffness,

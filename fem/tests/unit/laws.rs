@@ -261,6 +261,7 @@ fn the_parts_of_every_split_add_up_and_are_continuous_at_equal_and_zero_strains(
         for split in [Split::VolumetricDeviatoric, Split::Spectral] {
             let parts = respond(split, e, 1.0);
             (whole.driving, whole.stress_plus) = (parts.driving, parts.stress_plus);
+            whole.driving_stress = parts.driving_stress;
             assert_same(&parts, &whole, 1e-13, &e);
         }
     }
