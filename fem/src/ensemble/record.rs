@@ -59,7 +59,7 @@ pub enum RunEnd {
 }
 
 impl RunRecord {
-    /// Creates the record of a run; `end` contains the reason if the run failed.
+    /// Creates the record of a run. If the run failed, `end` contains the reason.
     pub(super) fn new(
         run: &RunInput,
         names: &[&str],

@@ -14,13 +14,13 @@ use super::{EnsembleError, EnsembleProgress, RunEnd, RunInput, RunRecord, RunSta
 use crate::error::FemError;
 use crate::problem::{End, Outcome, Sensitivities};
 
-/// Delay before checking again a run that another process has locked.
+/// Delay before a run that another process has locked is checked again.
 const WAIT: Duration = Duration::from_millis(200);
 
 /// Computes one run from its input; the second argument reports the completed fraction of the run.
 type Job<'a> = &'a (dyn Fn(&RunInput, &dyn Fn(f64)) -> Result<Outcome, FemError> + Sync);
 
-/// A function that a run calls before it starts. It may block; its result is dropped when the run ends.
+/// A function that each run calls before it starts. The function may block; its result is dropped when the run ends.
 struct Turn(Box<dyn Fn() -> Box<dyn Any> + Send + Sync>);
 
 impl std::fmt::Debug for Turn {
@@ -100,27 +100,27 @@ impl Ensemble {
         self
     }
 
-    /// Sets whether [`Self::run`] returns as soon as other processes are computing all missing runs (default:
-    /// no). By default it waits for these runs, and computes a run itself if the other process ends without a
-    /// record.
+    /// Sets whether [`Self::run`] returns as soon as other processes are computing all missing runs (default: no). By
+    /// default, [`Self::run`] waits for these runs, and computes a run itself if the other process ends without writing
+    /// a record.
     pub fn leave_to_others(mut self, leave: bool) -> Ensemble {
         self.leave_to_others = leave;
         self
     }
 
-    /// Sets a function that each run calls before it starts; its result is dropped when the run ends. The
-    /// function may block, to limit the number of computations on a machine that several ensembles share. The
-    /// default does nothing.
+    /// Sets a function that each run calls before it starts; the function's result is dropped when the run ends. The
+    /// function may block, to limit the number of computations on a machine that several ensembles share. The default
+    /// function does nothing.
     pub fn in_turn(self, turn: impl Fn() -> Box<dyn Any> + Send + Sync + 'static) -> Ensemble {
         Ensemble { turn: Turn(Box::new(turn)), ..self }
     }
 
     /// Computes all runs that are not stored yet, and returns the records in the order of `runs`.
     ///
-    /// `names` are the names of the inputs, with units. `threads` runs are computed at once (0: one per
-    /// processor). `job` computes a run; its second argument reports the completed fraction. If `interrupt` is
-    /// true, an outcome with [`End::Interrupted`](crate::End) is not recorded. If a job panics, the run is
-    /// recorded as failed.
+    /// `names` are the names of the inputs, with units. `threads` runs are computed at once (0: one per processor).
+    /// `job` computes a run; the second argument of `job` is a function that reports the completed fraction. If
+    /// `interrupt` is true, an outcome with [`End::Interrupted`](crate::End) is not recorded. If a job panics, the run
+    /// is recorded as failed.
     ///
     /// After `interrupt` becomes true, no further run is started, and only the existing records are returned.
     /// To end runs in progress, the job must check `interrupt` too.
@@ -211,14 +211,14 @@ struct Queue {
 /// Result of the attempt to compute a run.
 enum Attempt {
     Ended(RunRecord),
-    /// Another process is computing the run.
+    /// The run was not computed, because another process is computing it.
     Elsewhere,
     Interrupted,
 }
 
 impl EnsembleCall<'_> {
     fn state(&self) -> MutexGuard<'_, Queue> {
-        // a poisoned lock is safe to use: jobs, which may panic, never run while it is held
+        // a poisoned lock is safe to use: jobs, which may panic, never run while the lock is held
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -274,7 +274,7 @@ impl EnsembleCall<'_> {
         }
     }
 
-    /// The loop of each thread: computes runs from the queue until the queue is empty.
+    /// The loop that each thread executes: computes runs from the queue until the queue is empty.
     fn work(&self) {
         while !self.interrupt.load(Ordering::Relaxed) {
             let next = {
@@ -325,7 +325,7 @@ impl EnsembleCall<'_> {
         }
         self.progress.started(run.id);
         let Some(record) = self.compute(k) else { return Ok(Attempt::Interrupted) };
-        // a record can exist now only if the lock of this process did not exclude another process
+        // if a record exists now, another process has computed the same run although this process held the lock
         match store.read(run.id)? {
             StoredRun::Record(other) if !self.is_to_be_retried(&other) => {
                 self.warn_of_second_computation(run.id);
@@ -360,7 +360,8 @@ impl EnsembleCall<'_> {
     fn compute(&self, k: usize) -> Option<RunRecord> {
         let run = &self.runs[k];
         let done = |fraction: f64| {
-            // a fraction of 1 does not finish the run: a run is finished when its record has been written
+            // a fraction of 1 does not mean that the run is finished: a run is finished when its record has been
+            // written
             self.state().fractions[k] = fraction.clamp(0.0, 1.0);
             self.progress.advanced(run.id, fraction);
             self.report_progress();

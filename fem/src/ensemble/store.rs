@@ -35,7 +35,7 @@ pub(super) struct Store {
 }
 
 impl Store {
-    /// The files of a directory, without a check of the fingerprint.
+    /// Returns the files of an ensemble's directory without checking the fingerprint.
     pub(super) fn at(directory: &Path) -> Store {
         let manifest = read_regular(&directory.join(MANIFEST)).ok();
         let manifest = manifest.and_then(|bytes| serde_json::from_slice(&bytes).ok());
@@ -149,7 +149,7 @@ impl Store {
     /// Call this method only after the record of the run has been written: a process that locks the removed
     /// file afterwards finds the record and does not compute the run.
     pub(super) fn remove_lock(&self, id: usize) {
-        // a lock file that cannot be removed does no harm
+        // ignore the error: a lock file that was not removed has no effect
         let _ = fs::remove_file(self.lock_path(id));
     }
 

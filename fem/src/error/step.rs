@@ -1,6 +1,6 @@
 //! Reasons for the failure of a load step.
 
-/// Reason why an increment found no equilibrium. Residuals are relative, as `tolerance` of
+/// Reason why an increment found no equilibrium. Residuals are relative, like `tolerance` in
 /// [`SolverOptions`](crate::SolverOptions).
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -45,7 +45,7 @@ pub enum StepFailure {
         /// Change of the contact forces in the last pass, relative to the forces on the body.
         change: f64,
     },
-    /// The step controller ended the run, although every step so far found an equilibrium.
+    /// The step controller ended the run, although no step has failed.
     #[error("the step controller ended the run")]
     GivenUp,
     /// The crack energy of an arc-length step increased by more than the controller allows.

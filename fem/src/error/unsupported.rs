@@ -27,17 +27,17 @@ pub enum Unsupported {
         node: u32,
         /// Reference position of the node, mm.
         position_mm: [f64; 3],
-        /// Component with two values: a displacement or the damage.
+        /// Component that has two values: a displacement component or the damage.
         component: &'static str,
         /// Value of the first condition.
         first: f64,
         /// Value of the second condition.
         second: f64,
     },
-    /// A compression test whose upper surface is not above the lower surface.
+    /// A compression test in which the surface `top` is not above the surface `bottom`.
     #[error("surface 'top' is not above surface 'bottom' (the axis is z)")]
     TopBelowBottom,
-    /// A compression test whose surfaces have common nodes.
+    /// A compression test in which the surfaces `top` and `bottom` have common nodes.
     #[error(
         "surfaces 'bottom' and 'top' have common nodes, which cannot be fixed and moved at the same time"
     )]
@@ -107,20 +107,20 @@ pub enum Unsupported {
     ParameterSides {
         /// Name of the region.
         region: String,
-        /// The constant in the materials for a smaller value of the parameter.
+        /// Value of the constant in the material for a smaller value of the parameter.
         below: f64,
-        /// The constant in the materials for a larger value of the parameter.
+        /// Value of the constant in the material for a larger value of the parameter.
         above: f64,
-        /// The constant in the materials of the problem.
+        /// Value of the constant in the material of the problem.
         value: f64,
     },
-    /// A mesh with mixtures that has one region only.
+    /// A mesh with mixtures of two phases that has one region only.
     #[error("a mixed element consists of two regions, but the mesh has only one region")]
     MixtureOfOne,
     /// A mixture with a law whose moduli cannot be homogenised.
     #[error("a mixed element needs homogenised moduli, which exist for Hencky's law only")]
     MixtureLaw,
-    /// AT1 on quadratic elements with Gauss points.
+    /// The crack density AT1 on quadratic elements whose damage terms are integrated at Gauss points.
     #[error("with Gauss points, AT1 damages the vertices of quadratic elements without any load")]
     At1AtGaussPoints,
     /// A spectral split of a law other than Hencky's.
@@ -140,9 +140,9 @@ pub enum Unsupported {
         "the degradation function g does not decrease from 1 to 0: g(0) = {start}, g(1) = {end}"
     )]
     Degradation {
-        /// Value without damage.
+        /// Value g(0), without damage.
         start: f64,
-        /// Value at full damage.
+        /// Value g(1), at full damage.
         end: f64,
     },
     /// A law with too many state values.
@@ -163,10 +163,10 @@ pub enum Unsupported {
         /// Shear modulus, MPa.
         shear_mpa: f64,
     },
-    /// A law with energy or stress at zero strain.
+    /// A law whose energy or stress is not zero at zero strain.
     #[error("the energy or the stress of the law at zero strain is not zero")]
     StressAtRest,
-    /// A law that depends on the order of the principal strains.
+    /// A law whose energy changes if the principal strains are exchanged.
     #[error("the energy of the law changes when two principal strains are exchanged")]
     NotSymmetric,
     /// Arc-length steps with loads or platens.
@@ -188,7 +188,7 @@ pub enum Unsupported {
         "arc-length steps have no duration, but the evolution of the state of a law may depend on the duration"
     )]
     ArcLengthWithState,
-    /// A controller that requests an arc-length step without announcing such steps.
+    /// A controller that requests an arc-length step although its `controls_crack_energy` is false.
     #[error(
         "the step controller requests a step of crack energy (arc-length step) without announcing such steps"
     )]

@@ -17,7 +17,7 @@ pub(crate) struct Neighbour {
     pub(crate) ghosts: Vec<u32>,
 }
 
-/// The nodes that this rank shares with other ranks; empty if there is only one rank.
+/// The nodes that this rank shares with other ranks. The halo is empty if there is only one rank.
 ///
 /// Each node has exactly one owner. On every other rank that has the node, the node is a ghost.
 #[derive(Clone, Debug, Default)]
@@ -35,9 +35,9 @@ impl Halo {
         Self { ranks, own, neighbours }
     }
 
-    /// The halo of items that are numbered over all ranks: rank r owns the items from `first[r]` to
-    /// `first[r + 1]` − 1. A rank stores the items that it owns first, then `ghosts`, which are given by their
-    /// global numbers in increasing order.
+    /// Creates the halo of items that are numbered over all ranks: rank r owns the items from `first[r]` to `first[r +
+    /// 1]` − 1. A rank stores the items that it owns first, then `ghosts`, which are given by their global numbers in
+    /// increasing order.
     pub(crate) fn of_ghosts(ranks: &Ranks, first: &[usize], ghosts: &[u32]) -> Self {
         let rank = ranks.rank();
         let own = first[rank + 1] - first[rank];
@@ -50,7 +50,7 @@ impl Halo {
             let neighbour = neighbours.last_mut().expect("the neighbour was added above");
             neighbour.ghosts.push((own + k) as u32);
         }
-        // a rank can compute the owners of its ghosts, but not which ranks have its owned items as ghosts
+        // a rank can compute the owners of its ghosts, but must be told which ranks have its owned items as ghosts
         let asked: Vec<u32> = neighbours.iter().map(|n| n.rank as u32).collect();
         for (other, asked) in ranks.gather(&asked).into_iter().enumerate() {
             if asked.contains(&(rank as u32)) && !neighbours.iter().any(|n| n.rank == other) {
@@ -78,7 +78,7 @@ impl Halo {
         &self.neighbours
     }
 
-    /// The ranges of the owned nodes among `nodes` local nodes.
+    /// Returns the ranges of the nodes that this rank owns, among its `nodes` local nodes.
     pub(crate) fn own(&self, nodes: usize) -> [Range<usize>; 2] {
         if self.ranks.is_alone() { [0..nodes, nodes..nodes] } else { self.own.clone() }
     }
@@ -89,7 +89,7 @@ impl Halo {
         self.ranks.is_alone() || self.own.iter().any(|own| own.contains(&node))
     }
 
-    /// The values of the nodes that this rank owns.
+    /// Selects the values of the nodes that this rank owns.
     pub(crate) fn own_of<'a, T>(
         &self,
         values: &'a [T],
@@ -149,7 +149,7 @@ impl Halo {
     }
 }
 
-/// The values of the given nodes, `width` values per node.
+/// Returns the values of the given nodes, `width` values per node.
 fn pick<T: Pod>(values: &[T], nodes: &[u32], width: usize) -> Vec<T> {
     let at_node = |&node: &u32| &values[node as usize * width..][..width];
     nodes.iter().flat_map(at_node).copied().collect()

@@ -10,9 +10,9 @@ use crate::error::FemError;
 
 /// The ranks that solve one problem: processes, or threads of one process. By default there is one rank.
 ///
-/// Each rank builds the same [`Problem`](crate::Problem) from the same input and computes its own elements.
-/// Each rank gets the same curve and the fields of the whole body. All ranks must call the same methods in the
-/// same order: if one rank does not take a step, the others wait.
+/// Each rank builds the same [`Problem`](crate::Problem) from the same input and computes its own elements. Each rank
+/// gets the same curve and the fields of the whole body. All ranks must call the same methods in the same order: if one
+/// rank does not take a step, the other ranks wait.
 ///
 /// # Example
 /// Two threads, each with half of a cylinder:
@@ -42,12 +42,12 @@ use crate::error::FemError;
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct Ranks {
-    /// None if there is only one rank.
+    /// Communicator with the other ranks; `None` if there is only one rank.
     others: Option<Arc<dyn Communicator>>,
 }
 
 impl Ranks {
-    /// Ranks that communicate by `communicator`.
+    /// Creates the ranks that communicate by `communicator`.
     pub fn new(communicator: impl Communicator + 'static) -> Self {
         let shared = communicator.size() > 1;
         Self { others: shared.then(|| Arc::new(communicator) as Arc<dyn Communicator>) }

@@ -10,14 +10,14 @@ use crate::error::StepFailure;
 use crate::fields::Fields;
 use crate::operator::StepContext;
 
-/// Limit of passes.
+/// Largest number of passes per increment.
 const PASSES: u32 = 60;
-/// Tolerance of a solution, as a fraction of the previous change of the contact forces; in the last pass, as a fraction
-/// of the final tolerance.
+/// Tolerance of the solution in a pass, as a fraction of the change of the contact forces in the previous pass. The
+/// last pass uses this fraction of the final tolerance.
 const MARGIN: f64 = 0.1;
 /// Tolerance of the first solution: residual relative to the reactions.
 const FIRST: f64 = 1e-3;
-/// Slip velocities, as multiples of the specified slip velocity, that are used sequentially if the increment fails. A
+/// If an increment fails, it is solved again with these multiples of the specified slip velocity, sequentially. A
 /// larger slip velocity makes the transition from stick to slip smoother, so that Newton's method converges from a
 /// worse initial guess.
 const ONSET: [f64; 3] = [100.0, 10.0, 1.0];
@@ -52,7 +52,7 @@ pub(super) fn equilibrium(
     Ok(iterations)
 }
 
-/// Repeats passes over the pressures until the pressures are consistent with the gaps.
+/// Repeats passes until the pressures are consistent with the gaps.
 fn settle(
     newton: &mut Newton,
     fields: &mut Fields,

@@ -1,7 +1,8 @@
 //! Newton's method with line search, for both fields together or for one field.
 //!
-//! A linearisation is reused, also in later increments, while each solve reduces the residual at least to a tenth: the
-//! assembly and factorisation of a new tangent cost more than an additional solve.
+//! A tangent and its factor (a *linearisation*) are reused, also in later increments, while each solve reduces the
+//! residual at least to a tenth. The reason is that the assembly and factorisation of a new tangent cost more than an
+//! additional solve.
 
 use rayon::prelude::*;
 
@@ -25,7 +26,7 @@ pub(crate) struct NewtonSettings {
     pub(crate) iterations: u32,
 }
 
-/// Iterate to which the current tangent and its factor belong.
+/// Whether there is a tangent with its factor, and to which iterate it belongs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Linearisation {
     /// There is no factor that may be used.
@@ -42,13 +43,14 @@ pub(crate) struct Newton<'a> {
     pub(super) materials: &'a [PointMaterial],
     pub(super) settings: NewtonSettings,
     pub(crate) effort: Effort,
-    /// Most recent relative residual.
+    /// Relative residual at the fields evaluated last.
     pub(crate) relative: f64,
-    /// Largest scales of all equilibria so far.
+    /// Largest reference values of all equilibria so far.
     pub(crate) scales: Scales,
-    /// Scales at the fields evaluated last.
+    /// Reference values at the fields evaluated last.
     reached: Scales,
-    /// Scales at the fields evaluated last, raised to at least the largest scales of all equilibria so far.
+    /// Reference values at the fields evaluated last, or the largest reference values of all equilibria so far,
+    /// whichever are larger.
     beside: Scales,
     /// Residuals caused by rounding errors.
     rounding: Rounding,
@@ -59,7 +61,8 @@ pub(crate) struct Newton<'a> {
     pub(super) linear: Box<dyn LinearSolver + 'a>,
     /// Values that are not prescribed.
     pub(super) unknown: Vec<[bool; 4]>,
-    /// Unknown values that are not at an active bound, for the fields evaluated last.
+    /// Unknown values that do not lie at an active bound, for the fields evaluated last. A bound is active if its
+    /// reaction keeps the value at the bound.
     pub(super) free: Vec<[bool; 4]>,
     /// Values that are free in the current tangent.
     linearised: Vec<[bool; 4]>,
@@ -74,9 +77,10 @@ struct Stalled;
 
 /// A linearisation is reused while each solve reduces the residual to at most this fraction.
 const KEEP: f64 = 0.1;
-/// Limit of step lengths that a line search tries.
+/// Largest number of step lengths that a line search tries.
 const BACKTRACKS: u32 = 8;
-/// Limit of iterations that change the active set; they do not count towards `iterations`.
+/// Largest number of iterations that change the active set (the values at active bounds). These iterations do not count
+/// towards `iterations`.
 const MOST_CHANGES: u32 = 300;
 
 impl<'a> Newton<'a> {
@@ -184,12 +188,13 @@ impl<'a> Newton<'a> {
         Ok(norms)
     }
 
-    /// Returns the scale of residual forces at the fields evaluated last, N.
+    /// Returns the reference value of residual forces at the fields evaluated last, N.
     pub(super) fn scale_of_forces(&self) -> f64 {
         self.beside.force.max(f64::MIN_POSITIVE)
     }
 
-    /// Accepts the fields evaluated last as an equilibrium. Returns the largest scales so far.
+    /// Accepts the fields evaluated last as an equilibrium. Returns the largest reference values of all equilibria so
+    /// far.
     pub(crate) fn keep_scales(&mut self) -> Scales {
         let Scales { force, damage } = self.reached;
         self.scales =
@@ -219,8 +224,8 @@ impl<'a> Newton<'a> {
             if norms.converged(field, tolerance) {
                 return Ok(norms);
             }
-            // the active set shrinks by one layer of nodes per iteration: an iteration that changes the active set is
-            // progress even if the residual does not decrease
+            // the active set shrinks by only one layer of nodes per iteration, therefore an iteration that changes the
+            // active set is progress even if the residual does not decrease
             let changed = self.operator.part().ranks().any(self.linearised != self.free);
             if changed {
                 changes += 1
@@ -248,7 +253,8 @@ impl<'a> Newton<'a> {
                     return Err(StepFailure::Stalled { iterations, residual });
                 }
                 Err(Stalled) => {
-                    // the factor of an earlier iterate gave no descent direction: retry with a factor of this iterate
+                    // the step with the factor of an earlier iterate did not reduce the residual: retry with a factor
+                    // of this iterate
                     self.factor = Linearisation::Absent;
                     self.evaluate(fields, context)?
                 }
@@ -293,7 +299,8 @@ impl<'a> Newton<'a> {
         self.factorise(fields, context)
     }
 
-    /// Computes and stores the tangent at the fields evaluated last, for the following iterations.
+    /// Computes and stores the tangent of the selected fields at the fields evaluated last, for the following
+    /// iterations.
     pub(super) fn linearise_as(
         &mut self,
         coupling: Coupling,
@@ -342,8 +349,8 @@ impl<'a> Newton<'a> {
         Ok(())
     }
 
-    /// Takes the step x − α d with the first α of 1, ½, ¼ … that reduces the scaled residual. Returns the new norms,
-    /// and the new residual divided by the old residual.
+    /// Takes the step x ← x − α d along the Newton step d, with the first α of 1, ½, ¼ … that reduces the scaled
+    /// residual. Returns the new norms, and the new residual divided by the old residual.
     fn line_search(
         &mut self,
         field: Equations,

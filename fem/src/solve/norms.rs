@@ -28,7 +28,7 @@ impl Equations {
     }
 }
 
-/// Reference values by which residuals are divided.
+/// Reference values (*scales*) by which residuals are divided.
 ///
 /// At an equilibrium without load, e.g. after unloading, reactions vanish. Therefore, the scales are at least the largest
 /// scales of earlier equilibria.
@@ -54,7 +54,7 @@ pub(crate) struct Rounding {
     pub(crate) damage: f64,
 }
 
-/// Norms of the residual of equilibrium and of damage, with the scale and the rounding error of each norm.
+/// Norm of the force residual and norm of the damage residual, each with its scale and its rounding error.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Norms {
     force: f64,
@@ -65,7 +65,7 @@ pub(crate) struct Norms {
 
 impl Norms {
     /// Computes the norms at `fields`. The norms are sums over the `free` values. The residual of an `unknown` value at
-    /// a bound is a reaction, and is added to the scales.
+    /// a bound is a reaction, and contributes to the scales.
     pub(super) fn at(
         residual: &Residual,
         fields: &Fields,
@@ -129,7 +129,7 @@ impl Norms {
         }
     }
 
-    /// Returns the scales at these fields: norms of the reactions and of the driving force.
+    /// Returns the scales at the evaluated fields: norm of the reactions and norm of the driving force.
     pub(super) fn scales(&self) -> Scales {
         self.scales
     }
@@ -168,7 +168,8 @@ impl Norms {
         self.merit(Equations::Displacement, self).max(self.merit(Equations::Damage, self))
     }
 
-    /// Returns the residual divided by the scales of `reference`. With a common reference, iterates can be compared.
+    /// Returns the residual divided by the scales of `reference`. The residuals of several iterates can be compared if
+    /// all are divided by the scales of the same `reference`.
     pub(super) fn merit(&self, field: Equations, reference: &Norms) -> f64 {
         let tiny = f64::MIN_POSITIVE;
         let force = self.force / reference.scales.force.max(tiny);

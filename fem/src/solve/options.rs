@@ -36,12 +36,13 @@ pub struct SolverOptions {
     pub scheme: Scheme,
     /// Method for the linear systems.
     pub linear: LinearScheme,
-    /// Largest residual of a converged increment, relative to the largest reactions so far (displacement) and to the
-    /// largest driving force so far (damage). Residuals of the size of rounding errors count as converged.
+    /// Largest relative residual of a converged increment. The force residual is relative to the largest reactions so
+    /// far, the damage residual to the largest driving force so far. Residuals of the size of rounding errors count as
+    /// converged.
     pub tolerance: f64,
-    /// Relative residual of the linear solution in a Newton iteration. 1e-2 is fastest; 1e-3 makes the number of
-    /// Newton iterations nearly independent of the linear solver and of the number of ranks, and costs about 25 %
-    /// more linear iterations.
+    /// Relative residual of the linear solution in a Newton iteration. The value 1e-2 is fastest. The value 1e-3 needs
+    /// about 25 % more linear iterations, but makes the number of Newton iterations nearly independent of the linear
+    /// solver and of the number of ranks.
     pub linear_tolerance: f64,
     /// Limit of Newton iterations per increment.
     pub iterations: u32,

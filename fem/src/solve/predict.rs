@@ -1,8 +1,9 @@
 //! Initial guess of an increment whose prescribed values jump.
 //!
-//! If only the prescribed values moved, the elements at the surface would take the whole deformation: they would
-//! invert, or distort so much that Newton's method needs many iterations. Instead, the whole body moves by its linear
-//! response at the last equilibrium. The tangent of this response is reused in the first iterations.
+//! If the initial guess changed only the prescribed values, the elements at the surface would take the whole
+//! deformation: they would invert, or distort so much that Newton's method needs many iterations. Instead, the whole
+//! body moves by its linear response at the last equilibrium. The tangent of this response is reused in the first
+//! iterations.
 
 use super::linear::Nodal;
 use super::newton::Newton;
@@ -16,8 +17,8 @@ const LINEAR_TOLERANCE: f64 = 1e-4;
 /// Finite-difference step of the residual, as a fraction of the increment.
 const NUDGE: f64 = 1e-6;
 
-/// Returns the equilibrium `before` plus its linear response to the loads of this increment and to the prescribed
-/// values of `placed`. The fields `placed` contain the prescribed values of this increment.
+/// Returns the previous equilibrium `before` plus its linear response to the loads and the prescribed values of this
+/// increment. The fields `placed` contain these prescribed values.
 ///
 /// The tangent remains stored for the next iteration.
 pub(super) fn predict(

@@ -1,10 +1,11 @@
 //! Brightness of one material as a function of the position: beam hardening and drift.
 //!
-//! An X-ray beam loses its low-energy part along its path, so the inside of a cylinder looks less dense than its rim
-//! ("cupping"). A source or detector whose brightness changes from slice to slice causes a drift along the axis. Matrix
-//! and grains are dimmed by nearly the same factor, (1 + a s + b s²) (1 + c t + d t²) with s = (r/R)² and the height t
-//! from 0 to 1. The factor is fitted to the mean grey values of both classes in rings and layers. Each class has its
-//! own mean, so an uneven distribution of grains does not change the factor.
+//! An X-ray beam loses its low-energy part along its path. Therefore the inside of a cylinder looks less dense than its
+//! rim ("cupping"). A source or detector whose brightness changes from slice to slice causes a drift along the axis.
+//! Matrix and grains are dimmed by nearly the same factor, (1 + a s + b s²) (1 + c t + d t²) with s = (r/R)² (radial
+//! position over radius) and the relative height t from 0 to 1. The factor is fitted to the mean grey values of both
+//! classes in rings and layers. Each class has its own mean, so an uneven distribution of grains does not change the
+//! factor.
 
 use std::borrow::Cow;
 
@@ -21,14 +22,16 @@ const RINGS: usize = 32;
 const LAYERS: usize = 16;
 /// Number of iterations of classification and fit.
 const ROUNDS: usize = 3;
-/// Convergence limit: largest change of a profile in an iteration.
+/// The iterations end if no profile changes by more than this value.
 const STILL: f64 = 0.002;
-/// Number of steps; each step fits first the brightness of the classes and then the profiles.
+/// Number of steps of a fit; each step fits first the brightness of the two classes (matrix, grain) and then the
+/// profiles.
 const STEPS: usize = 20;
 /// Minimum number of voxels of a class in a ring of a layer; the mean over fewer voxels is not used.
 const LEAST: u64 = 5;
 
-/// The factor of grey values above air at a position; [`correct`](Self::correct) divides by the factor.
+/// Factor by which the grey value minus the grey value of air is dimmed, as a function of the position.
+/// [`correct`](Self::correct) divides by this factor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Brightness {
     air: f64,
@@ -40,16 +43,16 @@ pub(crate) struct Brightness {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Profile([f64; 3]);
 
-/// Number of voxels and sum of grey values of a class, for each ring of each layer.
+/// Number of voxels and sum of grey values of one class (matrix or grain), for each ring of each layer.
 type Parts = Vec<(u64, u64)>;
 
-/// Factors of the voxels of a slice: the factor of a voxel is `axial` times its value in `radial`.
+/// Factors of the voxels of a slice. The factor of a voxel is `axial` times the value of the voxel in `radial`.
 struct Factors<'a> {
     radial: Cow<'a, [f64]>,
     axial: f64,
 }
 
-/// Mean brightness of a class above air in a ring of a layer.
+/// Mean brightness above air of one class (matrix or grain) in a ring of a layer.
 struct Mean {
     s: f64,
     t: f64,
@@ -75,7 +78,8 @@ impl Profile {
             right += row * (weight * value);
         }
         let u = normal.cholesky()?.solve(&right);
-        // s is uniformly distributed over the section, t over the height
+        // mean over s or t from 0 to 1: in a cylinder, s is uniformly distributed over the section, and t over the
+        // height
         let mean = u[0] + u[1] / 2.0 + u[2] / 3.0;
         let profile = Self([u[0] / mean, u[1] / mean, u[2] / mean]);
         let is_sound = (0..=RINGS).all(|n| profile.at(n as f64 / RINGS as f64) > 0.2);
@@ -124,12 +128,12 @@ impl Brightness {
         places.all(|s| off(s) < STILL)
     }
 
-    /// Returns the ratio of the brightness at the wall to the brightness at the axis.
+    /// Returns the ratio of a material's brightness at the wall to its brightness at the axis.
     pub(crate) fn rim_over_centre(&self) -> f64 {
         self.radial.at(1.0) / self.radial.at(0.0)
     }
 
-    /// Returns the ratio of the brightness at the top to the brightness at the bottom.
+    /// Returns the ratio of a material's brightness at the top to its brightness at the bottom.
     pub(crate) fn top_over_bottom(&self) -> f64 {
         self.axial.at(1.0) / self.axial.at(0.0)
     }
@@ -167,8 +171,8 @@ impl Brightness {
         brightness
     }
 
-    /// Sums the grey values of matrix and of grain in rings and layers. Only voxels away from interfaces count: a voxel
-    /// at an interface contains both materials.
+    /// Sums the grey values of matrix and of grain in rings and layers. Voxels at interfaces are omitted, because they
+    /// contain both materials.
     fn classes(
         &self,
         values: &[u16],
@@ -275,7 +279,7 @@ impl Brightness {
 struct Columns<'a> {
     cylinder: &'a Fit,
     section: [usize; 2],
-    /// Values (r/R)² of a slice if the cylinder is upright; they are equal in all slices.
+    /// Values (r/R)² of the voxels of a slice, if the cylinder is upright. These values are then equal in all slices.
     upright: Option<Vec<f64>>,
 }
 
@@ -365,8 +369,8 @@ mod tests {
         let mut clean = Vec::new();
         for n in 0..set.len() {
             let (x, y, z) = (n % 64, n / 64 % 64, n / 4096);
-            // grains are more frequent at the rim and in the lower half; the fit must not attribute this to cupping or
-            // drift
+            // grains are more frequent at the rim and in the lower half; the fit must not attribute this distribution
+            // to cupping or drift
             let (s, t) = (relative(x, y, z), height(x, y, z));
             let few = if s > 0.5 { 3 } else { 1 };
             let grain = (x / 9 + y / 9 + z / 12) % 5 < if t < 0.5 { few + 1 } else { few };

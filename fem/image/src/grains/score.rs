@@ -98,7 +98,7 @@ fn overlaps(truth: &[u32], found: &[u32]) -> BTreeMap<(u32, u32), u64> {
         .fold(BTreeMap::new, |mut counts, (truth, found)| {
             let mut at = 0;
             while at < truth.len() {
-                // a run of voxels with the same pair is counted in one step
+                // count a run of consecutive voxels with the same pair in one step
                 let pair = (truth[at], found[at]);
                 let run = truth[at..].iter().zip(&found[at..]);
                 let length = run.take_while(|&(&a, &b)| (a, b) == pair).count();
@@ -162,10 +162,12 @@ mod tests {
         let found = row(&[5, 5, 5, 0, 7, 7, 8, 8, 8, 0]);
         let score = score(&truth, &found).unwrap();
         assert_eq!((score.truth, score.found, score.matched), (2, 3, 1));
-        // overlap 3 of 4 voxels; the overlap of grain 7 is exactly half of the union, so grain 7 does not match
+        // the matching pair has an overlap of 3 of 4 voxels; the overlap of grain 7 is exactly half of the union, so
+        // grain 7 does not match
         assert!((score.panoptic_quality - 0.75 / 2.5).abs() < 1e-15);
         assert!((score.dice - 14.0 / 16.0).abs() < 1e-15);
-        // 4 of 21 pairs of voxels disagree: the pairs of one voxel of grain 7 and one voxel of grain 8
+        // the segmentations disagree on 4 of 21 pairs of voxels: the pairs of one voxel of grain 7 and one voxel of
+        // grain 8
         assert!((score.rand - 17.0 / 21.0).abs() < 1e-15);
         assert!((score.variation_of_information - 4.0 / 7.0).abs() < 1e-15);
     }

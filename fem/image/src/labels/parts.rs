@@ -2,12 +2,12 @@
 
 use crate::volume::disjoint_sets::DisjointSets;
 
-/// A run of voxels of one value along x.
+/// A run: consecutive voxels along x with the same value.
 struct Run {
     value: u32,
-    /// First index.
+    /// Index of the first voxel.
     from: usize,
-    /// Last index + 1.
+    /// Index of the last voxel + 1.
     to: usize,
 }
 

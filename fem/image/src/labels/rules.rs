@@ -8,7 +8,7 @@ use crate::{ImageError, SpecimenForm, SpecimenRegion};
 pub const MATRIX: &str = "matrix";
 /// Name of the phase of voids: pores, cracks.
 pub const VOID: &str = "void";
-/// Name of the phase of grains if no phases are given.
+/// Name of the phase of grains if the user gives no phases.
 const GRAIN: &str = "grain";
 
 /// Labels of one phase.
@@ -52,7 +52,7 @@ pub struct LabelRules {
     pub background: Option<i64>,
     /// The phases. If empty, each label other than 0 and the background is a grain.
     pub phases: Vec<LabelPhase>,
-    /// Form of the specimen; `Auto` is a cylinder if the image contains background.
+    /// Form of the specimen. `Auto` selects a cylinder if the image contains background, otherwise a block.
     pub specimen: SpecimenForm,
     /// Whether a tilted cylinder is fitted with its tilt; otherwise the fitted cylinder is upright.
     pub follow_lean: bool,
@@ -88,7 +88,7 @@ pub(super) enum Role {
 }
 
 impl LabelRules {
-    /// Returns the names of the phases of grains, voids included, in the order of `phases`.
+    /// Returns the names of all phases except the matrix (also `void`), in the order of `phases`.
     pub fn grain_phases(&self) -> Vec<String> {
         if self.phases.is_empty() {
             return vec![GRAIN.into()];

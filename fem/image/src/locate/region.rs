@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 use crate::locate::fit::Fit;
 use crate::{ImageError, Volume};
 
-/// Position of the specimen, in voxels of the segmented image (after `bin`). Missing values are determined from
-/// the image.
+/// Position of the specimen, in voxels of the segmented image (after the averaging of blocks by `bin`). Values that are
+/// `None` are determined from the image.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SpecimenRegion {
@@ -83,7 +83,7 @@ impl SpecimenRegion {
         Ok(())
     }
 
-    /// Returns whether no value is given.
+    /// Returns whether no value is given, not even a mask.
     pub(crate) fn is_unset(&self) -> bool {
         *self == Self::default()
     }

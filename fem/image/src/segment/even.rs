@@ -24,11 +24,11 @@ pub(super) struct CorrectedImage {
     pub(super) scale: Scale,
     /// Voxels of the specimen that contain no air: away from its wall and from voids.
     pub(super) sample: Vec<u8>,
-    /// Voxels that may be grain.
+    /// Voxels that may be grain: the specimen, and voxels outside the specimen that are not in air.
     pub(super) solid: Vec<u8>,
     /// The specimen, and voxels outside the specimen that show blur of grains.
     pub(super) shown: Vec<u8>,
-    /// Voxels as dark as air.
+    /// Voxels of the specimen that are as dark as air.
     pub(super) voids: Vec<u8>,
     /// Ratio of the brightness of a material at the wall to its brightness at the axis, before the correction.
     pub(super) rim_over_centre: f64,
@@ -81,7 +81,7 @@ impl GreyCorrection<'_> {
         };
         let (mut shown, mut solid) = (inside.to_vec(), inside.to_vec());
         if let (Some(fit), Some([matrix, split])) = (&specimen.fit, materials) {
-            // with dark grains, the blurred wall would be classified as grain
+            // dark grains have grey values like the blurred wall, which would therefore be classified as grain
             let (from, is_dark) = match self.contrast {
                 Contrast::Bright => (inside, false),
                 Contrast::Dark => (&sample[..], true),

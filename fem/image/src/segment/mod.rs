@@ -54,11 +54,12 @@ pub struct Segmented {
     pub warnings: Vec<String>,
 }
 
-/// Share of the specimen above which a single grain causes a warning.
+/// Share of the specimen's volume above which a single grain causes a warning.
 const MOST: f64 = 0.5;
-/// Number of grains from which a single grain with more than the share [`MOST`] of all grains also causes a warning.
+/// If there are at least this number of grains, a grain that has more than the share [`MOST`] of the volume of all
+/// grains also causes a warning.
 const MANY: usize = 10;
-/// Share of the specimen above which voids cause a warning.
+/// Share of the specimen's volume above which voids cause a warning.
 const VOIDS: f64 = 0.02;
 /// Volume (voxels) below which the volume of a grain is uncertain.
 const SMALL: f64 = 65.0;
@@ -69,8 +70,9 @@ impl Segmentation {
     /// Segments an image into grains. `progress` is called with the name of each step when the step begins.
     ///
     /// The result does not depend on the number of threads. An image that is mirrored, or rotated by 90° about z (a
-    /// block: about any axis), gives the same grains with other numbers. Exceptions are voxels at which two grains are
-    /// equal by all criteria, and the rule [`SeedRule::Spacing`], which depends on the orientation.
+    /// block: about any axis), gives the same grains with other numbers. There are two exceptions: voxels for which all
+    /// criteria of the choice between two grains are equal, and the rule [`SeedRule::Spacing`], which depends on the
+    /// orientation.
     ///
     /// # Errors
     /// [`ImageError`]: parameters out of range, values that are not finite, an image without contrast or without
@@ -192,7 +194,8 @@ impl Segmentation {
         };
         let labels = grey.with(labels);
         let regions = measure(&labels, &inside, &solid.volumes);
-        // an upright cylinder around a tilted specimen contains air; another warning reports the tilt
+        // an upright cylinder around a tilted specimen contains air, which must not count as voids; another warning
+        // reports the tilt
         let follows = located.fit.is_none_or(|fit| !fit.is_off_axis());
         warnings.extend(void_in_words(void_fraction).filter(|_| follows));
         warnings.extend(small_in_words(&regions, grey.voxel_mm));

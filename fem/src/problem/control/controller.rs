@@ -31,7 +31,8 @@ pub enum Step {
 }
 
 impl Step {
-    /// Returns the requested or guessed fraction of the duration.
+    /// Returns the fraction of the duration by which the step advances: the requested fraction, or the guess of a
+    /// `Release`.
     pub fn fraction(self) -> f64 {
         match self {
             Step::Advance(fraction) | Step::AdvanceWithin { fraction, .. } => fraction,
@@ -76,11 +77,11 @@ pub struct Progress<'a> {
     pub passed: f64,
     /// Points of the curve so far.
     pub curve: &'a [CurvePoint],
-    /// Last step that reached an equilibrium, as requested.
+    /// The request of the last step that reached an equilibrium.
     pub taken: Option<Step>,
-    /// Fraction of the duration by which the step `taken` advanced; negative for a step back.
+    /// Fraction of the duration by which the step `taken` actually advanced; negative for a step back.
     pub moved: f64,
-    /// Step from the current state that has just failed.
+    /// The step from the current state that has just failed; `None` after a successful step.
     pub failed: Option<Step>,
 }
 
@@ -147,8 +148,8 @@ pub trait StepController: fmt::Debug + Send + Sync {
     /// The run shortens a step that would pass the end or the next mark, see [`marks`](Self::marks).
     fn next(&self, run: &Progress) -> Option<Step>;
 
-    /// Number of points of the curve, equally spaced in time (*marks*), independent of the number of steps between the
-    /// points. `None`: each step is a point.
+    /// Returns the number of points of the curve if the points are equally spaced in time (*marks*), whatever the steps
+    /// between them. Returns `None` if each step is a point of the curve.
     fn marks(&self) -> Option<u32> {
         None
     }

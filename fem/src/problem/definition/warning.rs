@@ -33,7 +33,7 @@ pub enum ProblemWarning {
         /// Thickness divided by the mean edge length of the elements.
         across: f64,
     },
-    /// Some parts of the mesh have no common face.
+    /// The mesh consists of several parts that have common nodes or edges but no common face.
     #[error(
         "parts of the body rotate freely about each other: the mesh consists of {parts} parts that are joined only by \
          an edge or a node, as by a hinge (tetrahedron {tet} is in one of these parts); connect the parts by faces, or \

@@ -16,12 +16,13 @@ use crate::parallel::Halo;
 
 /// Limit of iterations of a solution.
 const LIMIT: u32 = 300;
-/// The hierarchy is recomputed if a solution needs this multiple of the iterations of the first solution with it.
+/// The multigrid hierarchy is recomputed if a solve needs more than this multiple of the iterations that the first
+/// solve with the hierarchy needed.
 const WORN: f64 = 1.6;
 /// Largest relative residual of a solution that is accepted at the limit of iterations.
 const USELESS: f64 = 0.1;
 
-/// Error: the current tangent was on a device that has failed. The next tangent is computed on the processor.
+/// Error: the device that stored the current tangent has failed. The next tangent is computed on the processor.
 struct TangentLost;
 
 type MultigridInMemory = Multigrid<NodalVectors, FieldSplitInMemory>;
@@ -76,8 +77,8 @@ impl<'a> Iterative<'a> {
         }
     }
 
-    /// Moves the iterations to a device, which also applies the product of the quadratic level. If the device cannot
-    /// be used, the processor runs the iterations.
+    /// Moves the iterations to a device, which also computes products with the tangent of quadratic elements. If the
+    /// device cannot be used, the processor runs the iterations.
     pub(super) fn on_device(mut self, device: Result<OnDevice, DeviceError>) -> Self {
         match device {
             Ok(device) => self.device = Some(device),
@@ -97,7 +98,7 @@ impl<'a> Iterative<'a> {
         result.map_err(|error| (self.device, self.lost) = (None, Some(error))).ok()
     }
 
-    /// Discards the device and returns an error if the device had the tangent and has failed.
+    /// If the device stored the current tangent and has failed, discards the device and returns an error.
     fn check_tangent(&mut self) -> Result<(), TangentLost> {
         match self.elements.as_mut().and_then(ElementTangent::take_lost) {
             None => Ok(()),
@@ -169,7 +170,7 @@ impl<'a> Iterative<'a> {
         ending
     }
 
-    /// Computes z ≈ A⁻¹ r for several right-hand sides r.
+    /// Computes z ≈ A⁻¹ r for several right-hand sides r, where A is the tangent.
     fn precondition_all(
         &mut self,
         right: &[&[Nodal]],

@@ -8,7 +8,7 @@ use std::borrow::BorrowMut;
 
 use super::vectors::{KrylovVectors, Precision, Vectors};
 
-/// Matrix with a preconditioner. Vectors are zero in constrained values.
+/// Matrix A with a preconditioner. The constrained values of all vectors are zero.
 pub(crate) trait Preconditioned<V: Vectors> {
     /// y = A x.
     fn apply(&mut self, x: &V::Vector, y: &mut V::Vector);
@@ -17,11 +17,12 @@ pub(crate) trait Preconditioned<V: Vectors> {
     fn precondition(&mut self, r: &V::Vector, z: &mut V::Vector);
 }
 
-/// Linear system without its right-hand side.
+/// Matrix of a linear system with its preconditioner, vector operations and norm.
 pub(super) struct System<'a, V: Vectors> {
     pub(super) vectors: &'a V,
     pub(super) matrix: &'a mut dyn Preconditioned<V>,
-    /// 1/|A_ii|, the weight of the residual norm, which makes forces and damage comparable.
+    /// Weights 1/|A_ii| of the residual norm, from the diagonal entries A_ii. The weights make residuals of
+    /// displacement and damage comparable.
     pub(super) weight: &'a V::Vector,
 }
 
@@ -112,8 +113,9 @@ fn conjugate_gradients<V: KrylovVectors>(
         if product <= 0.0 {
             return ending(Stop::Indefinite, iteration, residual);
         }
-        // z·(r_k − r_{k−1}) instead of z·r_k (flexible method): the products are equal for a linear preconditioner, but
-        // the directions stay conjugate even if the preconditioner rounds to single precision
+        // the flexible method uses z·(r_k − r_{k−1}) instead of z·r_k, where z is the preconditioned residual r_k; both
+        // products are equal for a linear preconditioner, but only with the first product the directions stay conjugate
+        // if the preconditioner rounds to single precision
         let share = if iteration == 0 { 0.0 } else { -step * vectors.dot(q, z) / before };
         vectors.scale_and_add(p, share, z);
         system.matrix.apply(p, q);
@@ -140,7 +142,7 @@ fn conjugate_gradients<V: KrylovVectors>(
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Start {
     Zero,
-    /// The given x, or zero if the residual of zero is smaller.
+    /// The given x, or x = 0 if the residual of x = 0 is smaller.
     Given,
 }
 

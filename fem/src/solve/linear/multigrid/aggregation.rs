@@ -1,4 +1,4 @@
-//! Aggregation of nodes, and the near null space on the aggregates.
+//! Aggregation of nodes, and the near null space (rigid-body modes) on the aggregates.
 //!
 //! Reference: Vaněk, Mandel & Brezina, Computing 56 (1996) 179, doi:10.1007/BF02238511.
 
@@ -6,14 +6,15 @@ use super::block_csr::BlockCsr;
 
 /// Number of coarse unknowns per aggregate: one for each rigid-body mode.
 pub(crate) const MODES: usize = 6;
-/// Threshold of strong coupling between nodes i and j of the mesh: ‖A_ij‖² > `STRONG`² ‖A_ii‖ ‖A_jj‖.
+/// Threshold of strong coupling: nodes i and j of the mesh are strongly coupled if ‖A_ij‖² > `STRONG`² ‖A_ii‖ ‖A_jj‖,
+/// where A_ij is a block of the matrix.
 const STRONG: f64 = 0.08;
 /// Threshold of strong coupling between aggregates, on coarser levels.
 ///
-/// An aggregate couples with about fifty aggregates, mostly more weakly than a node with a node. With the threshold of
-/// the nodes, the next aggregates would have only four members. The coarser levels would then have dense matrices and
-/// cost more than the finest level, in particular on large meshes. The number of iterations is the same with both
-/// thresholds.
+/// An aggregate is coupled to about fifty other aggregates. This coupling is mostly weaker than the coupling of two
+/// nodes of the mesh. With the threshold of the nodes, the next aggregates would have only four members. The coarser
+/// levels would then have dense matrices and cost more than the finest level, in particular on large meshes. The number
+/// of iterations is the same with both thresholds.
 const STRONG_BELOW: f64 = 0.02;
 const NONE: u32 = u32::MAX;
 
@@ -100,7 +101,8 @@ pub(super) fn tentative<const R: usize>(
         };
         for k in 0..MODES {
             let whole = dot(&block, k, k).sqrt();
-            // Gram–Schmidt loses digits in one pass, and none in two passes
+            // after one pass of Gram–Schmidt, rounding errors leave the columns not quite orthogonal; after two passes,
+            // the columns are orthogonal
             for _ in 0..2 {
                 for l in 0..k {
                     let share = dot(&block, l, k);

@@ -29,13 +29,14 @@ const MOST_LEVELS: usize = 12;
 /// Degree of the Chebyshev smoother, which is applied before and after the coarse correction.
 const DEGREE: usize = 3;
 
-/// Matrix of one level, with the transfer to the aggregates of its nodes.
+/// Matrix of one level, with the transfer between the nodes of the level and their aggregates, the nodes of the next
+/// coarser level.
 #[derive(Debug)]
 pub(crate) struct Aggregation<const R: usize> {
     pub(crate) matrix: Assembled<R>,
     pub(crate) prolong: BlockCsr<f32, R, MODES>,
     pub(crate) restrict: BlockCsr<f32, MODES, R>,
-    /// Halo of the aggregates.
+    /// Halo of the aggregates: which ranks share which aggregate.
     coarse: Arc<Halo>,
 }
 
@@ -125,7 +126,8 @@ fn coarsen<const R: usize>(
     let mut assembled = Assembled::new(matrix, &diagonal, halo);
     let (vectors, residual) = (InMemory::new(halo), vec![[0.0; R]; matrix.rows()]);
     let smoother = Smoother::measured(&vectors, &mut assembled, DEGREE, &residual);
-    // smoothed prolongation P = (I − ω D⁻¹ A) T
+    // smoothed prolongation P = (I − ω D⁻¹ A) T from the matrix A, its diagonal blocks D and the tentative prolongation
+    // T
     let omega = 4.0 / (3.0 * smoother.largest);
     let mut prolong = product(matrix, &plain, &first, halo);
     for row in 0..owned {
@@ -159,7 +161,7 @@ fn coarsen<const R: usize>(
             }
         }
     }
-    // each node is restricted by the rank that owns it
+    // only the rank that owns a node adds the node to the coarse matrix
     let restrict = match ranks.is_alone() {
         true => transposed.narrow(),
         false => prolong.first_rows(owned).transpose().narrow(),
@@ -172,7 +174,7 @@ fn coarsen<const R: usize>(
     (AmgLevel { grid, level }, Coarser { matrix: coarse, modes: coarse_modes, nodes })
 }
 
-/// Returns the rows of A T at the nodes that this rank owns. `tentative` contains the rows of T at the same nodes.
+/// Returns the rows of A T for the nodes that this rank owns. `tentative` contains the rows of T for these nodes.
 /// Column numbers are numbers of aggregates over all ranks.
 fn product<const R: usize>(
     matrix: &BlockCsr<f64, R, R>,
@@ -191,7 +193,8 @@ fn product<const R: usize>(
     completed(&partial, halo)
 }
 
-/// Returns three translations and three rotations at the nodes that this rank owns, zero in constrained values.
+/// Returns three translations and three rotations at the nodes that this rank owns. Constrained values of these modes
+/// are zero.
 fn rigid_body_modes(points: &[[f64; 3]], free: &[[bool; 4]], halo: &Halo) -> Modes<3> {
     let sum = |k: usize| halo.own_of(points).map(|p| p[k]).sum::<f64>();
     let mut sums = [sum(0), sum(1), sum(2), halo.own_of(points).count() as f64];

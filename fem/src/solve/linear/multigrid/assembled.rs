@@ -57,7 +57,8 @@ impl<const R: usize> Matrix for Assembled<R> {
     }
 }
 
-/// Computes [`Matrix::relax`] in the memory of this process; `scale(node, r)` returns the values of D⁻¹ r at a node.
+/// Computes [`Matrix::relax`] in the memory of this process. `scale(node, r)` returns the values of D⁻¹ r at a node,
+/// where D is the (block) diagonal of the matrix.
 pub(super) fn relax<T: Real, const R: usize>(
     Relaxation { momentum, weight }: Relaxation,
     scale: impl Fn(usize, &[T; R]) -> [T; R] + Sync,

@@ -93,7 +93,7 @@ impl<const R: usize, const C: usize> BlockCsr<f64, R, C> {
             .into_par_iter()
             .map(|first| {
                 let (mut ends, mut column) = (Vec::new(), Vec::new());
-                // number of the last row in which each column occurred
+                // for each column, the index of the last row that has an entry in this column
                 let mut seen = vec![usize::MAX; other.columns];
                 for row in first..self.rows().min(first + ROWS) {
                     for (middle, _) in self.row(row) {
@@ -120,7 +120,7 @@ impl<const R: usize, const C: usize> BlockCsr<f64, R, C> {
         BlockCsr { columns: other.columns, start, column, block }
     }
 
-    /// Converts to single precision.
+    /// Converts the matrix to single precision.
     pub(super) fn narrow(&self) -> BlockCsr<f32, R, C> {
         BlockCsr {
             columns: self.columns,
@@ -195,7 +195,7 @@ pub(super) fn inverse<const R: usize>(block: &[[f64; R]; R]) -> [[f64; R]; R] {
     let mut b: [[f64; R]; R] = std::array::from_fn(|i| std::array::from_fn(|j| f64::from(i == j)));
     let mut dropped = [false; R];
     for k in 0..R {
-        // the blocks are definite: diagonal pivots are stable
+        // diagonal pivots are stable because the blocks are definite
         let pivot = a[k][k];
         if pivot.abs() <= 1e-12 * size || !pivot.is_finite() {
             dropped[k] = true;

@@ -14,10 +14,11 @@ use super::matrix::{Matrix, Preconditioner, Relaxation, Vector};
 const SHARE: f64 = 0.1;
 /// Number of steps of Lanczos' iteration.
 const LANCZOS_STEPS: usize = 12;
-/// Safety factor of the largest eigenvalue, because Lanczos' iteration underestimates it.
+/// Safety factor by which the estimate of the largest eigenvalue is multiplied: Lanczos' iteration underestimates this
+/// eigenvalue.
 const MARGIN: f64 = 1.1;
 
-/// Chebyshev polynomial for the matrix of one level.
+/// Chebyshev smoother for the matrix of one level: the coefficients of its steps, and a work vector.
 #[derive(Debug)]
 pub(crate) struct Smoother<S: Vectors> {
     pub(crate) degree: usize,
@@ -64,7 +65,7 @@ impl<S: Vectors> Smoother<S> {
     }
 }
 
-/// Coefficients of the steps of a Chebyshev polynomial.
+/// Returns the coefficients of the smoothing steps that apply a Chebyshev polynomial.
 fn relaxations(largest: f64, degree: usize) -> impl Iterator<Item = Relaxation> {
     let (low, high) = (SHARE * largest, largest);
     let (centre, half) = (0.5 * (high + low), 0.5 * (high - low));
@@ -96,7 +97,7 @@ fn largest_eigenvalue<M: Matrix<Space: LanczosVectors>>(
     vectors.fill(d.borrow_mut(), |i| ((i as f64) * 1.7 + 0.3).sin());
     let mut lanczos = Lanczos::default();
     loop {
-        // v = D⁻¹ d; the sum in w is not used
+        // compute v = D⁻¹ d; w receives a sum that is not used
         matrix.relax(Relaxation { momentum: 0.0, weight: 1.0 }, d.borrow(), v, w);
         let size = vectors.dot(d.borrow(), v).sqrt();
         if lanczos.is_done(size) {
@@ -126,8 +127,8 @@ impl Lanczos {
         size.is_nan() || size == 0.0 || self.diagonal.len() == LANCZOS_STEPS
     }
 
-    /// Adds a Lanczos vector v, given by its norm `size` before normalisation and by `product` = vᵀ A v. Returns the
-    /// coefficient of the previous vector in the recurrence of the next vector.
+    /// Adds a row and a column for a Lanczos vector v, given by its norm `size` before normalisation and by `product` =
+    /// vᵀ A v. Returns the coefficient with which the previous vector occurs in the recurrence for the next vector.
     fn push(&mut self, size: f64, product: f64) -> f64 {
         let first = self.diagonal.is_empty();
         self.diagonal.push(product);

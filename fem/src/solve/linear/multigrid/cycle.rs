@@ -34,8 +34,8 @@ impl<S: Vectors, C: Vectors> Level<S, C> {
         Self { vectors, smoother, residual, right, correction }
     }
 
-    /// Computes x ≈ A⁻¹ b: smoothing, correction by the coarser level, smoothing. `below(b, x)` solves on the coarser
-    /// level, and may overwrite its argument b.
+    /// Computes x ≈ A⁻¹ b in three stages: smoothing, correction by the coarser level, smoothing. `below(b, x)` solves
+    /// on the coarser level, and may overwrite its argument b.
     pub(crate) fn cycle<G: Grid<Matrix: Matrix<Space = S>, Coarse = C>>(
         &mut self,
         grid: &mut G,
@@ -115,7 +115,7 @@ pub(crate) struct Multigrid<S: Vectors, P> {
     pub(crate) below: P,
 }
 
-/// Matrix-free tangent on the free values; rows and columns of constrained values are zero.
+/// Matrix-free tangent A in which the rows and columns of the constrained values are zero.
 pub(crate) trait FreeTangent:
     Matrix + Grid<Matrix = Self, Coarse = <Self as Matrix>::Space>
 {

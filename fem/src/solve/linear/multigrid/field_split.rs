@@ -41,9 +41,9 @@ impl<S: Vectors, U: NodalPreconditioner<S>, D: NodalPreconditioner<S>> NodalPrec
 
 /// Conversion between nodal vectors and single-precision vectors of selected consecutive components.
 pub(crate) trait Fields {
-    /// Vectors of all components u_x, u_y, u_z, φ.
+    /// Type of the vectors of all components u_x, u_y, u_z, φ.
     type Nodal: Vectors;
-    /// Vectors of the selected components.
+    /// Type of the single-precision vectors of the selected components.
     type Space: Vectors;
 
     /// Copies the selected components of `r`, divided by their largest absolute value, to `out`. This scale is stored;

@@ -54,7 +54,7 @@ pub(super) fn with_ghosts<const R: usize, const C: usize>(
     halo: &Halo,
 ) -> Rows<R, C> {
     let received = exchange(halo, &rows, |n| &halo.neighbours()[n].lent);
-    // (ghost, index of the message, start and end of the row's entries in the message)
+    // one entry per row: number of the ghost, index of the message, start and end of the row's entries in the message
     let mut ghosts: Vec<(u32, usize, usize, usize)> = Vec::new();
     for (message, (neighbour, their)) in halo.neighbours().iter().zip(&received).enumerate() {
         let mut begin = 0;

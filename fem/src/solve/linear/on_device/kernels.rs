@@ -6,9 +6,9 @@ use bytemuck::Pod;
 
 use crate::device::{Argument, ComputeDevice, DeviceError, Kernel, Program};
 
-/// Largest number of partial sums in the first stage of a sum on the device.
+/// Largest number of partial sums that the first stage of a sum computes on the device.
 pub(super) const PARTS: usize = 1 << 16;
-/// Number of partial sums in the second stage of a sum; the host adds these partial sums.
+/// Number of partial sums that the second stage of a sum computes on the device; the host adds these partial sums.
 pub(super) const LAST_PARTS: usize = 256;
 
 /// Block sizes R × C of the matrices of the hierarchy.
@@ -140,7 +140,7 @@ const VECTORS: [(&str, Parameters, &str); 22] = [
         &[("const unsigned char *", "free"), ("double *", "x")],
         "if (!free[at]) x[at] = 0.0;",
     ),
-    // step of the Chebyshev smoother with the diagonal of the matrix
+    // step of the Chebyshev smoother that scales residuals by the diagonal (not by the diagonal blocks) of the matrix
     (
         "smooth",
         &[
@@ -196,7 +196,7 @@ const VECTORS: [(&str, Parameters, &str); 22] = [
          value = 0.5 * (correction[4 * (index)ends[0] + c] + correction[4 * (index)ends[1] + c]);\n    \
          }\n    if (free[at]) z[at] += value;",
     ),
-    // coarsest level: product with the dense inverse
+    // product with the dense inverse of the matrix of the coarsest level
     (
         "dense",
         &[("index", "n"), ("const double *", "inverse"), ("const float *", "b"), ("float *", "x")],

@@ -1,5 +1,5 @@
 //! Krylov iterations on a device. The processor creates the multigrid hierarchy and copies it to the device. For a
-//! linear solve, the processor sends one right-hand side to the device and receives one step.
+//! linear solve, the processor sends the right-hand side to the device and receives the solution.
 
 mod kernels;
 mod matrices;
@@ -25,7 +25,7 @@ pub(super) struct OnDevice {
     name: String,
     session: Arc<Session>,
     nodal: NodalData,
-    /// 1/|A_ii|, zero in constrained values.
+    /// Weights 1/|A_ii| of the residual norm; zero for constrained values.
     weight: Array<f64>,
     multigrid: Option<MultigridOnDevice>,
 }
@@ -49,8 +49,8 @@ impl OnDevice {
         &self.name
     }
 
-    /// Stores the constraints, weights and contact of a new tangent. `free` are the free values of all nodes, and of
-    /// the vertices on the linear level.
+    /// Stores the constraints, weights and contact of a new tangent. `free` marks the free values of all nodes, and the
+    /// free values of the vertices on the level of linear elements.
     pub(super) fn constrain(
         &mut self,
         free: [&[[bool; 4]]; 2],
