@@ -24,7 +24,7 @@ pub enum MeshError {
     /// A tetrahedron or triangle refers to a node that does not exist.
     #[error("{entity} refers to node {node}, but there are only {nodes} nodes; renumber the nodes")]
     MissingNode {
-        /// Description of the tetrahedron or triangle.
+        /// Description of the tetrahedron or triangle, as text.
         entity: String,
         /// Number of the node that does not exist.
         node: u32,
@@ -166,7 +166,7 @@ pub enum MeshError {
         /// Name of the surface.
         name: String,
     },
-    /// The mid-edge point of a curved edge is invalid.
+    /// The mid-edge point that defines a curved edge is invalid.
     #[error("the mid-edge point {point_mm:?} of the edge with nodes {edge:?}: {fault}")]
     EdgePoint {
         /// Nodes of the edge.
@@ -176,7 +176,7 @@ pub enum MeshError {
         /// Description of the fault.
         fault: &'static str,
     },
-    /// A tetrahedron is folded by its curved edges.
+    /// A tetrahedron is folded by its curved edges: its Jacobian determinant is not positive everywhere.
     #[error(
         "tetrahedron {tet} is folded by its curved edges (smallest Jacobian {jacobian_mm3:e} mm³); move \
          the mid-edge points towards the midpoints of the edges (in Gmsh: Mesh.HighOrderOptimize = 1)"

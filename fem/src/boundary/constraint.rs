@@ -49,8 +49,8 @@ impl<'a> Constraints<'a> {
         Self { nodes, duration_s, dofs: Vec::new(), first: BTreeMap::new() }
     }
 
-    /// Constrains a component on the nodes of a surface. Fails if another surface prescribes a different value at a
-    /// common node.
+    /// Constrains a component on the nodes of a surface. Returns an error if another surface prescribes a different
+    /// value at a common node.
     pub(super) fn add(
         &mut self,
         surface: &str,
@@ -75,7 +75,7 @@ impl<'a> Constraints<'a> {
         self.dofs
     }
 
-    /// Checks that two surfaces prescribe the same value at a common node.
+    /// Returns an error if two surfaces prescribe different values at a common node.
     fn agree(
         &self,
         first: &ConstrainedDof,

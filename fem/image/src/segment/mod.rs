@@ -251,7 +251,7 @@ impl Segmentation {
     /// Returns an error if the given threshold of grains is a grey value of air.
     fn check_threshold(&self, air: Option<f64>, contrast: Contrast) -> Result<(), ImageError> {
         let (Some(value), Some(air)) = (self.grain_threshold, air) else { return Ok(()) };
-        // an image with bright air was inverted before, so that its grains are bright now
+        // an image with bright air has been inverted, so that its grains are now bright
         let is_inverted = contrast != self.contrast;
         let (is_in_air, side) = match is_inverted {
             true => (value >= air, "below"),
@@ -325,8 +325,8 @@ impl Segmentation {
         ))
     }
 
-    /// Divides the grain voxels into grains by seeds and basins of the distance; returns the grain number of each
-    /// voxel.
+    /// Divides the grain voxels into grains by a watershed of the distance to the grain surface. Returns the grain
+    /// number of each voxel.
     fn label(
         &self,
         shape: [usize; 3],

@@ -10,7 +10,7 @@ use crate::volume::check_count;
 /// Options for reading a stack.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReadOptions {
-    /// Edge of a voxel of the stack (mm). It replaces the size stated in the file.
+    /// Edge of a voxel of the stored stack (mm). This value replaces the size stated in the file.
     pub voxel_mm: Option<f64>,
     /// Edge, in voxels, of a block that is averaged to one voxel; 1 reads the stack without averaging.
     pub bin: usize,
@@ -32,9 +32,9 @@ pub struct StackHeader {
     pub shape: [usize; 3],
     /// Edge of a voxel after binning (mm).
     pub voxel_mm: f64,
-    /// Origin of the voxel size, in words.
+    /// Source of the voxel size (such as a tag of the file), as text for messages.
     pub voxel_origin: String,
-    /// Format, files, pages, their order and the type of the grey values, in words.
+    /// Format, files, pages, their order and the type of the grey values, as text for messages.
     pub contents: String,
     /// Edge, in voxels, of a block that is averaged to one voxel.
     pub bin: usize,

@@ -9,10 +9,11 @@ const SCREENS: [f64; 18] = [
     72.0, 75.0, 90.0, 96.0, 100.0, 120.0, 144.0, 150.0, 180.0, 200.0, 240.0, 300.0, 360.0, 400.0,
     600.0, 720.0, 1200.0, 2400.0,
 ];
-/// Relative tolerance of resolutions: some programs round pixels per centimetre or metre to whole numbers.
+/// Relative tolerance for the comparison of a resolution with [`SCREENS`], because some programs round pixels per
+/// centimetre or metre to whole numbers.
 const ROUNDING: f64 = 6e-4;
-/// Range of voxel sizes of tomograms (mm); a size outside this range is a default value (1 pixel per unit) or has
-/// another unit.
+/// Range of plausible voxel sizes of tomograms (mm). A size outside this range is probably a default value (1 pixel per
+/// unit) or has another unit.
 const PLAUSIBLE_MM: [f64; 2] = [1e-5, 1.0];
 /// Maximum relative difference of two edges that count as equal.
 const CUBIC: f64 = 1e-3;
@@ -66,7 +67,7 @@ pub(crate) fn is_screen(per_inch: f64) -> bool {
     SCREENS.iter().any(|screen| (per_inch / screen - 1.0).abs() < ROUNDING)
 }
 
-/// Edge of a voxel that is used, with its origin.
+/// The selected edge of a voxel, and the source of this value.
 pub(super) struct Resolved {
     pub(super) edge_mm: f64,
     pub(super) origin: String,

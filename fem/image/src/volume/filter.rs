@@ -5,10 +5,11 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-/// Computes the median of the 27 voxels around each voxel.
+/// Returns, for each voxel, the median of the 27 values in its 3³ neighbourhood.
 ///
-/// Each column of nine voxels is sorted once and used by the three neighbourhoods along x that contain it. Only 13 of
-/// the 27 voxels can then be the median of the neighbourhood, and the median of these 13 is the median of the 27.
+/// The nine voxels with the same x are sorted once and used by the three neighbourhoods that contain them. After the
+/// sort, only 13 of the 27 voxels can be the median of the neighbourhood, and the median of these 13 voxels is the
+/// median of the 27 voxels.
 pub(crate) fn median(shape: [usize; 3], values: &[u16]) -> Vec<u16> {
     let mut result = vec![0; values.len()];
     medians(shape, values, &mut result, |_, _| std::iter::once(0..shape[0]));
@@ -67,7 +68,7 @@ fn pad(column: &mut [i16], row: &[u16], part: Range<usize>) {
     column[1..=n].iter_mut().zip(&row[part]).for_each(|(to, &from)| *to = signed(from));
 }
 
-/// Work space of the median filter for one part of a row.
+/// Work memory of the median filter for one part of a row.
 struct Rows {
     /// The nine values with the same x, for each voxel of the part and one voxel before and after the part.
     columns: Vec<Vec<i16>>,
@@ -105,7 +106,8 @@ impl Rows {
             order(mid, high);
             order(low, mid);
         }
-        // of the two values that each step removes, one is above and one below the median, so the median is unchanged
+        // each step removes the largest and the smallest of some values, one above and one below the median, so that
+        // the median does not change
         let mut left: Vec<&mut Vec<i16>> = Vec::with_capacity(13);
         left.extend(&mut lows[5..9]);
         left.extend(&mut mids[2..7]);
@@ -136,8 +138,8 @@ fn order(a: &mut [i16], b: &mut [i16]) {
     }
 }
 
-/// Smooths with the weights 1–2–1 along each axis. The sum is rounded only once, so that the result does not depend on
-/// the order of the axes.
+/// Smooths a volume with the weights 1–2–1 along each axis. The sum is rounded only once, so that the result does not
+/// depend on the order of the axes.
 pub(crate) fn binomial(shape: [usize; 3], values: &[u16]) -> Vec<u16> {
     let [nx, ny, nz] = shape;
     let mut result = vec![0; values.len()];
@@ -285,7 +287,7 @@ mod tests {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(2);
         for shape in [[7, 5, 6], [1, 4, 3], [17, 1, 2], [33, 3, 3]] {
             let count = shape.iter().product();
-            // 3: few different values, so that ties are frequent; `u16::MAX`: the whole range
+            // values up to 3, so that equal values are frequent, and values over the whole range
             for most in [3, u16::MAX] {
                 let values: Vec<u16> = (0..count).map(|_| rng.random_range(0..=most)).collect();
                 let (medians, smooth) = (median(shape, &values), binomial(shape, &values));

@@ -32,7 +32,7 @@ pub(crate) fn check_count(shape: [usize; 3], bin: usize) -> Result<(), ImageErro
     Err(ImageError::TooManyVoxels { shape, limit: MAX_VOXELS, bin: least })
 }
 
-/// Values on a grid of cubic voxels, x fastest, then y, then z (the slices).
+/// Values on a grid of cubic voxels. In memory, x varies fastest, then y, then z (the number of the slice).
 ///
 /// Voxel (i, j, k) has its centre at ((i + ½), (j + ½), (k + ½)) · `voxel_mm`. The axis of a specimen
 /// is z.
@@ -109,7 +109,7 @@ impl<T> Volume<T> {
     }
 }
 
-/// Returns the voxel (i, j, k) at an index of the values.
+/// Returns the voxel (i, j, k) whose value has the given index.
 pub(crate) fn voxel_at([nx, ny, _]: [usize; 3], index: usize) -> [usize; 3] {
     [index % nx, index / nx % ny, index / (nx * ny)]
 }
@@ -128,7 +128,7 @@ mod tests {
     fn errors_name_the_smallest_sufficient_bin() {
         for (shape, bin, least) in [
             ([1600, 1600, 1600], 1, None),
-            // 4.29e9 voxels are below the limit without the rim, but above the limit with the rim
+            // the 4.29e9 voxels of the image are below the limit, but above the limit together with the rim
             ([1625, 1625, 1626], 1, Some(2)),
             ([4000, 4000, 5000], 1, Some(3)),
             ([4000, 4000, 5000], 2, Some(3)),

@@ -10,17 +10,18 @@ use super::vector::{Point, cross, mean, norm, scale, sub, tet_volume};
 use crate::error::MeshError;
 use fem_image::DisjointSets;
 
-/// An edge is straight if the distance of its mid-edge point from its midpoint is at most this factor times the extent
-/// of the mesh.
+/// An edge is straight if its mid-edge point differs from the midpoint of its ends by at most this factor times the
+/// extent of the mesh.
 const STRAIGHT: f64 = 1e-12;
 
 /// The second phase of a tetrahedron that contains two phases.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mixture {
-    /// Volume fraction of the second phase (the grain) in the tetrahedron, in [0, 1]; 0 if the tetrahedron consists
-    /// of its own region only.
+    /// Volume fraction of the second phase (the grain) in the tetrahedron, in [0, 1]. The fraction is 0 if the
+    /// tetrahedron consists only of the material of its region.
     pub fraction: f32,
-    /// Unit normal of the interface inside the tetrahedron, pointing towards the matrix; zero without interface.
+    /// Unit normal of the interface inside the tetrahedron, pointing towards the matrix; the zero vector if there is no
+    /// interface.
     pub normal: [f32; 3],
     /// Region of the second phase, an index into [`TetMesh::regions`]; 1 in a mesh of matrix and grain.
     pub region: u16,
@@ -35,9 +36,9 @@ impl Default for Mixture {
 
 /// A conforming mesh of tetrahedra with named regions and named boundary surfaces.
 ///
-/// Coordinates are in mm; the axis of the specimen is z. The element order is not part of the mesh: a simulation adds
-/// the mid-edge nodes it needs. `edge_points` gives the positions of these nodes on curved edges; linear elements
-/// ignore them.
+/// Coordinates are in mm; the axis of the specimen is z. The element order is not part of the mesh: a simulation with
+/// quadratic elements adds the mid-edge nodes. `edge_points` gives the positions of these nodes on curved edges; linear
+/// elements ignore them.
 ///
 /// # Example
 /// ```
@@ -169,8 +170,8 @@ impl TetMesh {
         sums
     }
 
-    /// Returns the mean edge length (mm), averaged over the edges of all tetrahedra; shared edges count once per
-    /// tetrahedron.
+    /// Returns the mean edge length (mm) over the edges of all tetrahedra. An edge that several tetrahedra share counts
+    /// once per tetrahedron.
     pub fn mean_edge(&self) -> f64 {
         let total: f64 = (0..self.tets.len())
             .map(|tet| {

@@ -26,7 +26,8 @@ pub(crate) fn sorted(mut face: [u32; 3]) -> [u32; 3] {
     face
 }
 
-/// Returns whether two triangles with the same nodes have the same orientation.
+/// Returns whether two triangles with the same nodes have the same orientation (one is an even permutation of the
+/// other).
 pub(crate) fn is_even_turn(a: [u32; 3], b: [u32; 3]) -> bool {
     (0..3).any(|k| b == [a[k], a[(k + 1) % 3], a[(k + 2) % 3]])
 }

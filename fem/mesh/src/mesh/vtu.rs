@@ -63,8 +63,8 @@ impl<'a> Field<'a> {
 /// Writes the mesh with its regions, the given fields and, if present, grain numbers, grain fractions and interface
 /// normals.
 ///
-/// A mesh with curved edges is written with quadratic tetrahedra. Point fields have one value per node of the mesh;
-/// their value at a mid-edge node is the mean of the values at the two ends of the edge.
+/// A mesh with curved edges is written with quadratic tetrahedra. Point fields have one value per node of the mesh. The
+/// value at a mid-edge node is the mean of the values at the two ends of the edge.
 ///
 /// # Errors
 /// [`MeshError::File`] if a field does not have one value per node or tetrahedron, [`MeshError::Io`] if the file
@@ -325,7 +325,7 @@ fn array<const B: usize>(
     bytes.extend(data);
     let name = escape(name);
     write!(out, "<DataArray type=\"{kind}\" Name=\"{name}\"")?;
-    // an explicit value of 1, which is the default, makes some readers return a matrix of one column
+    // omit the default value of 1: with an explicit 1, some readers return a matrix of one column
     if components > 1 {
         write!(out, " NumberOfComponents=\"{components}\"")?;
     }

@@ -5,7 +5,7 @@ use std::fmt;
 use crate::mesh::TetMesh;
 use crate::mesh::cavities::Cavity;
 
-/// Maximum number of entities that a note lists.
+/// Largest number of entities that a note lists.
 const LISTED: usize = 5;
 
 /// An imported mesh with notes.
@@ -28,7 +28,7 @@ pub enum ImportNote {
         /// Total number of tetrahedra in the mesh.
         of: usize,
     },
-    /// Volumes without elements, or cavities inside the mesh.
+    /// Volumes of the geometry are without elements, or the mesh encloses cavities.
     Missing {
         /// Elementary tags of the volumes of the geometry that have neither a physical group nor elements.
         volumes: Vec<i32>,

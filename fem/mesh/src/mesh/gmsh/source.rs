@@ -150,7 +150,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// Reads the rest of the line and returns it without the line break.
+    /// Reads the rest of the line and returns its bytes without the line break.
     fn line(&mut self) -> Option<&'a [u8]> {
         let rest = &self.bytes[self.at..];
         if rest.is_empty() {
@@ -215,7 +215,7 @@ impl<'a> Source<'a> {
     pub(super) fn text<T: std::str::FromStr>(&mut self, what: &str) -> Result<T, Fault> {
         let word = self.word()?;
         word.parse().map_err(|_| {
-            // the cursor is directly after the word, so the error reports the correct line
+            // create the error while the cursor is directly after the word, so that the error reports the correct line
             self.fault(format!("`{word}` is not a valid value for {what}"))
         })
     }

@@ -13,7 +13,7 @@ pub(super) fn parametric_nodes(source: &mut Source, contents: &mut Contents) -> 
     read_nodes(source, contents, |source| {
         let dimension = source.int("an entity's dimension")?;
         source.int("an entity's tag")?;
-        // a node on a curve has one parameter, a node on a surface has two, any other node has none
+        // a node on a curve has one parameter, a node on a surface has two parameters, and all other nodes have none
         for _ in 0..if dimension < 3 { dimension } else { 0 } {
             source.real("a parametric coordinate")?;
         }

@@ -19,7 +19,7 @@ pub(super) fn entities(source: &mut Source, contents: &mut Contents) -> Result<(
             }
             let groups = source.size("an entity's number of physical groups")?;
             let groups = (0..groups)
-                // the sign of a group number is the orientation of the entity
+                // the sign of a group number, which gives the orientation of the entity, is not used
                 .map(|_| Ok(source.int("a physical group")?.saturating_abs()))
                 .collect::<Result<Vec<i32>, Fault>>()?;
             let groups = contents.group_set(groups);

@@ -65,7 +65,7 @@ pub fn enclosed_volume(surface: &[Triangle]) -> f64 {
     surface.iter().map(|&[a, b, c]| dot(a, cross(b, c)) / 6.0).sum()
 }
 
-/// Writes triangles as binary STL, in mm and single precision; the header, which contains `title`, is truncated to 80
+/// Writes triangles as binary STL, in mm and single precision; the header contains `title` and is truncated to 80
 /// bytes.
 ///
 /// # Errors

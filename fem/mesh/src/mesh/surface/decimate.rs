@@ -14,20 +14,21 @@ use crate::mesh::vector::{Point, add, cross, dot, norm, scale, sub};
 
 /// Minimum number of triangles of a decimated surface: the number of faces of an icosahedron.
 const LEAST_TRIANGLES: usize = 20;
-/// Weight of the squared distance from the midpoint of the edge, relative to the trace of the quadric. In flat regions
-/// and along ridges the quadric is singular, so this term determines the new point.
+/// Weight of the squared distance of the new point from the midpoint of the edge, relative to the trace of the quadric.
+/// In flat regions and along ridges the quadric is singular, so that this additional term determines the new point.
 const MIDDLE: f64 = 1e-3;
-/// A collapse is skipped if the cosine of the rotation of a triangle's normal is below this value.
+/// A collapse is skipped if it would rotate the normal of a triangle by an angle whose cosine is below this value.
 const LEAST_COSINE: f64 = 0.2;
-/// Minimum shape measure of a triangle after a collapse (1 for an equilateral triangle), unless the triangle was
-/// worse before.
+/// A collapse is skipped if the shape measure of a triangle (1 for an equilateral triangle) would fall below this
+/// value, unless the triangle already has a smaller shape measure.
 const LEAST_SHAPE: f64 = 0.15;
 
 /// Reduces the number of triangles of a surface by `factor`, but not below 20 triangles.
 ///
 /// Edges collapse in the order of their quadric error. A collapse that would change the topology, flip a triangle or
-/// create a sliver is skipped: a closed surface stays closed, but `factor` may not be reached. Finally the surface
-/// is scaled about its centroid to its original volume. A factor of at most 1 returns the surface unchanged.
+/// create a very thin triangle is skipped. A closed surface therefore stays closed, but `factor` may not be reached.
+/// Finally the surface is scaled about its centroid to its original volume. A factor of at most 1 returns the surface
+/// unchanged.
 ///
 /// # Example
 /// ```
@@ -57,8 +58,8 @@ pub fn decimated(surface: &Surface, factor: f64) -> Surface {
     }
 }
 
-/// Sum of squared distances (mm²) from the planes of triangles, weighted by the areas of the triangles (mm²):
-/// xᵀ A x + 2 b·x + c.
+/// Quadric xᵀ A x + 2 b·x + c: the sum of the squared distances (mm²) of a point x from the planes of triangles,
+/// weighted by the areas of the triangles (mm²).
 #[derive(Clone, Copy, Debug)]
 struct Quadric {
     a: Matrix3<f64>,
@@ -100,14 +101,14 @@ impl Quadric {
         let solved = matrix.cholesky().map(|factor| factor.solve(&(weight * middle - self.b)));
         let x = solved.unwrap_or(middle);
         let error = x.dot(&(self.a * x)) + 2.0 * self.b.dot(&x) + self.c;
-        // in flat regions the quadric error is zero; the added term makes the shortest edges collapse first
+        // in flat regions the quadric error is zero; with the added term, the shortest edges collapse first
         let edge = sub(ends[1], ends[0]);
         (x.into(), error.max(0.0) + 1e-9 * self.a.trace() * dot(edge, edge))
     }
 }
 
-/// An edge that may collapse. `versions` are the versions of its end points when the error was computed; an entry
-/// with outdated versions is skipped.
+/// An edge that may collapse. `versions` are the versions of the end points at the time when the error was computed. A
+/// candidate with outdated versions is skipped.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Candidate {
     error: f64,
@@ -145,7 +146,7 @@ struct Collapse {
     around: Vec<Vec<u32>>,
     quadrics: Vec<Quadric>,
     versions: Vec<u32>,
-    /// Points that must not move, because the surface around them is not a disc.
+    /// Whether each point must not move, because the surface around this point is not a disc.
     is_locked: Vec<bool>,
     queue: BinaryHeap<Reverse<Candidate>>,
 }
@@ -239,8 +240,8 @@ impl Collapse {
         }
     }
 
-    /// Checks the link condition: the ends have exactly two common neighbours, and these two neighbours are not joined
-    /// by triangles at both ends.
+    /// Checks the link condition, i.e. that a collapse of the edge does not change the topology: the ends of the edge
+    /// have exactly two common neighbours, and these two neighbours are not joined by triangles at both ends.
     fn keeps_topology(&self, [a, b]: [u32; 2]) -> bool {
         let opposite_corners: BTreeSet<u32> = self
             .triangles_at(a)
@@ -258,7 +259,7 @@ impl Collapse {
         !(joins(a) && joins(b))
     }
 
-    /// Returns whether moving both ends to `target` neither flips a triangle nor creates a sliver.
+    /// Returns whether moving both ends to `target` neither flips a triangle nor creates a very thin triangle.
     fn keeps_shape(&self, [a, b]: [u32; 2], target: Point) -> bool {
         let keeps = |end: u32, other: u32| {
             self.triangles_at(end).filter(|(_, t)| !t.contains(&other)).all(|(_, t)| {

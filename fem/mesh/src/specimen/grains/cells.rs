@@ -35,8 +35,8 @@ impl Cells {
         }
         let extent: Point = std::array::from_fn(|k| (high[k] - low[k]).max(f64::MIN_POSITIVE));
         let volume: f64 = extent.iter().product();
-        // at most about 256 cells along the longest side, so that a flat arrangement of grains does not need too
-        // many cells
+        // limit the number of cells along the longest side to about 256, so that grains in a flat arrangement do not
+        // need too many cells
         let longest = extent.iter().copied().fold(0.0, f64::max);
         let width = (volume / (CELLS * boxes.len() as f64)).cbrt().max(longest / 256.0);
         let count = extent.map(|x| ((x / width).ceil() as usize).clamp(1, 257));

@@ -14,11 +14,11 @@ use crate::specimen::grains::Grain;
 use relax::Spheres;
 use shape::{draw_facets, grow};
 
-/// Maximum deviation of a drawn radius from the median, in standard deviations of the logarithm.
+/// Largest deviation of the logarithm of a drawn radius from its median, in standard deviations.
 const TAIL: f64 = 2.5;
 /// Maximum number of relaxation sweeps before a packing fails.
 const SWEEPS: usize = 5000;
-/// Maximum volume fraction in the relaxation of spheres that polyhedra will replace; the polyhedra then grow to the
+/// Largest volume fraction at which spheres are relaxed if polyhedra will replace them. The polyhedra then grow to the
 /// requested fraction.
 const RELAXED: f64 = 0.45;
 /// Limit of the number of grains; a larger number is reported as a likely error in the units.
@@ -30,8 +30,8 @@ const MAX_FACETS: usize = 200;
 ///
 /// Sizes are lognormal in each class: one class gives a unimodal, two classes a bimodal distribution. Spheres are
 /// placed at random and pushed apart. For polyhedra, each sphere is then replaced by a polyhedron bounded by random
-/// facets and by the radical planes to its neighbours, moved back by half the film thickness. All grains lie entirely
-/// inside the cylinder. All radii are scaled by one factor to reach the volume fraction.
+/// facets and by the radical planes to its neighbours, each moved towards the sphere by half the film thickness. All
+/// grains lie entirely inside the cylinder. All radii are scaled by one factor to reach the volume fraction.
 ///
 /// The same seed gives the same grains (generator: xoshiro256++).
 ///
@@ -110,7 +110,7 @@ fn default_film() -> f64 {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PackingError {
-    /// A field is out of range.
+    /// A field of the settings is out of range.
     #[error("{field} = {value}; {help}")]
     Field {
         /// Name of the field.
@@ -270,7 +270,7 @@ impl Packing {
         self.sizes.iter().map(move |class| all * (class.share / shares))
     }
 
-    /// Draws radii class by class, then scales all radii by one factor so that the total volume is exact.
+    /// Draws radii class by class, then scales all radii by one factor so that the total volume equals `volume`.
     fn draw_radii<R: Rng>(&self, volume: f64, rng: &mut R) -> Result<Vec<f64>, PackingError> {
         let mut radii = Vec::new();
         for (class, wanted) in self.sizes.iter().zip(self.volumes(volume)) {
@@ -287,7 +287,7 @@ impl Packing {
                 if (radius.ln() - logarithm).abs() > TAIL * class.spread + 1e-12 {
                     continue;
                 }
-                // the last grain is used only if it reduces the error of the volume
+                // add the last grain only if the grain reduces the error of the volume
                 if !radii.is_empty() && drawn + 0.5 * ball(radius) > wanted {
                     break;
                 }

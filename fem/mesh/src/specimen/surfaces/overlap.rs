@@ -18,7 +18,7 @@ const TOUCHING: f64 = 1e-9;
 pub(super) struct Overlap {
     /// Indices of the two grains.
     pub(super) grains: [usize; 2],
-    /// Volume shared by both grains (mm³), estimated by samples.
+    /// Volume that both grains have in common (mm³), estimated by sample points.
     pub(super) volume_mm3: f64,
 }
 

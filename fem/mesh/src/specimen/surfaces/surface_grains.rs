@@ -61,9 +61,9 @@ pub enum SurfaceError {
 }
 
 impl SurfaceGrains {
-    /// Creates grains from their surfaces, in a cylinder with its bottom at z = 0 and its axis on z (mm). Surfaces
-    /// with normals pointing inwards are reversed. For a grain that extends beyond the cylinder, only the volume
-    /// inside counts, estimated by samples.
+    /// Creates grains from their surfaces, in a cylinder with its bottom at z = 0 and its axis on z (mm). Surfaces with
+    /// normals pointing inwards are reversed. For a grain that extends beyond the cylinder, only the volume inside the
+    /// cylinder counts. This volume is estimated by sample points.
     ///
     /// # Errors
     /// [`SurfaceError`] for the first surface that is not closed or has no volume.

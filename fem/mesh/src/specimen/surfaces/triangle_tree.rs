@@ -13,8 +13,8 @@ use crate::mesh::vector::{Point, add, cross, dot, norm, scale, sub};
 /// Maximum number of triangles per leaf.
 const LEAF: usize = 4;
 
-/// The triangles of a surface with pseudonormals, which determine the sign of the distance, and a tree of bounding
-/// boxes.
+/// The triangles of a surface, and a tree of their bounding boxes. Each triangle has pseudonormals, which determine the
+/// sign of the distance.
 #[derive(Clone, Debug)]
 pub(super) struct TriangleTree {
     triangles: Vec<Triangle>,
@@ -43,8 +43,8 @@ pub(super) struct TreePart<'a> {
     pub(super) triangles: &'a [Triangle],
 }
 
-/// A bounding box. In a leaf, `first` is the index of its first triangle; otherwise `first` is the index of its
-/// second child, and the first child is the next node.
+/// A bounding box. In a leaf, `first` is the index of the first triangle. In a box with children, `first` is the index
+/// of the second child; the first child is the next node.
 #[derive(Clone, Copy, Debug)]
 struct Node {
     low: Point,
@@ -99,7 +99,7 @@ impl TriangleTree {
         self.nodes.first().map_or([[0.0; 3]; 2], |root| [root.low, root.high])
     }
 
-    /// Returns the box with an index (0: the root), or `None` if there is no such box.
+    /// Returns the box with the given index (0 for the root), or `None` if there is no such box.
     pub(super) fn part(&self, index: usize) -> Option<TreePart<'_>> {
         let node = self.nodes.get(index)?;
         let (first, count) = (node.first as usize, node.count as usize);
@@ -111,7 +111,7 @@ impl TriangleTree {
         })
     }
 
-    /// Appends the tree of a range of triangles in depth-first order.
+    /// Builds the tree of a range of triangles and appends its boxes to `nodes` in depth-first order.
     fn divide(&mut self, from: usize, to: usize) {
         let part = &mut self.triangles[from..to];
         let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);

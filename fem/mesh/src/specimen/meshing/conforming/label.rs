@@ -8,7 +8,7 @@ use crate::mesh::TetMesh;
 use crate::specimen::meshing::adjacency::Adjacency;
 use crate::specimen::meshing::samples::{Sampled, majority};
 
-/// Minimum number of tetrahedra of a connected component; smaller components are relabelled.
+/// A connected component of equal labels with fewer tetrahedra is relabelled.
 const SMALLEST_COMPONENT: usize = 3;
 
 /// Returns the label of each tetrahedron: the grain that contains most of its samples, or 0. Small components are

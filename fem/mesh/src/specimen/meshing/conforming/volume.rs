@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::relocate::Relocation;
 use crate::mesh::vector::{Point, add, cross, norm, scale, sub};
 
-/// Maximum offset, relative to the spacing.
+/// Largest offset of a grain surface, relative to the spacing.
 const LARGEST: f64 = 0.3;
 /// Bounds of the derivative of a grain's volume with respect to the grain's offset, relative to the area of the grain.
 const SLOPES: [f64; 2] = [0.3, 1.3];
