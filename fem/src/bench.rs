@@ -84,7 +84,7 @@ impl<'a> NewtonParts<'a> {
         }
     }
 
-    /// Computes residual and energies.
+    /// Computes the residual and the energies at the fields.
     ///
     /// # Errors
     /// [`StepFailure::Inverted`] if an element is inverted.

@@ -52,7 +52,7 @@ impl Fields {
         values.into_iter().all(|x| x.is_finite())
     }
 
-    /// Adds a multiple of other fields.
+    /// Adds a multiple of other fields to displacement and damage.
     pub(crate) fn add_scaled(&mut self, multiple: f64, other: &Fields) {
         let sums = self.displacement.as_flattened_mut().iter_mut().chain(&mut self.damage);
         let others = other.displacement.as_flattened().iter().chain(&other.damage);

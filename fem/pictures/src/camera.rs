@@ -34,7 +34,7 @@ impl Camera {
         [dot(p, self.right), -dot(p, self.up), dot(p, self.towards)]
     }
 
-    /// Returns the point with these view coordinates.
+    /// Returns the point in space with the given view coordinates (to the right, downwards, towards the viewer).
     pub(crate) fn unproject(&self, [x, y, depth]: [f64; 3]) -> [f64; 3] {
         [0, 1, 2].map(|k| x * self.right[k] - y * self.up[k] + depth * self.towards[k])
     }

@@ -9,7 +9,7 @@ const EDGE: f64 = 0.8;
 /// triangle.
 const LEAST_HEIGHT: f64 = 7.0;
 
-/// A picture with a depth buffer: the nearest of several surfaces is visible.
+/// A picture with a depth buffer, so that only the nearest of several surfaces is visible at each pixel.
 pub(crate) struct Canvas {
     picture: Raster,
     depth: Vec<f64>,

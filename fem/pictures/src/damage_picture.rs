@@ -100,7 +100,7 @@ impl Plane {
     }
 }
 
-/// A corner of a triangle on the surface or on the section of the body.
+/// A corner of a triangle that is drawn: a triangle on the surface or on the section of the body.
 #[derive(Clone, Copy)]
 struct Corner {
     /// Displaced position, mm.

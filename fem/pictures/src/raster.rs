@@ -102,7 +102,7 @@ impl Raster {
 const GAP: usize = 12;
 /// Pictures in a row are enlarged to at least this width in pixels, but by at most the factor [`MOST`].
 const WIDTH: usize = 300;
-/// Largest factor of enlargement.
+/// Largest factor by which pictures in a row are enlarged.
 const MOST: usize = 6;
 
 /// Places pictures in a row on white, and enlarges small pictures.

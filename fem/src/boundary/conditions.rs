@@ -33,7 +33,7 @@ pub(crate) enum Travel {
     /// Displacement of the second gauge point relative to the first gauge point, along the direction. The gauge points
     /// are reference positions, mm.
     Gauge([[f64; 3]; 2]),
-    /// Displacement (mm) given as a function of time (s).
+    /// The displacement (mm) is a given function of time (s).
     Known(Function<f64>),
 }
 

@@ -38,7 +38,8 @@ pub(super) struct Constraints<'a> {
     nodes: &'a [[f64; 3]],
     duration_s: f64,
     dofs: Vec<ConstrainedDof>,
-    /// For each constrained (node, component): index in `dofs`, and name of the surface that constrained it first.
+    /// For each constrained component of a node: its index in `dofs`, and the name of the surface that constrained it
+    /// first.
     first: BTreeMap<(u32, usize), (usize, String)>,
 }
 

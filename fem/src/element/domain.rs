@@ -109,7 +109,7 @@ struct FacePoint {
     position: [f64; 3],
     /// Values N_a of the shape functions of the face's nodes.
     values: [f64; 6],
-    /// Area that belongs to the point, mm².
+    /// Weight of the point in integrals over the face, mm².
     area: f64,
 }
 
@@ -162,8 +162,8 @@ impl<const N: usize> Space<N> {
         let edges = Matrix3::from_columns(&[edge(1), edge(2), edge(3)]);
         let (inverse, size) = (edges.try_inverse()?, edges.norm());
         let mut at = [1.0, 0.0, 0.0, 0.0];
-        // the inverse map of the straight element is exact for straight elements; curved elements need a few
-        // iterations
+        // the iteration uses the inverse map of the straight element, which is exact for straight elements; curved
+        // elements need a few iterations
         for _ in 0..POINT_ITERATIONS {
             let off = Vector3::from(position) - Vector3::from(mix(&x, &(self.values)(at)));
             if off.norm() <= POINT_TOLERANCE * size {

@@ -31,9 +31,10 @@ pub struct Rule {
     pub points: Vec<ElasticPoint>,
     /// Damage points p with weights w_p.
     pub damage: Vec<DamagePoint>,
-    /// Coefficients C_qp: one row per elastic point q, one column per damage point p.
+    /// Coefficients C_qp of the coupling between elastic points and damage points: one row per elastic point q, one
+    /// column per damage point p.
     pub mixing: Vec<Vec<f64>>,
-    /// Whether all damage points p have the same weight w_p and the same coefficients C_qp for each q.
+    /// Whether all damage points p have the same weight w_p and the same coefficients C_qp for each elastic point q.
     pub alike: bool,
 }
 

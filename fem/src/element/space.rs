@@ -27,7 +27,8 @@ pub struct Space<const N: usize> {
     pub slopes: fn([f64; 4]) -> [[f64; 4]; N],
     /// Node on each edge. The key of an edge consists of its two end nodes in increasing order.
     midpoints: BTreeMap<[u32; 2], u32>,
-    /// Geometry factors: one entry per straight element, one entry per elastic quadrature point of a curved element.
+    /// Geometry of the elements: one entry per straight element, and one entry per elastic quadrature point of a curved
+    /// element.
     geometry: Vec<Geometry<f64>>,
     /// CSR offsets of the elements into `geometry`; length `tets + 1`.
     first: Vec<u32>,

@@ -18,7 +18,7 @@ pub(crate) struct Memory {
     /// Number of state values per point.
     per_point: usize,
     bounds: Option<Bounds>,
-    /// Whether the damage of each equilibrium becomes the new lower bound of damage.
+    /// Whether the damage at each equilibrium is the lower bound of the damage in the next increment.
     bound_follows_damage: bool,
 }
 

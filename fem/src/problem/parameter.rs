@@ -20,7 +20,7 @@ pub struct MaterialParameter {
     pub below: Vec<Material>,
     /// Materials, by region, for a parameter value above the value of the problem.
     pub above: Vec<Material>,
-    /// Difference of the parameter between `above` and `below`.
+    /// Value of the parameter in `above` minus its value in `below`.
     pub width: f64,
 }
 

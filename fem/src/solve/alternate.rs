@@ -29,10 +29,10 @@ const PATIENCE: u32 = 4;
 /// Over-relaxation factor: the change of damage in an alternation is multiplied by this factor.
 const RELAXATION: f64 = 1.8;
 
-/// Settings of the alternation.
+/// Settings of alternate minimisation.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Alternation {
-    /// Largest number of alternations per increment.
+    /// Largest number of alternations (one solution for the displacement and one for the damage) per increment.
     pub(super) limit: u32,
     /// Whether Newton's method on both fields is tried every [`BETWEEN_FINISHES`] alternations, to finish faster.
     pub(super) finishes_together: bool,

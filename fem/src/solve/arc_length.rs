@@ -27,14 +27,14 @@ pub(crate) struct ArcLengthControl<'a> {
     /// Step of the position for the finite difference that approximates the derivative of the residual (fraction of the
     /// duration).
     pub(crate) nudge: f64,
-    /// The crack energy to reach, N mm.
+    /// Prescribed crack energy at the end of the increment, N mm.
     pub(crate) fracture: f64,
     /// Increase of the crack energy in this increment, N mm.
     pub(crate) release: f64,
 }
 
 impl ArcLengthControl<'_> {
-    /// Solves for the fields and the position from the guess in `fields`; returns the position.
+    /// Solves for the fields and for the position of the loaded ends, from the guess in `fields`; returns the position.
     ///
     /// The damage must be rate independent. After an error, `fields` is not in equilibrium.
     pub(crate) fn solve(

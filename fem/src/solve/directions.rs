@@ -16,11 +16,11 @@ use rayon::prelude::*;
 
 use super::linear::{Nodal, add_scaled, weighted_dot};
 
-/// The orthogonalisation is repeated if it reduces the norm of a product below this fraction of the norm before the
-/// orthogonalisation.
+/// The orthogonalisation of a vector is repeated if it reduces the norm of the vector below this fraction of the norm
+/// before the orthogonalisation.
 const LOSS: f64 = 0.1;
-/// A direction is dropped if orthogonalisation reduces the norm of its product below this fraction of the norm before
-/// the orthogonalisation.
+/// A search direction is dropped if orthogonalisation reduces the norm of its product with A below this fraction of the
+/// norm before the orthogonalisation.
 const DEPENDENT: f64 = 1e-6;
 /// No new direction is computed for a principal component that is smaller than this multiple of the allowed residual.
 const SMALL: f64 = 0.5;
@@ -29,19 +29,19 @@ const CHUNK: usize = 4096;
 /// Number of nodes that a task processes together; their values fit into the first-level cache.
 const PART: usize = 32;
 
-/// A system that is being solved.
+/// A linear system A x = b that is being solved.
 pub(super) struct System {
     pub(super) x: Vec<Nodal>,
     /// Right-hand side minus the product of A with the solution, for all nodal values.
     pub(super) residual: Vec<Nodal>,
-    /// Norm of the initial residual.
+    /// Norm of the residual for the initial solution.
     size: f64,
     /// Norm that the initial residual would have if all unknowns of a field were as stiff as the stiffest unknown of
     /// the field.
     stiffest: f64,
     /// Allowed norm of the residual, relative to `size`.
     tolerance: f64,
-    /// Part of the solution that is not yet added to `x`, as coefficients c of the orthonormal products Q.
+    /// Part of the solution that is not yet added to `x`, given by its coefficients in the orthonormal basis Q.
     along: Vec<f64>,
 }
 
@@ -67,7 +67,7 @@ pub(super) struct Directions {
 }
 
 impl Directions {
-    /// Creates an empty set of directions. `weight` defines the norm of residuals.
+    /// Creates an empty set of search directions. `weight` contains the weights of the residual norm.
     pub(super) fn new(weight: Vec<Nodal>) -> Self {
         let mut least = [f64::INFINITY; 4];
         for weight in &weight {
@@ -88,7 +88,7 @@ impl Directions {
     /// `x`.
     pub(super) fn system(&self, x: Vec<Nodal>, residual: Vec<Nodal>, tolerance: f64) -> System {
         let (size, along) = (self.norm(&residual), Vec::new());
-        // values that are not unknowns have weight zero
+        // the weight is zero for values that are not unknowns
         let square = |(w, r): (&Nodal, &Nodal)| {
             let term = |k: usize| if w[k] > 0.0 { self.least[k] * r[k] * r[k] } else { 0.0 };
             (0..4).map(term).sum::<f64>()

@@ -18,13 +18,14 @@ use crate::operator::StepContext;
 
 /// Initial resistance κ, in units of Gc/(c₀ ℓ₀): fracture energy, normalisation of the crack density, length scale.
 const FIRST: f64 = 10.0;
-/// Largest resistance κ, in units of Gc/(c₀ ℓ₀).
+/// Largest resistance κ, in units of Gc/(c₀ ℓ₀); the increment fails if a larger resistance would be necessary.
 const LARGEST: f64 = 1e7;
-/// Limit of steps of the flow.
+/// Largest number of steps of the flow.
 const STEPS: u32 = 400;
-/// The resistance is reduced after a step whose largest change of damage is below this value.
+/// The resistance κ is reduced after a step of the flow whose largest change of damage is below this value.
 const SLOW: f64 = 0.2;
-/// The final equilibrium is attempted after a step whose largest change of damage is below this value.
+/// After a step of the flow whose largest change of damage is below this value, the solver tries to find the
+/// equilibrium without resistance.
 const NEAR: f64 = 0.02;
 /// Factor by which the resistance is multiplied after a step with a small change of damage.
 const FASTER: f64 = 1.0 / 3.0;
@@ -35,14 +36,14 @@ const SLOWER: f64 = 4.0;
 pub(super) type SolveFields<'s> =
     dyn Fn(&mut Newton, &mut Fields, StepContext) -> Result<(), StepFailure> + 's;
 
-/// Whether a material can be damaged, and all such materials have zero viscosity.
+/// Whether there are materials that can be damaged, and all of them have zero viscosity.
 pub(super) fn is_rate_independent(newton: &Newton) -> bool {
     let mut damaged = newton.materials.iter().filter_map(|m| m.damage.as_ref()).peekable();
     damaged.peek().is_some() && damaged.all(|d| d.viscosity == 0.0)
 }
 
-/// Follows the flow from the damage at the start of the increment to an equilibrium without resistance. `solve` solves
-/// one step of the flow.
+/// Follows the gradient flow of damage from the damage at the start of the increment to an equilibrium without
+/// artificial resistance. `solve` solves one step of the flow.
 pub(super) fn flow(
     newton: &mut Newton,
     fields: &mut Fields,

@@ -29,7 +29,7 @@ pub(crate) struct NewtonSettings {
 /// Whether there is a tangent with its factor, and to which iterate it belongs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Linearisation {
-    /// There is no factor that may be used.
+    /// There is no factor, or the factor must not be used.
     Absent,
     /// The factor belongs to an earlier iterate.
     Kept,
@@ -52,19 +52,19 @@ pub(crate) struct Newton<'a> {
     /// Reference values at the fields evaluated last, or the largest reference values of all equilibria so far,
     /// whichever are larger.
     beside: Scales,
-    /// Residuals caused by rounding errors.
+    /// Size of the residuals that rounding errors cause.
     rounding: Rounding,
     /// Loads and contact of the current increment.
     pub(crate) external: ExternalForces,
     /// Residual and energies at the fields evaluated last.
     pub(crate) residual: Residual,
     pub(super) linear: Box<dyn LinearSolver + 'a>,
-    /// Values that are not prescribed.
+    /// Marks the values that are not prescribed.
     pub(super) unknown: Vec<[bool; 4]>,
-    /// Unknown values that do not lie at an active bound, for the fields evaluated last. A bound is active if its
-    /// reaction keeps the value at the bound.
+    /// Marks the unknown values that do not lie at an active bound, for the fields evaluated last. A bound is active if
+    /// its reaction keeps the value at the bound.
     pub(super) free: Vec<[bool; 4]>,
-    /// Values that are free in the current tangent.
+    /// Marks the values that were free when the current tangent was computed.
     linearised: Vec<[bool; 4]>,
     factor: Linearisation,
     coupling: Coupling,
@@ -72,10 +72,10 @@ pub(crate) struct Newton<'a> {
     trial: Fields,
 }
 
-/// Result of a line search that found no smaller residual.
+/// Error of a line search that found no step length with a smaller residual.
 struct Stalled;
 
-/// A linearisation is reused while each solve reduces the residual to at most this fraction.
+/// A tangent with its factor is reused while each solve reduces the residual to at most this fraction.
 const KEEP: f64 = 0.1;
 /// Largest number of step lengths that a line search tries.
 const BACKTRACKS: u32 = 8;
@@ -99,7 +99,7 @@ impl<'a> Newton<'a> {
     }
 
     /// Continues the counters `effort` of an earlier solver of the run. If the earlier solver had replaced multigrid by
-    /// a sparse factor, so does this solver.
+    /// a sparse factor, this solver uses a sparse factor, too.
     pub(crate) fn resume(&mut self, effort: Effort) {
         self.effort = effort;
         if effort.slow_solution > 0 {
@@ -141,7 +141,7 @@ impl<'a> Newton<'a> {
         }
     }
 
-    /// Projects an initial guess onto the bounds, and evaluates the residual.
+    /// Projects the initial guess `fields` onto the bounds of the unknowns, and evaluates the residual.
     pub(super) fn begin(
         &mut self,
         fields: &mut Fields,
@@ -153,7 +153,8 @@ impl<'a> Newton<'a> {
         self.evaluate(fields, context)
     }
 
-    /// Computes residual, energies and norms at `fields`; fails if a value is not finite.
+    /// Computes the residual, the energies and the norms of the residual at `fields`. Returns an error if a value is
+    /// not finite.
     pub(crate) fn evaluate(
         &mut self,
         fields: &Fields,
@@ -299,8 +300,7 @@ impl<'a> Newton<'a> {
         self.factorise(fields, context)
     }
 
-    /// Computes and stores the tangent of the selected fields at the fields evaluated last, for the following
-    /// iterations.
+    /// Computes and stores the tangent for the following iterations, at the fields evaluated last.
     pub(super) fn linearise_as(
         &mut self,
         coupling: Coupling,

@@ -40,7 +40,7 @@ pub(crate) struct Scales {
     pub(crate) damage: f64,
 }
 
-/// Residuals caused by rounding errors.
+/// Size of the residuals that rounding errors cause.
 ///
 /// A strain is a difference of displacements and contains the rounding errors of the displacements: the nodal forces of
 /// an element with modulus M and volume V have the error ε M V^(1/3) |u|, with the machine precision ε.
@@ -64,8 +64,8 @@ pub(crate) struct Norms {
 }
 
 impl Norms {
-    /// Computes the norms at `fields`. The norms are sums over the `free` values. The residual of an `unknown` value at
-    /// a bound is a reaction, and contributes to the scales.
+    /// Computes the norms of the residual at `fields`. The norms are sums over the `free` values. The residual of an
+    /// `unknown` value at a bound is a reaction, and contributes to the scales.
     pub(super) fn at(
         residual: &Residual,
         fields: &Fields,
@@ -134,8 +134,8 @@ impl Norms {
         self.scales
     }
 
-    /// Returns the norms with larger scales: at least `largest`, and so large that a residual of the size of the
-    /// rounding errors, divided by its scale, is at most `tolerance`.
+    /// Returns the norms with increased scales. The scales are at least `largest`, and so large that a residual of the
+    /// size of the rounding errors, divided by its scale, is at most `tolerance`.
     pub(super) fn beside(mut self, largest: &Scales, tolerance: f64) -> Self {
         let at_least =
             |scale: f64, largest: f64, rounding: f64| scale.max(largest).max(rounding / tolerance);

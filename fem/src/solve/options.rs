@@ -8,10 +8,11 @@ use crate::error::FemError;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scheme {
-    /// Displacement and damage together by Newton's method; alternate minimisation if Newton's method fails.
+    /// Newton's method for displacement and damage together; alternate minimisation if Newton's method fails.
     #[default]
     Monolithic,
-    /// Displacement at fixed damage and damage at fixed displacement, alternately: slow but robust.
+    /// Alternate minimisation: displacement at fixed damage, then damage at fixed displacement, repeatedly. This scheme
+    /// is slow but robust.
     Alternate,
 }
 
@@ -44,9 +45,9 @@ pub struct SolverOptions {
     /// about 25 % more linear iterations, but makes the number of Newton iterations nearly independent of the linear
     /// solver and of the number of ranks.
     pub linear_tolerance: f64,
-    /// Limit of Newton iterations per increment.
+    /// Largest number of Newton iterations per increment.
     pub iterations: u32,
-    /// Limit of alternations per increment.
+    /// Largest number of alternations of alternate minimisation per increment.
     pub alternations: u32,
 }
 

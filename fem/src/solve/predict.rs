@@ -14,7 +14,8 @@ use crate::operator::{Coupling, StepContext};
 /// Relative residual of the linear solution. The elements at prescribed displacements dominate the residual, so that an
 /// accurate response of all other elements needs a smaller tolerance than a Newton iteration.
 const LINEAR_TOLERANCE: f64 = 1e-4;
-/// Finite-difference step of the residual, as a fraction of the increment.
+/// Step of the finite difference that gives the derivative of the residual with respect to the prescribed values, as a
+/// fraction of the increment.
 const NUDGE: f64 = 1e-6;
 
 /// Returns the previous equilibrium `before` plus its linear response to the loads and the prescribed values of this
@@ -28,7 +29,8 @@ pub(super) fn predict(
     placed: &Fields,
     context: StepContext,
 ) -> Result<Fields, StepFailure> {
-    // `before`, with the prescribed values moved towards `placed` by a fraction of their change
+    // returns `before` with the prescribed values moved towards their values in `placed` by a fraction of the
+    // difference
     let moved_by = |fraction: f64| {
         let mut moved = before.clone();
         for (n, unknown) in newton.unknown.iter().enumerate() {

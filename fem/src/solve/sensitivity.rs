@@ -40,26 +40,27 @@ const TOLERANCE: f64 = 1e-7;
 const CORRECTED: f64 = 3e-6;
 /// Allowed relative residual of the adjoint system.
 const ADJOINT: f64 = 1e-3;
-/// Limit of corrections per system with the current factor or multigrid hierarchy.
+/// Largest number of corrections per system by the current factor or multigrid hierarchy.
 const ROUNDS: usize = 12;
-/// Limit of corrections per system if the tangent is not the Jacobian.
+/// Largest number of corrections per system if the tangent is not the Jacobian.
 const ROUNDS_WITHOUT_ENERGY: usize = 120;
-/// Limit of solutions per system by the linear solver, which renews the factor or the hierarchy.
+/// Largest number of corrections per system by complete linear solves, in which the factor or the hierarchy may be
+/// renewed.
 const CORRECTIONS: usize = 4;
-/// Limit of passes over the contact pressures.
+/// Largest number of passes over the rates of the contact pressures.
 const PASSES: usize = 60;
-/// Assumed reduction of the residual by the first correction.
+/// Ratio by which the first correction is assumed to reduce the residual.
 const FIRST_REDUCTION: f64 = 0.1;
-/// Smallest reduction of the residual that is assumed for a later correction.
+/// Lower limit of the ratio by which a later correction is assumed to reduce the residual.
 const LEAST_REDUCTION: f64 = 0.01;
-/// Largest reduction of the residual that is assumed for a later correction.
+/// Upper limit of the ratio by which a later correction is assumed to reduce the residual.
 const MOST_REDUCTION: f64 = 0.5;
 /// Largest plausible norm of the rates, relative to the norm that they would have if all unknowns were as stiff as the
 /// stiffest unknown. Larger rates result from unknowns whose stiffness consists of rounding errors, which are 2e-16 of
 /// the largest stiffness.
 const BY_ROUNDING: f64 = 1e13;
 
-/// Rates of an equilibrium with respect to one parameter.
+/// Derivatives (*rates*) of an equilibrium with respect to one parameter.
 #[derive(Clone, Debug)]
 pub(crate) struct Rates {
     /// Rates of u_x, u_y, u_z, φ at every node.
@@ -69,7 +70,8 @@ pub(crate) struct Rates {
     pub(crate) residual: Vec<Nodal>,
     /// Rates of the contact forces: node number and rate, N per unit of the parameter.
     pub(crate) contact: Vec<(u32, [f64; 3])>,
-    /// Correction of the rate of the measured force for the residual of the linear system, from the adjoint.
+    /// Value that must be added to the rate of the measured force, because the linear system was solved only
+    /// approximately; computed from the adjoint.
     pub(crate) correction: f64,
 }
 
@@ -78,7 +80,7 @@ pub(crate) struct Measured<'a> {
     /// Vector c, if the force is a functional c·R of the residual R. `None` if the force is not such a functional; the
     /// rates of the force are then not corrected.
     pub(crate) of_residual: Option<&'a [Nodal]>,
-    /// On input the adjoint at the previous equilibrium; on output the adjoint at this equilibrium.
+    /// On input, the adjoint solution at the previous equilibrium; on output, the adjoint solution at this equilibrium.
     pub(crate) adjoint: &'a mut Vec<Nodal>,
 }
 
@@ -177,7 +179,7 @@ impl<'s> Systems<'s, '_> {
             std::iter::once(parameter.shift.before).chain(earlier)
         });
         let guesses = before.chain([measured.adjoint.as_slice()]);
-        // the constrained values of the guesses are not used
+        // skip guesses that are zero; only the free values of a guess are used
         let guesses = guesses.filter(|guess| guess.iter().any(|g| *g != [0.0; 4])).map(|guess| {
             let mut direction = guess.to_vec();
             mask(&self.newton.free, &mut direction);
@@ -215,8 +217,8 @@ impl<'s> Systems<'s, '_> {
         Ok(product)
     }
 
-    /// Creates a system with the constrained values of `x`. `right` is the right-hand side without the contribution of
-    /// the constrained values.
+    /// Creates the linear system of one parameter; `x` contains the rates of the constrained values. `right` is the
+    /// right-hand side without the contribution of the constrained values.
     fn system(
         &mut self,
         x: Vec<Nodal>,
@@ -261,7 +263,7 @@ impl<'s> Systems<'s, '_> {
         }
     }
 
-    /// Collects the rates from the solved systems.
+    /// Returns the rates of the parameters from the solutions of their systems.
     fn rates(
         &self,
         mut systems: Vec<System>,

@@ -23,12 +23,12 @@ use crate::fields::Fields;
 use crate::operator::NodeBlock;
 use crate::parallel::Part;
 
-/// A node with a gap below this fraction of the face size counts as in contact even if its pressure is zero.
+/// A node with a gap below this fraction of the face size counts as in contact, even if the contact pressure is zero.
 const TOUCH: f64 = 1e-9;
 /// Tangential stiffness, as a fraction of γ, of nodes in contact whose pressure p, and therefore friction, is still
 /// zero. This stiffness makes the tangent regular and is not part of the residual.
 const HOLD: f64 = 1e-6;
-/// Penalty γ, in units of the modulus λ + 2μ divided by the face size.
+/// Penalty γ of the contact pressure, in units of the modulus λ + 2μ divided by the face size.
 const PENALTY: f64 = 20.0;
 
 /// State of one node of a contact surface.
@@ -59,7 +59,7 @@ pub(crate) struct Contact {
     pub(crate) places: Vec<u32>,
     /// Number of contact nodes, summed over all ranks.
     pub(crate) all: usize,
-    /// Whether each node belongs to this rank.
+    /// For each node, whether this rank owns the node.
     owned: Vec<bool>,
 }
 
@@ -226,7 +226,7 @@ impl ContactStep {
         self.platen.proximity(node.position, u - self.travel)
     }
 
-    /// Returns the augmented pressure p_γ = ⟨p + γ (−g)⟩₊, MPa.
+    /// Returns the augmented pressure p_γ = ⟨p + γ (−g)⟩₊ for the pressure p, the penalty γ and the gap g, MPa.
     fn pressure(&self, node: &Node, proximity: &Proximity) -> f64 {
         (node.pressure - self.penalty * proximity.gap).max(0.0)
     }
@@ -331,8 +331,8 @@ impl ContactStep {
         })
     }
 
-    /// Returns the energy ∫ (μ p s_ε + F_v) |v_t|² dA Δt that friction and drag dissipate in the increment at the nodes
-    /// that belong to this rank, N mm.
+    /// Returns the energy that friction and drag dissipate in the increment at the nodes that belong to this rank, N
+    /// mm: ∫ (μ p s_ε + F_v) |v_t|² dA Δt, with the symbols of [`Platen`].
     pub(crate) fn dissipated(&self, fields: &Fields) -> f64 {
         let power = |node: &Node| {
             let slip = self.slip(node, &self.proximity(node, fields), fields);
@@ -349,8 +349,8 @@ impl ContactStep {
         self.nodes.iter().map(|n| n.pressure).collect()
     }
 
-    /// Sets the pressures p to p_γ. Returns the sum of the squared changes of nodal force over the nodes that belong
-    /// to this rank, N².
+    /// Sets each pressure p to the augmented pressure p_γ. Returns the sum of the squared changes of nodal force over
+    /// the nodes that belong to this rank, N².
     pub(crate) fn update(&mut self, fields: &Fields) -> f64 {
         let mut square = 0.0;
         for k in 0..self.nodes.len() {
@@ -377,7 +377,7 @@ impl ContactStep {
         !self.nodes.iter().any(|node| self.touches(node, &self.proximity(node, fields)))
     }
 
-    /// Returns the state of every node.
+    /// Returns the contact state of every node.
     pub(crate) fn points(&self, fields: &Fields) -> Vec<ContactPoint> {
         let point = |node: &Node| ContactPoint {
             node: node.node,

@@ -21,11 +21,13 @@ pub enum Step {
         /// Largest allowed increase of the crack energy, N mm.
         most_n_mm: f64,
     },
-    /// Adds `n_mm` to the crack energy; the fraction of the duration, and so the position of the ends, is an unknown.
+    /// Adds `n_mm` to the crack energy. The fraction of the duration by which the step advances, and thus the position
+    /// of the loaded ends, is an unknown.
     Release {
         /// Increase of the crack energy, N mm.
         n_mm: f64,
-        /// Initial guess of the change of position, as a fraction of the duration; negative for a step back.
+        /// Initial guess of the change of the position of the loaded ends, as a fraction of the duration; negative for
+        /// a step back.
         guess: f64,
     },
 }
@@ -49,7 +51,7 @@ impl Step {
         }
     }
 
-    /// Checks that the step is valid. Steps that limit or prescribe the crack energy are allowed if `by_energy` is
+    /// Checks that the step is valid. Steps that limit or prescribe the crack energy are allowed only if `by_energy` is
     /// true.
     pub(crate) fn validate(self, by_energy: bool) -> Result<(), FemError> {
         let (field, value) = match self {

@@ -23,7 +23,7 @@ pub struct FixedSteps(
     pub u32,
 );
 
-/// Steps that grow after convergence and are reduced after a failure, as fractions of the total duration.
+/// Steps that grow after convergence and are reduced after a failure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AdaptiveSteps {
     /// First step, as a fraction of the duration.
@@ -128,7 +128,8 @@ impl StepController for ArcLength {
             (Some(Step::Release { n_mm, .. }), _) => release(CUT * n_mm),
             (Some(step), _) if step.fraction() > largest / CUTS => within(CUT * step.fraction()),
             (Some(_), _) => release(most_n_mm),
-            // the response is nearly elastic again: prescribe the displacement
+            // the last step of prescribed crack energy moved the platen far, so that the response is nearly elastic
+            // again: prescribe the displacement
             (None, Some(Step::Release { .. })) if run.moved > largest => within(largest),
             (None, Some(Step::Release { n_mm, .. })) => release(most_n_mm.min(GROWTH * n_mm)),
             (None, Some(step)) => within(largest.min(GROWTH * step.fraction())),

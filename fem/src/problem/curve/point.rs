@@ -28,7 +28,7 @@ pub struct CurvePoint {
     /// Energy dissipated by friction and drag at the platens so far, N mm.
     #[serde(default, alias = "friction_N_mm")]
     pub friction_n_mm: f64,
-    /// Work of loads, supports and prescribed damage so far, ∫ F du by the trapezoid rule, N mm.
+    /// Work of loads, supports and prescribed damage so far, N mm: ∫ F du, integrated by the trapezoid rule.
     #[serde(default, alias = "work_N_mm")]
     pub work_n_mm: f64,
     /// Mean damage over the volume of the regions that have a toughness.

@@ -22,9 +22,9 @@ pub(crate) struct Discretisation {
     pub(crate) equations: usize,
     pub(crate) linear: LinearPlan,
     pub(crate) boundary: Boundary,
-    /// Whether damage is an unknown, for each node.
+    /// For each node, whether damage is an unknown.
     carries_damage: Vec<bool>,
-    /// Whether damage is an unknown, for each region.
+    /// For each region, whether damage is an unknown.
     pub(crate) damaged: Vec<bool>,
     damage_rule: DamageRule,
 }

@@ -21,7 +21,7 @@ pub(crate) struct Setup {
     pub(crate) points: Arc<[PointMaterial]>,
     /// For each parameter, the materials for a value below and a value above the parameter's value.
     pub(crate) shifts: Arc<[PointShift]>,
-    /// Residuals caused by rounding errors.
+    /// Size of the residuals that rounding errors cause.
     rounding: Rounding,
 }
 

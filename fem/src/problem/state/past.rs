@@ -9,11 +9,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::fields::Fields;
 
-/// Number of equilibria before the last equilibrium that define the polynomial.
+/// Number of equilibria, in addition to the last equilibrium, that define the extrapolating polynomial.
 const MOST: usize = 3;
-/// Largest allowed ratio of a term of the polynomial to the previous term. For ratios between 0.3 and 1, the number of
-/// Newton iterations of a run varies by less than a tenth. With a ratio of 1, a jump would be extrapolated as a smooth
-/// curve.
+/// Largest allowed ratio of a term of the extrapolating polynomial to the previous term. For ratios between 0.3 and 1,
+/// the number of Newton iterations of a run varies by less than a tenth. With a ratio of 1, a jump would be
+/// extrapolated as a smooth curve.
 const FALL: f64 = 0.75;
 
 /// Changes of the fields over the last increments, and the increments of the clock (fraction of the duration), both
@@ -44,7 +44,7 @@ impl Past {
     }
 
     /// Extrapolates `fields`, the last equilibrium, by an increment `ahead` of the clock. `size` returns the norms of
-    /// the displacement and the damage in a term of the polynomial.
+    /// the displacement and of the damage in a term of the extrapolating polynomial.
     pub(crate) fn continue_by(
         &self,
         ahead: f64,

@@ -21,7 +21,7 @@ const JUMP: f64 = 0.1;
 /// displacement counts as a rounding error, not as a jump.
 const ROUNDED: f64 = 1e-9;
 
-/// State and solver of a run, advanced by increments.
+/// State and solver of a run, which increments advance.
 pub(super) struct Increments<'a> {
     pub(super) setup: &'a Setup,
     pub(super) solver: Solver<'a>,

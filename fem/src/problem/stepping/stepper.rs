@@ -181,7 +181,8 @@ impl<'a> LoadStepper<'a> {
             if failed.is_some() {
                 self.increments.count_cut();
             }
-            // extend the step to the mark if the remaining distance would be less than 1 % of the step
+            // extend the step to the next mark (requested point of the curve) if the remaining distance to the mark
+            // would be less than 1 % of the step
             let reaches = passed + 1.01 * step.fraction() >= mark;
             let target = if reaches { mark } else { passed + step.fraction() };
             let before = self.increments.effort();

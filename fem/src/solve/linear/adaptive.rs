@@ -50,7 +50,7 @@ enum Method<'a> {
     Factor(Box<Direct<'a>>),
 }
 
-/// Multigrid that, after slow convergence, is replaced by a sparse factor for all later tangents.
+/// Linear solver that uses multigrid until multigrid converges slowly, and a sparse factor for all later tangents.
 pub(super) struct Adaptive<'a> {
     method: Method<'a>,
     convergence: Convergence,

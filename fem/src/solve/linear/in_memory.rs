@@ -18,14 +18,14 @@ pub(crate) trait Real: RealField + Pod + Into<f64> {}
 impl Real for f32 {}
 impl Real for f64 {}
 
-/// Vectors with `R` values per local node.
+/// Operations on vectors with `R` values per local node.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct InMemory<T, const R: usize> {
     halo: Arc<Halo>,
     number: PhantomData<T>,
 }
 
-/// Vectors of the values u_x, u_y, u_z, φ at each node.
+/// Operations on vectors of the values u_x, u_y, u_z, φ at each node.
 pub(crate) type NodalVectors = InMemory<f64, 4>;
 
 impl<T, const R: usize> InMemory<T, R> {
@@ -33,7 +33,8 @@ impl<T, const R: usize> InMemory<T, R> {
         Self { halo: Arc::clone(halo), number: PhantomData }
     }
 
-    /// Sums `part` over the nodes of all ranks; each rank contributes the nodes that it owns.
+    /// Returns the sum over the nodes of all ranks. `part` returns the sum over a range of local nodes; each rank
+    /// contributes the nodes that it owns.
     fn sum(&self, nodes: usize, part: impl Fn(Range<usize>) -> f64) -> f64 {
         if self.halo.ranks().is_alone() {
             return part(0..nodes);
@@ -144,7 +145,7 @@ pub(crate) type Nodal = [f64; 4];
 /// Number of nodes per parallel task. The partial sums of the tasks are added in the order of the nodes.
 pub(in crate::solve) const CHUNK: usize = 4096;
 
-/// Applies `of_node` to every node.
+/// Applies `of_node` to every node in parallel.
 pub(crate) fn by_node<A: Sync, B: Send>(
     x: &[A],
     of_node: impl Fn(&A) -> B + Sync + Send,

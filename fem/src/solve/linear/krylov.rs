@@ -13,7 +13,7 @@ pub(crate) trait Preconditioned<V: Vectors> {
     /// y = A x.
     fn apply(&mut self, x: &V::Vector, y: &mut V::Vector);
 
-    /// z ≈ A⁻¹ r. The old z is not read.
+    /// Computes z ≈ A⁻¹ r. The old z is not read.
     fn precondition(&mut self, r: &V::Vector, z: &mut V::Vector);
 }
 
@@ -39,7 +39,8 @@ pub(super) enum Stop {
     Converged,
     /// The limit of iterations was reached.
     Limit,
-    /// The curvature along a direction was not positive: the matrix or the preconditioner is not positive definite.
+    /// The curvature d·A d along a search direction d was not positive: the matrix A or the preconditioner is not
+    /// positive definite.
     Indefinite,
     /// A value was not finite.
     Broken,
@@ -257,7 +258,7 @@ fn arnoldi<V: KrylovVectors>(
     Ok(hessenberg.len() as u32)
 }
 
-/// Solves R y = g for y. `columns` contains the columns of the upper triangular matrix R.
+/// Returns the solution y of R y = g. `columns` contains the columns of the upper triangular matrix R.
 fn back_substitution(columns: &[Vec<f64>], g: &[f64]) -> Vec<f64> {
     let mut y = g[..columns.len()].to_vec();
     for j in (0..columns.len()).rev() {

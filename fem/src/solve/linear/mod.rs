@@ -22,8 +22,8 @@ use crate::operator::{Coupling, Increment};
 /// The factor or multigrid hierarchy, which is expensive, is reused as preconditioner for later tangents. The solver
 /// renews the factor or hierarchy when the renewal saves time.
 pub(crate) trait LinearSolver: Send {
-    /// Computes and stores the tangent of an increment. `free` marks the unknown values; all other (constrained) values
-    /// have d = 0.
+    /// Computes and stores the tangent of an increment. `free` marks the unknown values. For all other (constrained)
+    /// values, the solution d is zero.
     fn linearise(
         &mut self,
         increment: &Increment,
@@ -79,9 +79,9 @@ pub(crate) trait LinearSolver: Send {
 pub(crate) struct LinearEffort {
     /// Krylov iterations.
     pub(crate) iterations: u32,
-    /// Number of factors or hierarchies that were computed.
+    /// Number of factors or multigrid hierarchies that were computed.
     pub(crate) renewals: u32,
-    /// Residual at the end, relative to the residual of d = 0.
+    /// Norm of the residual at the end, divided by the norm of the right-hand side.
     pub(crate) residual: f64,
 }
 

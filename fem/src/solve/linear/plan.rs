@@ -45,7 +45,7 @@ pub(crate) enum LinearPlan {
     },
 }
 
-/// Structure of a sparse factor.
+/// Structure of a sparse factor, with the order of elimination.
 #[derive(Clone, Debug)]
 pub(crate) struct FactorPlan {
     pattern: Arc<Pattern>,
@@ -131,7 +131,7 @@ impl LinearPlan {
         }
     }
 
-    /// Prepares multigrid, also for a mesh for which a sparse factor would be selected.
+    /// Prepares multigrid for any mesh, even if a sparse factor would be selected for this mesh.
     pub(super) fn multigrid<const N: usize>(tets: &[[u32; N]], points: &[[f64; 3]]) -> Self {
         let corners: Vec<[u32; 4]> = tets.iter().map(|t| std::array::from_fn(|a| t[a])).collect();
         let vertices = corners.iter().flatten().max().map_or(0, |&n| n as usize + 1);

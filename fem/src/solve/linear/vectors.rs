@@ -3,7 +3,7 @@
 use std::borrow::BorrowMut;
 use std::fmt::Debug;
 
-/// Vectors of one multigrid level: a fixed number of values for each local node.
+/// Operations on the vectors of one multigrid level. A vector has a fixed number of values for each local node.
 pub(crate) trait Vectors: Clone + Debug {
     /// Borrowed vector.
     type Vector: ?Sized;

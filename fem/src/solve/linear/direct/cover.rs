@@ -57,7 +57,7 @@ fn augment(
     partner_of_right: &mut [u32],
     seen: &mut [u32],
 ) {
-    // (left vertex, index of the next edge to try)
+    // one entry per left vertex of the path: the vertex, and the index of the next of its edges to try
     let mut path: Vec<(u32, usize)> = vec![(root, 0)];
     while let Some(&mut (l, ref mut next)) = path.last_mut() {
         let Some(&r) = edges[l as usize].get(*next) else {

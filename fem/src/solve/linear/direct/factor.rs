@@ -14,7 +14,7 @@ use super::super::in_memory::Nodal;
 use crate::error::FemError;
 use crate::operator::{Graph, NONE, Tangent, Unknowns};
 
-/// Structure of the matrix and of its factor, shared by all steps and all runs on a discretisation.
+/// Sparsity structure of the matrix and of its factor, shared by all steps and all runs on a discretisation.
 #[derive(Debug)]
 pub(crate) struct Symbolic {
     /// (node, component) of each equation; the components 0 to 3 are u_x, u_y, u_z, φ.
@@ -30,7 +30,7 @@ pub(crate) struct Symbolic {
 }
 
 impl Symbolic {
-    /// Computes the structure. The unknowns must be numbered in a fill-reducing order.
+    /// Computes the sparsity structure. The unknowns must be numbered in a fill-reducing order.
     pub(crate) fn new(graph: &Graph, unknowns: &Unknowns) -> Result<Self, FemError> {
         let n = unknowns.count;
         let mut value_of = vec![(0, 0); n];
@@ -124,9 +124,9 @@ impl Symbolic {
 pub(super) enum Factor {
     /// No factor has been computed, or the factorisation failed.
     Absent,
-    /// L D Lᵀ without pivoting, in single precision.
+    /// Factor L D Lᵀ without pivoting, in single precision.
     Single(Vec<f32>),
-    /// L B Lᵀ with Bunch–Kaufman pivoting inside the supernodes, in double precision.
+    /// Factor L B Lᵀ with Bunch–Kaufman pivoting inside the supernodes, in double precision.
     Pivoted { values: Vec<f64>, subdiagonal: Vec<f64>, forward: Vec<u32>, inverse: Vec<u32> },
 }
 

@@ -44,8 +44,8 @@ pub(crate) struct Direct<'a> {
     worn: bool,
     /// Iterations that the first solve with the factor needed to reduce the residual to a tenth (by one decimal digit).
     at_first: f64,
-    /// Iterations of all later solves with the factor, minus the iterations that these solves would need at the rate
-    /// `at_first`.
+    /// Number of iterations of all later solves with the factor, minus the number of iterations that these solves would
+    /// need if each needed `at_first` iterations per decimal digit.
     excess: f64,
     /// Whether the factor belongs to the current tangent.
     fresh: bool,

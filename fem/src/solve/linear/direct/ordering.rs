@@ -18,8 +18,8 @@ use crate::operator::Graph;
 
 /// Largest number of nodes of a part that is not divided further.
 const LEAF: usize = 100;
-/// Positions of the cutting planes that are compared. A position is the fraction of the nodes that lie on the lower
-/// side of the plane.
+/// Positions of the planes that are compared as cuts through a part. A position is the fraction of the part's nodes on
+/// the lower side of the plane.
 const CUTS: [f64; 5] = [0.42, 0.46, 0.5, 0.54, 0.58];
 
 /// Returns the nodes in the order of elimination.
@@ -39,7 +39,8 @@ const SEPARATOR: u8 = 3;
 struct Dissection<'a> {
     graph: &'a Graph,
     points: &'a [[f64; 3]],
-    /// Side of each node in the current cut: `OUT`, `LEFT`, `RIGHT` or `SEPARATOR`.
+    /// Side of the current cutting plane on which each node lies: `OUT` (not in this part), `LEFT`, `RIGHT` or
+    /// `SEPARATOR`.
     side: Vec<u8>,
     /// Index of each node among the nodes of its side.
     local: Vec<u32>,
@@ -54,8 +55,8 @@ impl Dissection<'_> {
         let mut best: Option<(f64, [Vec<u32>; 3])> = None;
         for axis in 0..3 {
             let mut sorted = part.clone();
-            // nodes with equal coordinates along the axis are ordered by the other coordinates, so that a cut through
-            // them is plane too
+            // order nodes with equal coordinates along the axis by their other coordinates, so that a cut between such
+            // nodes is plane, too
             let key = |n: u32| [0, 1, 2].map(|k| self.points[n as usize][(axis + k) % 3]);
             sorted.sort_unstable_by(|&a, &b| {
                 let (p, q) = (key(a), key(b));

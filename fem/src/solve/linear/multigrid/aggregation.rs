@@ -51,8 +51,8 @@ pub(super) fn aggregates<const R: usize>(
             count += 1;
         }
     }
-    // a remaining node joins the aggregate of its most strongly coupled neighbour that got an aggregate in the first
-    // pass
+    // assign each remaining node to the aggregate of its most strongly coupled neighbour; only neighbours that got an
+    // aggregate in the first pass count
     let before = aggregate_of.clone();
     for i in (0..n).filter(|&i| before[i] == NONE) {
         let joined = near(i)
@@ -77,10 +77,10 @@ pub(super) fn aggregates<const R: usize>(
     (aggregate_of, count as usize)
 }
 
-/// Near null space on the nodes of one level: the value of each mode at each node.
+/// Near null space (rigid-body modes) on the nodes of one level: the value of each mode at each node.
 pub(super) type Modes<const R: usize> = Vec<[[f64; MODES]; R]>;
 
-/// Returns the tentative prolongation T and the modes on the aggregates.
+/// Returns the tentative prolongation T and the values of the modes on the aggregates.
 ///
 /// The columns of T on one aggregate are orthonormal and span the near null space on the nodes of the aggregate.
 pub(super) fn tentative<const R: usize>(
@@ -113,7 +113,8 @@ pub(super) fn tentative<const R: usize>(
                 }
             }
             let rest = dot(&block, k, k).sqrt();
-            // a mode that depends linearly on the previous modes (few nodes, or constrained nodes) is set to zero
+            // set a mode to zero if it depends linearly on the previous modes, as on an aggregate of few nodes or of
+            // constrained nodes
             let scale = if rest > 1e-6 * whole { 1.0 / rest } else { 0.0 };
             coarse[k][k] = if scale > 0.0 { rest } else { 0.0 };
             for &n in nodes {

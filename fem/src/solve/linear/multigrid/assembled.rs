@@ -9,7 +9,7 @@ use super::block_csr::{BlockCsr, inverse};
 use super::matrix::{Matrix, Relaxation};
 use crate::parallel::Halo;
 
-/// Matrix, or this rank's contribution to the matrix, with the inverses of its diagonal blocks.
+/// Matrix of a level, or this rank's contribution to this matrix, with the inverses of the diagonal blocks.
 #[derive(Debug)]
 pub(crate) struct Assembled<const R: usize> {
     pub(crate) matrix: BlockCsr<f32, R, R>,

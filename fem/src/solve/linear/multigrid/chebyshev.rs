@@ -10,7 +10,8 @@ use nalgebra::DMatrix;
 use super::super::vectors::{LanczosVectors, Vectors};
 use super::matrix::{Matrix, Preconditioner, Relaxation, Vector};
 
-/// The smoother reduces error components whose eigenvalues exceed this fraction of the largest eigenvalue.
+/// The smoother reduces the components of the error that belong to eigenvalues above this fraction of the largest
+/// eigenvalue.
 const SHARE: f64 = 0.1;
 /// Number of steps of Lanczos' iteration.
 const LANCZOS_STEPS: usize = 12;
@@ -22,7 +23,7 @@ const MARGIN: f64 = 1.1;
 #[derive(Debug)]
 pub(crate) struct Smoother<S: Vectors> {
     pub(crate) degree: usize,
-    /// Upper bound of the eigenvalues of D⁻¹ A.
+    /// Upper bound of the eigenvalues of D⁻¹ A, where D is the (block) diagonal of the matrix A.
     pub(crate) largest: f64,
     /// Work vector.
     step: S::Owned,
@@ -43,7 +44,7 @@ impl<S: Vectors> Smoother<S> {
         Self { degree, largest, step: vectors.zero(like) }
     }
 
-    /// Creates a smoother from a given bound of the eigenvalues, `largest`; `step` is a work vector.
+    /// Creates a smoother for eigenvalues up to the given bound `largest`; `step` is a work vector.
     pub(crate) fn new(degree: usize, largest: f64, step: S::Owned) -> Self {
         Self { degree, largest, step }
     }
@@ -93,7 +94,7 @@ fn largest_eigenvalue<M: Matrix<Space: LanczosVectors>>(
 ) -> f64 {
     let [mut d, mut before, mut v, mut w] = [(); 4].map(|()| vectors.zero(like));
     let (v, w) = (v.borrow_mut(), w.borrow_mut());
-    // a deterministic start vector that varies from node to node, like the eigenvectors of the largest eigenvalues
+    // choose a deterministic start vector that varies from node to node, as eigenvectors of the largest eigenvalues do
     vectors.fill(d.borrow_mut(), |i| ((i as f64) * 1.7 + 0.3).sin());
     let mut lanczos = Lanczos::default();
     loop {
@@ -114,7 +115,8 @@ fn largest_eigenvalue<M: Matrix<Space: LanczosVectors>>(
     }
 }
 
-/// Tridiagonal matrix of Lanczos' iteration. Its largest eigenvalue converges to the largest eigenvalue of D⁻¹ A.
+/// Tridiagonal matrix that Lanczos' iteration builds. Its largest eigenvalue converges to the largest eigenvalue of D⁻¹
+/// A.
 #[derive(Debug, Default)]
 struct Lanczos {
     diagonal: Vec<f64>,
@@ -139,7 +141,7 @@ impl Lanczos {
         size
     }
 
-    /// Returns the upper bound of the eigenvalues.
+    /// Returns the upper bound of the eigenvalues of D⁻¹ A.
     fn bound(&self) -> f64 {
         if self.diagonal.is_empty() {
             return MARGIN;

@@ -15,9 +15,9 @@ pub(crate) struct Level<S: Vectors, C: Vectors> {
     vectors: S,
     pub(crate) smoother: Smoother<S>,
     residual: S::Owned,
-    /// Right-hand side of the next coarser level.
+    /// Work vector: right-hand side on the next coarser level.
     right: C::Owned,
-    /// Solution of the next coarser level.
+    /// Work vector: solution on the next coarser level.
     correction: C::Owned,
 }
 
@@ -107,8 +107,8 @@ fn coarser<V: Vectors, C, L>(
     }
 }
 
-/// Preconditioner of the tangent: the level of quadratic elements, if the elements are quadratic, and `below`, the
-/// preconditioner on the vertices.
+/// Preconditioner of the tangent. It consists of the level of quadratic elements, if the elements are quadratic, and of
+/// the preconditioner `below` on the vertices.
 #[derive(Debug)]
 pub(crate) struct Multigrid<S: Vectors, P> {
     pub(crate) quadratic: Option<Level<S, S>>,
@@ -122,7 +122,7 @@ pub(crate) trait FreeTangent:
     /// y = A x.
     fn multiply(&mut self, x: &Vector<Self>, y: &mut Vector<Self>);
 
-    /// Sets the constrained values to zero.
+    /// Sets the constrained values of x to zero.
     fn mask(&self, x: &mut Vector<Self>);
 }
 

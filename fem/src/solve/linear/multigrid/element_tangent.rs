@@ -19,11 +19,11 @@ use crate::parallel::Part;
 /// Degree of the Chebyshev smoother of quadratic elements, on the processor and on devices.
 pub(crate) const DEGREE: usize = 3;
 
-/// Tangent on the values that are not constrained.
+/// Matrix-free tangent on the values that are not constrained.
 #[derive(Debug)]
 pub(crate) struct ElementTangent {
     product: Box<dyn Product>,
-    /// Contributions of contact at nodes.
+    /// Contributions of contact to the tangent, at the nodes in contact.
     contact: Vec<NodeBlock>,
     free: Vec<[bool; 4]>,
     /// Marks the values of the vertices that are free on the level of linear elements; see [`Self::free_vertices`].
@@ -31,7 +31,8 @@ pub(crate) struct ElementTangent {
     part: Arc<Part>,
     /// The two vertices of the edge of each midpoint. Midpoints are numbered after the vertices.
     parents: Arc<Vec<[u32; 2]>>,
-    /// Midpoints of each vertex, in increasing order; midpoint 0 is the first node after the vertices.
+    /// For each vertex, the midpoints of its edges in increasing order. Midpoint 0 is the first node after the
+    /// vertices.
     children: Groups,
     /// Weights 1/|A_ii| at the time when the largest eigenvalue for the smoother was estimated; zero for constrained
     /// values.
@@ -64,7 +65,8 @@ impl ElementTangent {
         }
     }
 
-    /// Linearises the equations and returns the diagonal of the tangent. If a device fails, the processor linearises.
+    /// Linearises the equations of the elements and returns the diagonal of the tangent. If a device fails, the
+    /// processor linearises.
     pub(crate) fn linearise(
         &mut self,
         operator: &dyn Operator,
@@ -170,7 +172,8 @@ impl ElementTangent {
         if let Err(error) = self.product.add_linear(out) {
             return self.lose(error);
         }
-        // the values of a midpoint are the mean of the values of its two vertices
+        // with linear shape functions, the values at a midpoint are the mean of the values at the two vertices of its
+        // edge
         let vertices = out.pattern.graph.nodes();
         let halo = &self.part.halo;
         for (node, block) in self.contact.iter().filter(|(node, _)| halo.owns(*node)) {

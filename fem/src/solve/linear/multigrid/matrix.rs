@@ -21,7 +21,7 @@ pub(crate) trait Matrix {
     );
 }
 
-/// Level with a matrix and a prolongation P from the next coarser level.
+/// Level of a hierarchy, with a matrix and the prolongation P from the next coarser level.
 pub(crate) trait Grid {
     /// Matrix of the level.
     type Matrix: Matrix;

@@ -7,7 +7,7 @@ use crate::parallel::Halo;
 
 type Rows<const R: usize, const C: usize> = BlockCsr<f64, R, C>;
 
-/// Lengths, columns and blocks of some rows, as three lists to send.
+/// Message that contains some matrix rows: the lengths of the rows, their columns and their blocks, as three lists.
 struct Message<const R: usize, const C: usize> {
     lengths: Vec<u32>,
     columns: Vec<u32>,

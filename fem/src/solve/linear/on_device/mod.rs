@@ -99,7 +99,7 @@ impl OnDevice {
         Ok(Level::new(vectors.clone(), &vectors, smoother, residual, right))
     }
 
-    /// Solves a system by [`solve`] on the device.
+    /// Solves a linear system on the device by the Krylov method [`solve`].
     pub(super) fn krylov(
         &mut self,
         tangent: &mut ElementTangent,
@@ -120,7 +120,7 @@ impl OnDevice {
         Ok(ending)
     }
 
-    /// Computes z ≈ A⁻¹ r by one multigrid cycle.
+    /// Computes z ≈ A⁻¹ r by one multigrid cycle, where A is the tangent.
     pub(super) fn precondition(
         &mut self,
         tangent: &mut ElementTangent,

@@ -26,7 +26,7 @@ pub(super) struct NodalData {
     free: Array<u8>,
     /// 1 for a value of a vertex that is free on the level of linear elements, 0 for a constrained value.
     free_vertices: Array<u8>,
-    /// Weights 1/|A_ii| at the time when the smoother was created.
+    /// Inverse diagonal entries 1/|A_ii| of the tangent at the time when the smoother was created.
     smoother_weight: Array<f64>,
     /// Nodes in contact, each node once.
     contact_node: Array<u32>,
@@ -40,7 +40,7 @@ impl NodalData {
     pub(super) fn new(session: &Arc<Session>, vertices: usize, parents: &[[u32; 2]]) -> Self {
         let midpoints = midpoints_of_vertices(parents, vertices);
         let values = 4 * (vertices + parents.len());
-        // linear elements have no smoother on this level
+        // for linear elements, this level does not exist and needs no smoother
         let smoothed = if parents.is_empty() { 0 } else { values };
         Self {
             vertices,

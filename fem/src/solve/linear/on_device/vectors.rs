@@ -20,12 +20,12 @@ pub(super) struct Session {
     failed: Mutex<Option<DeviceError>>,
 }
 
-/// Work arrays of a sum in two stages.
+/// Work arrays for sums over vectors. The device computes a sum in two stages of partial sums.
 #[derive(Debug)]
 struct Sums {
-    /// Partial sums of the first stage.
+    /// Partial sums that the first stage computes.
     parts: Array<f64>,
-    /// Partial sums of the second stage, which the host adds.
+    /// Partial sums that the second stage computes and the host adds.
     last: Array<f64>,
 }
 
