@@ -106,7 +106,7 @@ pub enum ImageError {
         /// Reason why the voxel size is unknown.
         message: String,
     },
-    /// Voxels that are not cubes.
+    /// An image whose voxels are not cubes.
     #[error(
         "{}: voxels of {} × {} × {} mm ({} mm from slice to slice, along z) are not cubes. Resample the image to cubes of \
          {} mm, for example by scipy.ndimage.zoom(image, {}, order=1) (labels: order=0) or Image > Scale in Fiji; give \
@@ -129,7 +129,7 @@ pub enum ImageError {
         /// Description of the allowed values.
         requirement: &'static str,
     },
-    /// A shape whose number of voxels differs from the number of values.
+    /// A volume whose shape has another number of voxels than values are given.
     #[error("{shape:?} voxels, but {values} values: give one value to each voxel")]
     Shape {
         /// Voxels along x, y, z.
@@ -217,7 +217,7 @@ fn smallest(size_mm: &[f64; 3]) -> f64 {
 /// factors are in the order z, y, x, as in NumPy.
 fn zoom_factors(size_mm: &[f64; 3]) -> String {
     let [x, y, z] = size_mm.map(|edge| {
-        // rounding hides the rounding error of the division in the message
+        // round the factor, so that the message does not show the rounding error of the division
         (edge / smallest(size_mm) * 1e4).round() / 1e4
     });
     format!("({z}, {y}, {x})")

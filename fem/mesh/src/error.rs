@@ -121,10 +121,10 @@ pub enum MeshError {
          conforming before meshing (in Gmsh: Coherence or BooleanFragments)"
     )]
     Disconnected {
-        /// The first tetrahedron that is not connected to tetrahedron 0.
+        /// Number of the first tetrahedron that is not connected to tetrahedron 0.
         tet: usize,
     },
-    /// A surface triangle is not a face of the boundary.
+    /// A triangle of a surface is not a face of the boundary of the mesh.
     #[error(
         "triangle {triangle} of surface `{surface}` (nodes {nodes:?}) is not a boundary face of the \
          tetrahedra; remove the triangle from the surface"
@@ -187,7 +187,7 @@ pub enum MeshError {
         /// Lower bound of the Jacobian determinant of the tetrahedron (mm³).
         jacobian_mm3: f64,
     },
-    /// Several errors of one check.
+    /// Several errors that one check of the mesh has found.
     #[error("the mesh has {count} errors: {}{}", listed(first), if *count > first.len() { "; …" } else { "" })]
     Several {
         /// The first errors.
@@ -231,7 +231,7 @@ pub enum MeshError {
     Mesher {
         /// Path of the program.
         program: PathBuf,
-        /// Message of the operating system or the program.
+        /// Message of the operating system or of the meshing program.
         reason: String,
     },
     /// A file cannot be opened, read or written.

@@ -25,8 +25,8 @@ impl EnsembleState {
     /// Reads the state of an ensemble from its directory while processes may be writing to it. The state is
     /// empty if the directory does not exist.
     ///
-    /// A run is in progress if its lock is held. This does not depend on a clock: the lock of a killed
-    /// process is released.
+    /// A run is in progress if its lock is held. The test needs no clock, because the operating system releases the
+    /// lock of a killed process.
     ///
     /// # Errors
     /// [`EnsembleError::Io`] if the directory or a file cannot be read.

@@ -46,7 +46,7 @@ pub enum RunStatus {
     Failed(String),
 }
 
-/// How a recorded test ended.
+/// Reason for the end of a recorded test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RunEnd {
@@ -76,7 +76,7 @@ impl RunRecord {
         RunRecord { id, names, inputs, status, end, seconds, curve, sensitivities }
     }
 
-    /// Names and values of the inputs, as text for messages.
+    /// Returns the names and values of the inputs, as text for messages.
     pub(super) fn described(names: &[impl AsRef<str>], inputs: &[f64]) -> String {
         let pairs: Vec<String> = names
             .iter()

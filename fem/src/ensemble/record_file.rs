@@ -19,7 +19,7 @@ pub(super) enum StoredRun {
     Edited(String),
 }
 
-/// Whether a record without a checksum is accepted.
+/// Rule that states whether a record without a checksum is accepted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Checksums {
     /// Every record must have a checksum.
@@ -28,7 +28,7 @@ pub(super) enum Checksums {
     Optional,
 }
 
-/// The content of the file, as it is serialised.
+/// The content of the file of a run, as it is serialised.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RecordFile<R> {

@@ -17,7 +17,8 @@ use crate::problem::{End, Outcome, Sensitivities};
 /// Delay before a run that another process has locked is checked again.
 const WAIT: Duration = Duration::from_millis(200);
 
-/// Computes one run from its input; the second argument reports the completed fraction of the run.
+/// Function that computes one run from its input. Its second argument is a function that it calls to report the
+/// completed fraction of the run.
 type Job<'a> = &'a (dyn Fn(&RunInput, &dyn Fn(f64)) -> Result<Outcome, FemError> + Sync);
 
 /// A function that each run calls before it starts. The function may block; its result is dropped when the run ends.
@@ -184,7 +185,7 @@ fn check(runs: &[RunInput], names: &[&str]) -> Result<(), EnsembleError> {
     Ok(())
 }
 
-/// The data of one call of [`Ensemble::run`].
+/// The arguments and the shared state of one call of [`Ensemble::run`].
 struct EnsembleCall<'a> {
     ensemble: &'a Ensemble,
     runs: &'a [RunInput],
@@ -195,20 +196,22 @@ struct EnsembleCall<'a> {
     state: Mutex<Queue>,
 }
 
-/// The runs of one call: records, progress, and the runs that still have to be computed.
+/// The runs of one call of [`Ensemble::run`]: their records, their progress, and the queue of the runs that still have
+/// to be computed.
 #[derive(Default)]
 struct Queue {
     /// Record of each run; None until the run has ended.
     records: Vec<Option<RunRecord>>,
     /// Completed fraction of each run.
     fractions: Vec<f64>,
-    /// Indices of the runs to be computed; the flag is true if another process held the lock of the run.
+    /// Indices of the runs to be computed. The flag is true if another process held the lock of the run at the last
+    /// attempt.
     queue: VecDeque<(usize, bool)>,
-    /// The error that ends the call.
+    /// The error that ends the call, if any.
     error: Option<EnsembleError>,
 }
 
-/// Result of the attempt to compute a run.
+/// Result of an attempt to compute a run.
 enum Attempt {
     Ended(RunRecord),
     /// The run was not computed, because another process is computing it.
@@ -222,7 +225,7 @@ impl EnsembleCall<'_> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Reads the stored records and fills the queue.
+    /// Reads the stored records and puts the runs without a record into the queue.
     fn begin(&self) -> Result<(), EnsembleError> {
         let records = self
             .runs
@@ -243,7 +246,7 @@ impl EnsembleCall<'_> {
         self.ensemble.retry_failed && record.status != RunStatus::Finished
     }
 
-    /// The stored record of a run; None if there is no file or the file is damaged.
+    /// Returns the stored record of a run; `None` if there is no file or the file is damaged.
     fn stored(&self, run: &RunInput) -> Result<Option<RunRecord>, EnsembleError> {
         let path = || self.ensemble.store.path(run.id);
         match self.ensemble.store.read(run.id)? {
@@ -356,7 +359,7 @@ impl EnsembleCall<'_> {
         ));
     }
 
-    /// Runs the job; None if the job was interrupted.
+    /// Computes run number `k` of the call and returns its record; `None` if the computation was interrupted.
     fn compute(&self, k: usize) -> Option<RunRecord> {
         let run = &self.runs[k];
         let done = |fraction: f64| {

@@ -19,7 +19,7 @@ pub enum StepFailure {
         "the line search found no smaller residual than {residual:.1e} after {iterations} iterations"
     )]
     Stalled {
-        /// Newton iterations of the attempt.
+        /// Number of Newton iterations of the failed attempt.
         iterations: u32,
         /// Relative residual at the end of the attempt.
         residual: f64,
@@ -27,7 +27,7 @@ pub enum StepFailure {
     /// The limit of iterations was reached.
     #[error("too many iterations: the residual is {residual:.1e} after {iterations} iterations")]
     TooManyIterations {
-        /// Iterations of the attempt: Newton iterations, alternations, or steps of a gradient flow.
+        /// Number of iterations of the failed attempt: Newton iterations, alternations, or steps of a gradient flow.
         iterations: u32,
         /// Relative residual at the end of the attempt.
         residual: f64,
@@ -55,7 +55,7 @@ pub enum StepFailure {
     Release {
         /// Increase of the crack energy in the step, N mm.
         released_n_mm: f64,
-        /// Largest allowed increase, N mm.
+        /// Largest increase of the crack energy that the controller allows, N mm.
         allowed_n_mm: f64,
     },
 }

@@ -29,9 +29,9 @@ pub enum Unsupported {
         position_mm: [f64; 3],
         /// Component that has two values: a displacement component or the damage.
         component: &'static str,
-        /// Value of the first condition.
+        /// Value that the first condition prescribes.
         first: f64,
-        /// Value of the second condition.
+        /// Value that the second condition prescribes.
         second: f64,
     },
     /// A compression test in which the surface `top` is not above the surface `bottom`.
@@ -54,13 +54,13 @@ pub enum Unsupported {
         /// Reference position, mm.
         [f64; 3],
     ),
-    /// A sparse factor on a device.
+    /// Sparse factorisation on a device; only multigrid runs on devices.
     #[error("the sparse factorisation does not run on a device")]
     FactorOnDevice,
-    /// A sparse factor with several ranks.
+    /// Sparse factorisation with several ranks; only multigrid supports several ranks.
     #[error("the sparse factorisation does not run on several ranks")]
     FactorOnRanks,
-    /// A device with several ranks.
+    /// A device together with several ranks.
     #[error("a device cannot be used with several ranks")]
     DeviceOnRanks,
     /// Sensitivities with several ranks.
@@ -117,22 +117,22 @@ pub enum Unsupported {
     /// A mesh with mixtures of two phases that has one region only.
     #[error("a mixed element consists of two regions, but the mesh has only one region")]
     MixtureOfOne,
-    /// A mixture with a law whose moduli cannot be homogenised.
+    /// A mixture of two phases with a law whose moduli cannot be homogenised.
     #[error("a mixed element needs homogenised moduli, which exist for Hencky's law only")]
     MixtureLaw,
     /// The crack density AT1 on quadratic elements whose damage terms are integrated at Gauss points.
     #[error("with Gauss points, AT1 damages the vertices of quadratic elements without any load")]
     At1AtGaussPoints,
-    /// A spectral split of a law other than Hencky's.
+    /// The spectral split of the energy of a law other than Hencky's.
     #[error("the energy of this law has no spectral split")]
     SpectralSplit,
-    /// A mixture with a user-defined split.
+    /// A mixture of two phases whose energy has a user-defined split.
     #[error("a user-defined split cannot divide the energy of a mixture")]
     UserSplitOfMixture,
-    /// A hybrid model with a user-defined split.
+    /// The hybrid damage model with a user-defined split.
     #[error("a hybrid model with a user-defined split is not implemented")]
     HybridUserSplit,
-    /// A split for a law that defines its own split.
+    /// A split of the energy that is selected for a law which defines its own split.
     #[error("this law itself defines which part of its energy damage degrades")]
     SplitOfOwnLaw,
     /// A degradation function that does not decrease from 1 to 0.
@@ -148,9 +148,9 @@ pub enum Unsupported {
     /// A law with too many state values.
     #[error("the law has {state_len} state values per point; at most {most} are allowed")]
     StateValues {
-        /// Number of state values of the law.
+        /// Number of state values per point that the law has.
         state_len: usize,
-        /// Largest number of state values.
+        /// Largest supported number of state values per point.
         most: usize,
     },
     /// A law whose moduli at zero strain are not positive.
@@ -174,7 +174,7 @@ pub enum Unsupported {
         "arc-length steps need a load that consists of prescribed displacements; they cannot scale loads and moving platens"
     )]
     ArcLengthWithLoads,
-    /// Arc-length steps without damage.
+    /// Arc-length steps in a problem without damage.
     #[error("arc-length steps control the crack energy, but no region can break")]
     ArcLengthWithoutDamage,
     /// Arc-length steps with a damage model that does not minimise an energy.

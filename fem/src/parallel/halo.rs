@@ -23,8 +23,8 @@ pub(crate) struct Neighbour {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Halo {
     ranks: Ranks,
-    /// Ranges of local numbers of the nodes that this rank owns: vertices, then nodes on edges. Unused if there is
-    /// only one rank.
+    /// Ranges of local numbers of the nodes that this rank owns: first the vertices, then the nodes on edges. The
+    /// ranges are not used if there is only one rank.
     own: [Range<usize>; 2],
     /// Neighbours, in increasing order of their ranks.
     neighbours: Vec<Neighbour>,
@@ -50,7 +50,8 @@ impl Halo {
             let neighbour = neighbours.last_mut().expect("the neighbour was added above");
             neighbour.ghosts.push((own + k) as u32);
         }
-        // a rank can compute the owners of its ghosts, but must be told which ranks have its owned items as ghosts
+        // a rank can compute the owners of its ghosts; the other ranks must send to this rank which of its items are
+        // their ghosts
         let asked: Vec<u32> = neighbours.iter().map(|n| n.rank as u32).collect();
         for (other, asked) in ranks.gather(&asked).into_iter().enumerate() {
             if asked.contains(&(rank as u32)) && !neighbours.iter().any(|n| n.rank == other) {
@@ -122,8 +123,8 @@ impl Halo {
         }
     }
 
-    /// Sums the contributions of all ranks at shared nodes. Afterwards all ranks that share a node have the
-    /// same sum.
+    /// Replaces the values at shared nodes by the sums of the contributions of all ranks. Afterwards all ranks that
+    /// share a node have the same sum.
     pub(crate) fn complete<T: Pod + AddAssign, const R: usize>(&self, values: &mut [[T; R]]) {
         if self.ranks.is_alone() {
             return;
@@ -139,7 +140,8 @@ impl Halo {
         self.forward(values);
     }
 
-    /// Sums the contributions of all ranks to R × R blocks at shared nodes, as [`Self::complete`] does for vectors.
+    /// Replaces the R × R blocks at shared nodes by the sums of the contributions of all ranks, as [`Self::complete`]
+    /// does for vectors.
     pub(crate) fn complete_blocks<const R: usize>(&self, blocks: &mut [[[f64; R]; R]]) {
         for row in 0..R {
             let mut rows: Vec<[f64; R]> = blocks.iter().map(|block| block[row]).collect();

@@ -30,8 +30,8 @@ pub struct Part {
 const ABSENT: u32 = u32::MAX;
 
 impl Part {
-    /// Creates the part of the calling rank. `nodes_of` returns the nodes of an element. The first `vertices` of the
-    /// `nodes` nodes are vertices of the mesh, the others are on edges.
+    /// Creates the part of the calling rank. `nodes_of` returns the nodes of an element. Of the `nodes` nodes, the
+    /// first `vertices` are vertices of the mesh, and all others are on edges.
     pub(crate) fn new<'a>(
         ranks: &Ranks,
         rank_of_tet: &[u32],
@@ -135,8 +135,8 @@ impl Part {
         self.ordered(&self.tets, width, values, all)
     }
 
-    /// Collects values of items from all ranks. This rank contributes `width` values for each item in `numbers`,
-    /// a list of numbers in the whole mesh. The result is ordered by item number, from 0 to `all` − 1.
+    /// Collects values of items (nodes or elements) from all ranks. This rank contributes `width` values for each item
+    /// in `numbers`, a list of numbers in the whole mesh. The result is ordered by item number, from 0 to `all` − 1.
     pub(crate) fn ordered<T: Pod>(
         &self,
         numbers: &[u32],

@@ -22,19 +22,21 @@ use crate::volume::threshold::{histogram, level_of};
 
 /// Number of kernels in the mixture that represents the blur.
 const KERNELS: usize = 3;
-/// Number of passes of the filter 1–2–1 for each kernel: variances of 0, 0.5 and 1.5 voxels².
+/// Number of passes of the filter with the weights 1–2–1 for each kernel. The kernels have variances of 0, 0.5 and 1.5
+/// voxels².
 const PASSES: [usize; KERNELS] = [0, 1, 3];
 /// Fixed-point value of a voxel that consists of grain only.
 pub(crate) const FULL: u16 = 16384;
-/// Maximum number of iterations in the search for the level.
+/// Largest number of iterations in the search for the level, the grey value that separates matrix from grain.
 const ROUNDS: usize = 8;
 /// The level has converged if it changes by less than this value in an iteration, as a share of the contrast.
 const STILL: f64 = 0.004;
-/// Lower and upper limit of the level: the matrix's grey value plus these shares of the contrast.
+/// Lower and upper limit of the level between matrix and grain, as shares of the contrast above the matrix's grey
+/// value.
 const LEVEL_RANGE: [f64; 2] = [0.15, 0.85];
-/// Minimum number of voxels above the level for the computation of a contrast.
+/// Smallest number of voxels above the level from which the contrast is computed.
 const LEAST: u64 = 150;
-/// Share of each material's voxels from which the material's grey value is computed: the voxels that the blur of the
+/// The grey value of a material is computed from this share of its voxels, the *purest* voxels, which the blur of the
 /// other material affects least. If grains are large, the blur does not reach these voxels.
 const PUREST: f64 = 0.1;
 /// Limits to which shares of grain are clamped before they are summed. Noise lies within the limits; only pores are
@@ -48,7 +50,7 @@ pub(crate) struct Blurred {
     pub(crate) matrix: f64,
     /// Grey value of the grains.
     pub(crate) grain: f64,
-    /// Level of the filtered image above which the grain voxels have the grains' volume.
+    /// Grey level of the filtered image. The number of voxels above this level equals the volume of the grains.
     pub(crate) level: f64,
     /// Voxels whose value in the filtered image is at least the level.
     pub(crate) set: Vec<u8>,
@@ -100,7 +102,7 @@ impl Blurred {
         None
     }
 
-    /// Returns the grey value half way between the materials.
+    /// Returns the grey value half way between matrix and grain.
     pub(crate) fn middle(&self) -> f64 {
         (self.matrix + self.grain) / 2.0
     }
@@ -124,8 +126,9 @@ pub(crate) fn whole(set: &[u8]) -> Vec<u16> {
     set.par_iter().map(|&voxel| u16::from(voxel) * FULL).collect()
 }
 
-/// Computes the same shares as [`share`] at the voxels of `region`, which contains `sample`; the values at other voxels
-/// are unspecified. `covered` is the fraction of each voxel's volume that a body occupies, in units of 1/[`FULL`].
+/// Computes the shares of [`share`] only at the voxels of `region`, which contains `sample`; the values at all other
+/// voxels are unspecified. `covered` is the fraction of each voxel's volume that a body occupies, in units of
+/// 1/[`FULL`].
 pub(crate) fn share_at(
     grey: &Volume<u16>,
     covered: Vec<u16>,
@@ -169,7 +172,8 @@ fn mixed(
 /// Returns the weights of the kernels by least squares over the voxels of a sample; the sum of the weights is 1. `None`
 /// if the grey value does not increase with the share.
 fn weights(grey: &[u16], kernels: &[Vec<u16>; KERNELS], sample: &[u8]) -> Option<[f64; KERNELS]> {
-    // sums of all pairwise products of 1, the kernels and the grey value
+    // number of terms of the normal equations: 1, the kernels and the grey value; all their pairwise products are
+    // summed
     const TERMS: usize = KERNELS + 2;
     let portion = 1 << 16;
     // sum integers, so that the result does not depend on the order of summation
@@ -253,7 +257,7 @@ fn materials(
 /// Returns the largest share of grain among the purest matrix voxels, and the smallest share of grain among the purest
 /// grain voxels.
 fn purest(share: &[i16], set: &[u8], sample: &[u8]) -> [i16; 2] {
-    // bins of the width 1/256, the first bin at the share −0.5
+    // number of bins of the histogram of shares; a bin has the width 1/256, and the first bin starts at the share −0.5
     const BINS: usize = 512;
     let width = i32::from(FULL / 256);
     let first = -i32::from(FULL / 2);
@@ -276,7 +280,7 @@ fn purest(share: &[i16], set: &[u8], sample: &[u8]) -> [i16; 2] {
     [bound(bins_of(matrix)) - 1, bound(BINS - bins_of(&reversed))]
 }
 
-/// Returns the number of bins, counted from the first bin, that together contain the share [`PUREST`] of all counts.
+/// Returns how many bins, counted from the first bin, are needed to contain the share [`PUREST`] of all counts.
 fn bins_of(counts: &[u64]) -> usize {
     let wanted = PUREST * counts.iter().sum::<u64>() as f64;
     let mut over = 0;

@@ -16,18 +16,18 @@ use crate::volume::filter::core;
 use crate::volume::grey::rounded;
 use crate::volume::threshold::{WIDTH, histogram, otsu};
 
-/// Number of rings of equal area.
+/// Number of rings of equal area into which a section of the cylinder is divided.
 const RINGS: usize = 32;
-/// Number of layers of equal height.
+/// Number of layers of equal height into which the cylinder is divided.
 const LAYERS: usize = 16;
-/// Number of iterations of classification and fit.
+/// Largest number of iterations; each iteration classifies the voxels and then fits the profiles of brightness.
 const ROUNDS: usize = 3;
-/// The iterations end if no profile changes by more than this value.
+/// The iterations end if no profile of brightness changes by more than this value.
 const STILL: f64 = 0.002;
 /// Number of steps of a fit; each step fits first the brightness of the two classes (matrix, grain) and then the
 /// profiles.
 const STEPS: usize = 20;
-/// Minimum number of voxels of a class in a ring of a layer; the mean over fewer voxels is not used.
+/// Means over fewer voxels of a class (matrix or grain) in a ring of a layer are not used.
 const LEAST: u64 = 5;
 
 /// Factor by which the grey value minus the grey value of air is dimmed, as a function of the position.
@@ -92,8 +92,8 @@ impl Brightness {
         self.radial.at(s.min(1.0)) * self.axial.at(t.clamp(0.0, 1.0))
     }
 
-    /// Returns the factors of the voxels of a slice. `upright` contains the radial factors if they are equal in all
-    /// slices.
+    /// Returns the factors of brightness of the voxels of a slice. If the radial factors are equal in all slices,
+    /// `upright` contains them.
     fn factors<'a>(&self, places: &Places<'_>, upright: Option<&'a [f64]>) -> Factors<'a> {
         match (&places.heights, upright) {
             (Heights::Equal(t), Some(radial)) => {
@@ -109,8 +109,8 @@ impl Brightness {
         }
     }
 
-    /// Returns the radial factors of a slice, which are equal in all slices of an upright cylinder; `None` for a tilted
-    /// cylinder.
+    /// Returns the radial factors of brightness, which are equal in all slices of an upright cylinder; `None` for a
+    /// tilted cylinder.
     fn across(&self, columns: &Columns<'_>) -> Option<Vec<f64>> {
         let squares = columns.upright.as_ref()?;
         Some(squares.iter().map(|s| self.radial.at(s.min(1.0))).collect())
@@ -215,8 +215,8 @@ impl Brightness {
         })
     }
 
-    /// Fits the profiles to the means in rings and layers. Returns the profiles and the brightness of the classes above
-    /// air (NaN for a class without voxels away from interfaces).
+    /// Fits the profiles to the means in rings and layers. Returns the profiles, and the brightness above air of both
+    /// classes (matrix, grain); the brightness is NaN for a class without voxels away from interfaces.
     fn improved(&self, classes: &[Parts; 2]) -> Option<(Brightness, [f64; 2])> {
         let means_of = |parts: &Parts| -> Vec<Mean> {
             let parts = parts.iter().enumerate().filter(|(_, part)| part.0 >= LEAST);
@@ -259,8 +259,8 @@ impl Brightness {
         Some((this, brightness))
     }
 
-    /// Removes the profiles from grey values. Beyond the wall and the ends, the factors at the wall and the ends are
-    /// used.
+    /// Removes the profiles of brightness from grey values. Beyond the wall and the ends of the cylinder, the factors
+    /// at the wall and at the ends are used.
     pub(crate) fn correct(&self, values: &mut [u16], shape: [usize; 3], cylinder: &Fit) {
         let columns = Columns::new(cylinder, shape);
         let across = self.across(&columns);
@@ -275,7 +275,7 @@ impl Brightness {
     }
 }
 
-/// Values (r/R)² and heights of voxels, computed slice by slice.
+/// Source of the values (r/R)² and of the relative heights of voxels, slice by slice.
 struct Columns<'a> {
     cylinder: &'a Fit,
     section: [usize; 2],

@@ -30,9 +30,9 @@ pub(crate) struct Level {
     pub(crate) value: f64,
     /// Threshold that results in the same level if the user gives it.
     pub(crate) by_hand: f64,
-    /// Whether the grey values look like a single phase.
+    /// Whether the grey values have the distribution of a single phase.
     pub(crate) one_bell: bool,
-    /// The model of two materials and blur, if it could be fitted.
+    /// The model of two materials and blur; `None` if the model could not be fitted.
     pub(crate) model: Option<Blurred>,
 }
 
@@ -165,7 +165,8 @@ fn volume(
     sum as f64 / unit
 }
 
-/// Returns the difference of the means of two classes, divided by the mean of their standard deviations.
+/// Divides a histogram into two classes at the bin `split`. Returns the difference of the means of the classes, divided
+/// by the mean of their standard deviations.
 fn separation(counts: &[u64], split: usize) -> f64 {
     let moments = |counts: &[u64], first: usize| {
         let all: u64 = counts.iter().sum();

@@ -19,9 +19,9 @@ use crate::volume::{Volume, neighbour_steps};
 
 /// Half width of the band around an interface (voxels). Voxels outside this band ([`core`]) are not at an interface.
 const BAND: usize = 2;
-/// Edge of a block, in voxels, over which grey values are averaged.
+/// Edge length, in voxels, of the blocks over which grey values are averaged.
 const BLOCK: usize = 24;
-/// Number of voxels in a block at which the block's mean and the global value have equal weights.
+/// In a block with this number of voxels, the mean of the block and the global value have equal weights.
 const ENOUGH: f64 = 300.0;
 /// Integer that represents the volume of one voxel; volumes are summed as integers.
 const UNIT: f64 = 65536.0;
@@ -91,8 +91,8 @@ impl Solid {
                                 continue;
                             }
                             let (dark, bright) = (lines[0][x], lines[1][x]);
-                            // with this lower bound, the division is finite even if noise makes the local grey value of
-                            // grain smaller than that of matrix
+                            // a lower bound of the divisor is necessary, because noise can make the local grey value of
+                            // grain smaller than the local grey value of matrix
                             let linear =
                                 (f64::from(grey.values[at]) - dark) / (bright - dark).max(1.0);
                             let is_core = core[at] != 0;
@@ -130,7 +130,7 @@ impl Solid {
         let near = spread(smooth.shape, labels, inside);
         let surface = Surface { smooth, threshold, labels, inside };
         let [nx, ny, _] = smooth.shape;
-        // `share` contains depths below the surface until the shift is known
+        // `share` contains depths below the surface until the shift of the surface is known
         let mut share = vec![f32::NEG_INFINITY; labels.len()];
         share.par_chunks_mut(nx * ny).enumerate().for_each(|(z, slice)| {
             for (n, depth) in slice.iter_mut().enumerate() {
@@ -276,8 +276,8 @@ fn stepped(shape: [usize; 3], voxel: [usize; 3], step: [isize; 3]) -> Option<usi
     Some(along(0)? + shape[0] * (along(1)? + shape[1] * along(2)?))
 }
 
-/// Local grey value of a material (matrix or grain): one value per block of voxels, interpolated between the centres of
-/// the blocks.
+/// Local grey values of a material (matrix or grain): one value per block of voxels. Between the centres of the blocks,
+/// values are interpolated.
 struct LocalLevels {
     shape: [usize; 3],
     blocks: [usize; 3],
@@ -343,7 +343,7 @@ impl LocalLevels {
         (first, (first + 1).min(last), position - first as f64)
     }
 
-    /// Computes the local values of a row of voxels.
+    /// Interpolates the local grey values of a row of voxels.
     fn row(&self, y: usize, z: usize, line: &mut [f64]) {
         let (j0, j1, q) = self.between(y, 1);
         let (k0, k1, r) = self.between(z, 2);

@@ -17,7 +17,8 @@ use crate::volume::filter::dilate;
 use crate::volume::grey::rounded;
 use crate::volume::voxel_at;
 
-/// Distance (voxels) beyond the mirror image of a voxel. The air at this distance is not affected by blur.
+/// A voxel is compared with air at its mirror image beyond the wall, moved outward by this distance (voxels), because
+/// blur does not affect the air there.
 const CLEAR: f64 = 2.0;
 /// Depth below the wall (voxels) of the voxels whose values are copied to voxels outside the specimen.
 const DEPTH: f64 = 0.75;
@@ -26,13 +27,13 @@ const BLUR: usize = 3;
 /// Smallest number of voxels to which the blur of the wall is fitted.
 const FEW: usize = 2000;
 
-/// Sets of voxels after the image of the specimen was continued beyond the wall, as if the specimen were larger.
+/// Sets of voxels of the image after the air beyond the wall was replaced by matrix, as if the specimen were larger.
 pub(crate) struct Continued {
     /// The specimen, and voxels outside the specimen that now contain matrix with blur of grains.
     pub(crate) shown: Vec<u8>,
     /// The voxels that may be grain: the specimen, and voxels outside the specimen that are not in air.
     pub(crate) solid: Vec<u8>,
-    /// The voxels whose grey values changed.
+    /// The voxels whose grey values were changed.
     pub(crate) changed: Vec<u8>,
 }
 
@@ -158,7 +159,8 @@ fn beyond(fit: &Fit, voxel: [usize; 3], shape: [usize; 3]) -> Option<[usize; 3]>
     }
 }
 
-/// Returns the nearest voxel that is at least `depth` voxels below the wall and the ends; `None` outside the image.
+/// Returns the nearest voxel that is at least `depth` voxels below the wall and the ends; `None` if this voxel is
+/// outside the image.
 fn below_wall(fit: &Fit, voxel: [usize; 3], shape: [usize; 3], depth: f64) -> Option<[usize; 3]> {
     let [square, height] = fit.radius_squared_and_height(voxel);
     let (off, least) = (square.sqrt(), (fit.radius - depth).max(0.0));

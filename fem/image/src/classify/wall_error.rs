@@ -16,7 +16,7 @@ pub(super) const REACH: f64 = 4.0;
 /// Number of depths below a surface (wall, bottom or top), from −`REACH` to `REACH` voxels, at which the error of the
 /// corrected grey value is measured.
 const DEPTHS: usize = 16;
-/// Smallest number of voxels from which an error is measured.
+/// Smallest number of voxels from which the error at a depth is measured.
 const ENOUGH: usize = 200;
 /// Number of surfaces: wall, bottom and top.
 const SURFACES: usize = 3;
@@ -77,7 +77,8 @@ fn surface_and_depth(fit: &Fit, voxel: [usize; 3]) -> [usize; 2] {
     [nearest, (depth.max(0.0) as usize).min(DEPTHS - 1)]
 }
 
-/// Returns the depths (voxels) of a voxel below the wall, the bottom and the top; negative outside.
+/// Returns the depths (voxels) of a voxel below the wall, the bottom and the top. A depth is negative outside the
+/// cylinder.
 pub(super) fn depths(fit: &Fit, voxel: [usize; 3]) -> [f64; 3] {
     let [square, height] = fit.radius_squared_and_height(voxel);
     [fit.radius - square.sqrt(), height - fit.bottom, fit.top - height]

@@ -46,7 +46,8 @@ impl RawHeader {
             std::fs::metadata(&data).map_err(|error| ImageError::io("read", &data, error))?;
         let file_bytes = meta.len();
         let voxels = shape.iter().try_fold(1_u64, |n, &side| n.checked_mul(side as u64));
-        // the limit allows images that are read in blocks of up to 64³ voxels, which is more than needed in practice
+        // the limit is so large that an image can be read as averages over blocks of up to 64³ voxels, which is more
+        // than needed in practice
         let Some(voxels) = voxels.filter(|n| (1..MAX_VOXELS << 18).contains(n)) else {
             let help = "write the three numbers of voxels along x, y, z";
             return Err(ImageError::Series {
@@ -126,7 +127,7 @@ pub(super) struct Lines<'a> {
 }
 
 impl Lines<'_> {
-    /// Creates an error for a line of the header.
+    /// Returns an error that names the header file and one of its lines.
     pub(super) fn refuse(
         &self,
         line: usize,

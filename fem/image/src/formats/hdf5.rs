@@ -80,7 +80,7 @@ fn open_file(path: &Path) -> Result<Hdf5File, ImageError> {
     let failed = |source| ImageError::io("read", path, source);
     let file = open_regular(path).map_err(failed)?;
     let storage = FileStorage::from_file(file).map_err(|error| damaged(path, &error))?;
-    // each chunk is unpacked only once, so a cache of chunks is not needed
+    // switch the cache of chunks off, because each chunk is unpacked only once
     let options = OpenOptions::default().with_chunk_cache_bytes(0);
     Hdf5File::from_storage_with_options(Arc::new(storage), options)
         .map_err(|error| damaged(path, &error))
@@ -165,7 +165,7 @@ fn datasets(file: &Hdf5File) -> Vec<(String, Dataset)> {
         file.root_group().map(|group| (String::new(), group)).into_iter().collect();
     let mut groups = BTreeSet::new();
     while let Some((path, group)) = waiting.pop() {
-        // a link may lead back to a group that was visited before
+        // skip groups that were visited before, because a link may lead back to a group
         if !groups.insert(group.address()) || groups.len() + opened.len() > MOST_OBJECTS {
             continue;
         }

@@ -30,7 +30,7 @@ pub(super) enum Kind {
     Unknown,
 }
 
-/// Recognises a file by its content.
+/// Returns the format of a file, which is recognised by the content of the file.
 ///
 /// # Errors
 /// [`ImageError::Io`] if the file cannot be read.
@@ -43,7 +43,7 @@ pub(super) fn kind_of(path: &Path) -> Result<Kind, ImageError> {
     Ok(of_bytes(&head, &file))
 }
 
-/// Recognises a format from the first bytes of a file; `file` is the name of the file for the advice.
+/// Returns the format of a file, which is recognised by its first bytes. `file` is the name of the file for the advice.
 fn of_bytes(head: &[u8], file: &str) -> Kind {
     let starts = |magic: &[u8]| head.starts_with(magic);
     let at = |offset: usize, magic: &[u8]| {

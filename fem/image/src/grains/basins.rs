@@ -13,7 +13,8 @@ use crate::volume::disjoint_sets::DisjointSets;
 use crate::volume::filter::highest;
 use crate::volume::neighbour_steps;
 
-/// A landscape with a rim of height 0 around it, so that every voxel of the image has 26 neighbours.
+/// A landscape: heights of the voxels of an image. A rim of height 0 around the image gives every voxel of the image 26
+/// neighbours.
 #[derive(Debug)]
 pub(crate) struct Landscape {
     shape: [usize; 3],
@@ -23,7 +24,7 @@ pub(crate) struct Landscape {
     steps: [isize; 26],
 }
 
-/// Inverse distances of neighbours over a face, an edge and a corner (1/voxel), times 10 000.
+/// Inverse distances of neighbours over a face, an edge and a corner (1/voxel), multiplied by 10 000.
 const SLOPES: [i64; 3] = [10_000, 7_071, 5_774];
 /// Label of a voxel that is queued but not yet assigned to a basin.
 const QUEUED: u32 = u32::MAX;
@@ -32,7 +33,7 @@ const NO_LAND: u32 = u32::MAX;
 /// Number of voxels in a wave (voxels that are assigned simultaneously) above which several threads process the wave.
 const WIDE: usize = 1024;
 
-/// Height of the highest pass between each pair of summits.
+/// Height of the highest pass between each pair of summits. A pass is the lowest point of a path between two summits.
 type Passes = HashMap<[u32; 2], u16>;
 
 impl Landscape {
@@ -196,8 +197,8 @@ impl Landscape {
         passes
     }
 
-    /// Creates a seed around each top: all connected land at most `depth` below the top, or only the top if `depth` is
-    /// `None`.
+    /// Creates a seed around each top. A seed consists of all connected land at most `depth` below the top, or of the
+    /// top alone if `depth` is `None`.
     fn seeds_around(&self, tops: &[u32], depth: Option<u16>) -> Seeds {
         let mut labels = vec![0; self.heights.len()];
         let mut voxels = Vec::new();
@@ -220,9 +221,9 @@ impl Landscape {
         Seeds { labels, voxels }
     }
 
-    /// Finds seeds by a minimum distance, like `peak_local_max` of scikit-image: tops that are not exceeded by any
-    /// voxel within `spacing` voxels along each axis, and that are more than `spacing` voxels apart along at least one
-    /// axis. The first of several equal tops (in the order of the voxels) is selected.
+    /// Finds seeds by a minimum distance, like `peak_local_max` of scikit-image: no voxel within `spacing` voxels along
+    /// each axis is higher than a selected top, and selected tops are more than `spacing` voxels apart along at least
+    /// one axis. The first of several equal tops (in the order of the voxels) is selected.
     pub(crate) fn spaced_maxima(&self, spacing: usize) -> Seeds {
         let [nx, ny, nz] = self.shape;
         let side = spacing + 1;

@@ -14,13 +14,14 @@ pub struct Region {
     pub id: u32,
     /// Number of voxels of the grain.
     pub voxels: usize,
-    /// Volume from grey values, with sub-voxel accuracy (mm³).
+    /// Volume of the grain, computed from grey values with sub-voxel accuracy (mm³).
     pub volume_mm3: f64,
-    /// Centroid, from the corner of the image (mm).
+    /// Centroid of the grain, measured from the corner of the image (mm).
     pub centroid_mm: [f64; 3],
-    /// Diameters of the ellipsoid with the same second moments along its principal axes, the longest first (mm).
+    /// Diameters (mm) of the ellipsoid with the same second moments as the grain, along the principal axes of the
+    /// ellipsoid, the longest first.
     pub axes_mm: [f64; 3],
-    /// Area of the surface, contacts included (mm²); by Crofton's formula over 13 directions.
+    /// Area of the surface, including contacts with other grains (mm²), by Crofton's formula with 13 directions.
     pub surface_mm2: f64,
     /// Numbers of the grains that share a voxel face with this grain, in ascending order.
     pub neighbours: Vec<u32>,
@@ -46,9 +47,9 @@ const WEIGHTS: [f64; 3] = [0.045_777_89, 0.036_980_63, 0.035_195_64];
 #[derive(Clone, Debug, Default)]
 struct Sums {
     voxels: u64,
-    /// Sums of the indices along x, y, z.
+    /// Sums of the voxel indices along x, y, z.
     first: [u64; 3],
-    /// Sums of the products xx, yy, zz, xy, xz, yz.
+    /// Sums of the products xx, yy, zz, xy, xz, yz of voxel indices.
     second: [u64; 6],
     /// Numbers of steps from a voxel of the grain to a voxel outside the grain, over a face, an edge and a corner.
     crossings: [u64; 3],
@@ -66,8 +67,8 @@ impl Sums {
     }
 }
 
-/// Measures the grains 1…`volumes.len()` of an image of labels. `volumes` are the volumes of the grains (voxels);
-/// `inside` is the specimen.
+/// Measures the grains 1…`volumes.len()` of an image of labels. `volumes` contains the volumes of the grains (voxels),
+/// and `inside` marks the voxels of the specimen.
 pub(crate) fn measure(labels: &Volume<u32>, inside: &[u8], volumes: &[f64]) -> Vec<Region> {
     let grains = volumes.len();
     let empty = || (vec![Sums::default(); grains + 1], BTreeSet::new());

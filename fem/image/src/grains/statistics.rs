@@ -23,7 +23,7 @@ pub struct SpecimenStatistics {
     pub d90_mm: f64,
     /// Median of the grains' equivalent sphere diameters (mm).
     pub median_diameter_mm: f64,
-    /// Mean number of neighbours of a grain.
+    /// Mean number of grains that a grain touches.
     pub coordination: f64,
 }
 

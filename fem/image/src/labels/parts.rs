@@ -58,7 +58,7 @@ pub(crate) fn numbered_parts(
     }
 
     let mut numbers = vec![0_u32; values.len()];
-    // the root of a set is the run of the set with the lowest index
+    // the root of a set of runs is the run with the lowest index
     let (mut of_root, mut part_values) = (vec![0_u32; runs.len()], Vec::new());
     for row in 0..ny * nz {
         for n in of_row(row) {

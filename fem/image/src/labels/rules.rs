@@ -23,8 +23,8 @@ pub struct LabelPhase {
 }
 
 impl LabelPhase {
-    /// Returns whether each label of the phase is one grain: `true` for a phase with several labels. In a phase with
-    /// one label, each connected part is a grain.
+    /// Returns whether each label of the phase is one grain, which is the case for a phase with several labels. In a
+    /// phase with one label, each connected part is a grain.
     pub fn has_instances(&self) -> bool {
         self.last > self.first
     }
@@ -56,7 +56,8 @@ pub struct LabelRules {
     pub specimen: SpecimenForm,
     /// Whether a tilted cylinder is fitted with its tilt; otherwise the fitted cylinder is upright.
     pub follow_lean: bool,
-    /// Position of the specimen as given by the user; voxels outside count as background. `mask` is not supported.
+    /// Position of the specimen as given by the user. Voxels outside this region count as background. A `mask` is not
+    /// supported.
     pub region: SpecimenRegion,
     /// Grains with fewer voxels than this number are reported in a warning.
     pub small_grain_voxels: usize,
@@ -152,7 +153,7 @@ impl LabelRules {
         Ok(())
     }
 
-    /// Returns the meaning of each label of an image; `counts` are the numbers of voxels of the labels.
+    /// Returns the meaning of each label of an image. `counts` contains the number of voxels of each label.
     pub(super) fn roles(
         &self,
         counts: &BTreeMap<i64, usize>,

@@ -42,7 +42,7 @@ pub struct LabelledSpecimen {
 
 /// Label that voxels outside the region get if the user gives no label of the background.
 const OUTSIDE_REGION: i64 = i64::MIN;
-/// Grey value of the specimen in the image to which a cylinder is fitted.
+/// Grey value of the specimen's voxels in the image to which a cylinder is fitted.
 const SPECIMEN: u16 = 1000;
 /// Grey level of the wall in the image to which a cylinder is fitted: half the grey value of the specimen.
 const EDGE: f64 = 500.0;
@@ -230,7 +230,7 @@ impl LabelRules {
         Ok(fitted)
     }
 
-    /// Returns warnings about phases without voxels in the image.
+    /// Returns warnings about phases that have no voxels in the image.
     fn absent_phases(&self, roles: &[(i64, Role)]) -> Vec<String> {
         let is_present = |name: &str| {
             let names = self.grain_phases();

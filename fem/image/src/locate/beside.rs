@@ -15,7 +15,7 @@ const GAP: f64 = 0.3;
 const OTHER: f64 = 0.08;
 /// Minimum number of slices of a pedestal.
 const SLICES: usize = 3;
-/// Half width of a blurred edge (voxels).
+/// Half width of the blurred edge of an object (voxels).
 const BLUR: f64 = 1.5;
 
 /// Returns the inner and the outer radius (voxels) of a ring of air around the specimen and inside the fitted cylinder,
@@ -52,7 +52,7 @@ pub(crate) fn gap(image: &Volume<u16>, fit: &Fit, edge: f64) -> Option<[f64; 2]>
 /// A removed pedestal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Pedestal {
-    /// First and last slice, counted from 1.
+    /// First and last slice of the pedestal, counted from 1.
     pub(crate) slices: [usize; 2],
     /// Radius of the pedestal's sections (voxels).
     pub(crate) radius: f64,
@@ -82,7 +82,7 @@ pub(crate) fn without_pedestal(image: &Volume<u16>, fit: &mut Fit, edge: f64) ->
     let area = areas[areas.len() / 2];
     let is_other = |section: &f64| (section / area - 1.0).abs() > OTHER && *section > 0.1 * area;
     let mut pedestals = Vec::new();
-    // the first and the last slice contain some air
+    // the first and the last slice of the cylinder contain some air
     let from_bottom: Vec<usize> =
         (first + 1..last).take_while(|&z| is_other(&sections[z])).collect();
     let from_top: Vec<usize> =

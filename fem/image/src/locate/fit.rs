@@ -7,7 +7,7 @@ use crate::{Cylinder, ImageError, Volume};
 /// A cylinder fitted to an image (in voxels), and measures of the quality of the fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Fit {
-    /// Coordinates x and y of the middle of the axis.
+    /// Coordinates x and y of the middle of the cylinder's axis.
     pub(crate) centre: [f64; 2],
     pub(crate) radius: f64,
     /// Height z of the lower end. A tilted cylinder is described as an upright cylinder that is then rotated about the
@@ -42,7 +42,7 @@ const EIGHTH: usize = 24;
 const STEPS: usize = 20;
 
 impl Fit {
-    /// Returns whether the fitted cylinder is upright although the axis of the specimen is tilted.
+    /// Returns whether the axis of the specimen is tilted although the fitted cylinder is upright.
     pub(crate) fn is_off_axis(&self) -> bool {
         self.lean == [0.0; 2] && self.wander > OFF_AXIS
     }
@@ -130,12 +130,13 @@ impl Axis {
         self.lean[0].hypot(self.lean[1])
     }
 
-    /// Returns the length of the line per voxel of height.
+    /// Returns the length along the line that corresponds to a height of one voxel.
     fn stretch(&self) -> f64 {
         (1.0 + (self.lean[0] * self.lean[0] + self.lean[1] * self.lean[1])).sqrt()
     }
 
-    /// Returns the distance along the line from `at` to the foot of the perpendicular from a point.
+    /// Returns the coordinate of a point along the line: the distance from the point `at` of the line to the foot of
+    /// the perpendicular from the given point.
     fn along(&self, point: [f64; 3]) -> f64 {
         let [x, y, z] = [0, 1, 2].map(|k| point[k] - self.at[k]);
         (x * self.lean[0] + y * self.lean[1] + z) / self.stretch()
@@ -212,7 +213,7 @@ fn refused(message: String) -> ImageError {
     }
 }
 
-/// Determines wall and ends, starting from an approximate axis and radius.
+/// Determines the wall and the ends of the cylinder, starting from an approximate axis and radius.
 fn sides(
     image: &Volume<u16>,
     edge: f64,
@@ -312,8 +313,8 @@ fn median(values: &mut [f64]) -> Option<f64> {
     Some((lower + upper) / 2.0)
 }
 
-/// Returns points of the wall. Rays start outside the specimen, in directions that are symmetric about x and y, and end
-/// where two samples one voxel apart are bright.
+/// Returns points of the wall, found along rays. The directions of the rays are symmetric about x and y. A ray starts
+/// outside the specimen and ends where two samples one voxel apart are bright.
 fn wall(
     image: &Volume<u16>,
     edge: f64,
@@ -323,7 +324,7 @@ fn wall(
 ) -> Vec<[f64; 3]> {
     let [nx, ny, nz] = image.shape;
     let mut points = Vec::new();
-    // exclude the ends; a tilted end extends over several slices
+    // exclude slices near the ends; a tilted end extends over several slices
     let margin = 0.03 * (top - bottom) + 1.0 + radius * axis.slope();
     for z in 0..nz {
         let height = z as f64 + 0.5;

@@ -28,7 +28,7 @@ pub struct SpecimenRegion {
 }
 
 impl SpecimenRegion {
-    /// Checks the values independently of an image.
+    /// Checks all values that can be checked without the image.
     ///
     /// # Errors
     /// [`ImageError::Parameter`].
@@ -93,7 +93,7 @@ impl SpecimenRegion {
         self.centre_px.is_none() && self.radius_px.is_none() && self.slices.is_none()
     }
 
-    /// Returns the cylinder of the region, or `None` unless centre, radius and slices are all given.
+    /// Returns the cylinder of the region, or `None` if centre, radius or slices are missing.
     pub(crate) fn fit(&self) -> Option<Fit> {
         let (centre, radius, [first, last]) = (self.centre_px?, self.radius_px?, self.slices?);
         let (bottom, top) = ((first - 1) as f64, last as f64);

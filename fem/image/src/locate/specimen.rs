@@ -33,7 +33,7 @@ pub enum SpecimenForm {
     Block,
 }
 
-/// Settings for locating a specimen.
+/// Settings for the location of a specimen in an image.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Locating<'a> {
     pub(crate) form: SpecimenForm,
@@ -156,8 +156,8 @@ impl Locating<'_> {
         })
     }
 
-    /// Adds warnings if the fitted cylinder does not describe the specimen well; [`SpecimenForm::Auto`] fails if the
-    /// cylinder's sections are not filled.
+    /// Adds warnings if the fitted cylinder does not describe the specimen well; For [`SpecimenForm::Auto`], returns an
+    /// error if the specimen does not fill the sections of the cylinder.
     fn doubts(
         &self,
         image: &Volume<u16>,
@@ -239,7 +239,7 @@ impl Specimen {
         }
     }
 
-    /// Returns the voxels of `inside` whose grey values are not mixed with air: voxels away from the wall and from
+    /// Returns the voxels of `inside` whose grey values contain no share of air: voxels away from the wall and from
     /// voids.
     pub(crate) fn sample(&self, smooth: &Volume<u16>, inside: &[u8]) -> Vec<u8> {
         let mut sample = match self.fit {

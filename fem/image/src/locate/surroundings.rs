@@ -15,7 +15,7 @@ const IN_MIDDLE: f64 = 0.5;
 const AT_BORDER: f64 = 0.1;
 /// A slice shows a platen if its number of solid voxels exceeds this multiple of the median over the middle slices.
 const WIDER: f64 = 1.15;
-/// Allowed range of the ratio of the area of the specimen's sections to the area of the fitted circle.
+/// Allowed range of the area of the specimen's sections, divided by the area of the fitted circle.
 const ROUND: [f64; 2] = [0.9, 1.1];
 
 /// Surroundings of a specimen in its image.
@@ -25,7 +25,7 @@ pub(crate) enum Surroundings {
     Air,
     /// No air: the image was cut out of a specimen.
     Block,
-    /// The surroundings are brighter than the specimen.
+    /// The surroundings of the specimen are brighter than the specimen.
     Bright,
     /// Platens: ranges of slices, counted from 1, that are wider than the specimen or filled to their corners.
     Platens(Vec<[usize; 2]>),

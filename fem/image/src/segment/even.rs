@@ -13,7 +13,7 @@ use crate::volume::contrast::Contrast;
 use crate::volume::filter::{dilate, median_again};
 use crate::volume::grey::Scale;
 
-/// Distance from the wall (voxels) up to which voxels contain some air.
+/// Voxels within this distance from the wall (voxels) contain some air.
 const WALL: f64 = 2.0;
 
 /// A corrected image in which grains are brighter than the matrix, and sets of its voxels.
@@ -26,7 +26,7 @@ pub(super) struct CorrectedImage {
     pub(super) sample: Vec<u8>,
     /// Voxels that may be grain: the specimen, and voxels outside the specimen that are not in air.
     pub(super) solid: Vec<u8>,
-    /// The specimen, and voxels outside the specimen that show blur of grains.
+    /// The voxels of the specimen, and voxels outside the specimen whose grey values contain blur of grains.
     pub(super) shown: Vec<u8>,
     /// Voxels of the specimen that are as dark as air.
     pub(super) voids: Vec<u8>,
@@ -47,7 +47,7 @@ pub(super) struct GreyCorrection<'a> {
 }
 
 impl GreyCorrection<'_> {
-    /// Corrects an image and its filtered version.
+    /// Corrects the grey values of an image, and of the median-filtered image.
     pub(super) fn run(
         &self,
         mut grey: Volume<u16>,
@@ -124,7 +124,7 @@ impl GreyCorrection<'_> {
         }
     }
 
-    /// Applies the median filter again near the voxels that changed.
+    /// Applies the median filter again near the voxels whose grey values changed.
     fn filter_again(&self, grey: &Volume<u16>, changed: &[u8], smooth: &mut Volume<u16>) {
         if self.median {
             let near = dilate(grey.shape, changed);

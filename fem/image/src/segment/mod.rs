@@ -61,9 +61,9 @@ const MOST: f64 = 0.5;
 const MANY: usize = 10;
 /// Share of the specimen's volume above which voids cause a warning.
 const VOIDS: f64 = 0.02;
-/// Volume (voxels) below which the volume of a grain is uncertain.
+/// The measured volume of a grain below this volume (voxels) is uncertain.
 const SMALL: f64 = 65.0;
-/// Share of the volume of all grains in grains smaller than [`SMALL`] above which a warning is added.
+/// A warning is added if grains smaller than [`SMALL`] have more than this share of the volume of all grains.
 const SMALL_SHARE: f64 = 0.05;
 
 impl Segmentation {

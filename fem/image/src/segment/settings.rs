@@ -48,8 +48,9 @@ pub struct Segmentation {
     pub percentiles: [f64; 2],
     /// Whether a median filter of 3³ voxels is applied before voxels are classified.
     pub median: bool,
-    /// Whether the segmentation uses a tilted cylinder if the displacement of the axis between the ends exceeds one
-    /// voxel; otherwise the cylinder is upright. The image is not rotated: labels refer to its voxels.
+    /// Whether the segmentation uses a tilted cylinder if the axis is displaced by more than one voxel between the
+    /// ends. Otherwise the cylinder is upright. The image is not rotated: labels belong to the voxels of the original
+    /// image.
     pub follow_lean: bool,
     /// Whether the variation of brightness with radius and height of a cylinder is corrected.
     pub beam_hardening: bool,
@@ -136,7 +137,7 @@ impl Segmentation {
                 return refuse(field, value, "a grey value");
             }
         }
-        // only the image shows whether the grey values of dark grains are above or below the grey value of air
+        // for dark grains, only the image shows whether their grey values are above or below the grey value of air
         if let (Some(void), Some(grain)) = (self.void_threshold, self.grain_threshold)
             && void >= grain
             && self.contrast == Contrast::Bright

@@ -11,7 +11,7 @@ use crate::Volume;
 
 /// Smallest number of slices from which the usual difference of neighbouring slices is computed.
 const LEAST_SLICES: usize = 8;
-/// Maximum number of voxels of a slice that are compared.
+/// Largest number of voxels of a slice that are compared with other slices.
 const SAMPLE: usize = 1 << 16;
 /// A slice counts as foreign if its difference from its neighbours exceeds this multiple of both: the difference
 /// between its two neighbours, and the usual difference of neighbouring slices.
@@ -48,7 +48,7 @@ struct Pair {
     gain: f64,
     /// Mean of the next slice minus the mean of this slice.
     level: f64,
-    /// Standard deviation of the residuals of this regression.
+    /// Standard deviation of the residuals of the linear regression whose slope is `gain`.
     residual: f64,
 }
 
@@ -162,7 +162,8 @@ fn rescaled(pairs: &[Pair]) -> Option<String> {
         let pair = &pairs[*k];
         let neighbours =
             || [k.checked_sub(1), Some(k + 1)].into_iter().flatten().filter_map(|k| pairs.get(k));
-        // where grains or the specimen begin, the regression does not explain the difference of two slices
+        // where grains or the specimen begin, the difference of two slices is not a change of the grey scale, and the
+        // residual of the regression is large
         let residual = neighbours().map(|other| other.residual).fold(usual_residual, f64::max);
         let is_explained = pair.residual <= 1.5 * residual * pair.gain.max(1.0);
         // a jump is a change without similar changes next to it; where a grain begins, several consecutive slices
@@ -227,7 +228,7 @@ mod tests {
         for seed in 0..5 {
             assert_eq!(doubts(&scan(seed)), Vec::<String>::new(), "{seed}");
         }
-        // without noise, most neighbouring slices are identical
+        // in a scan without noise, most neighbouring slices are identical
         let flat = scan(0);
         let round = |value: &f32| (value / 10_000.0).round();
         let values = flat.values.iter().map(round).collect();

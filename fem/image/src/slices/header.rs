@@ -28,9 +28,9 @@ impl Default for ReadOptions {
 /// Header data of a stack.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StackHeader {
-    /// Voxels along x, y, z, after binning.
+    /// Numbers of voxels along x, y, z after the averaging over blocks.
     pub shape: [usize; 3],
-    /// Edge of a voxel after binning (mm).
+    /// Edge of a voxel after the averaging over blocks (mm).
     pub voxel_mm: f64,
     /// Source of the voxel size (such as a tag of the file), as text for messages.
     pub voxel_origin: String,
@@ -50,7 +50,7 @@ impl StackHeader {
         self.shape.map(|side| side as f64 * self.voxel_mm)
     }
 
-    /// Returns a summary in one line: files, pages, order, type, shape, voxel size and its origin.
+    /// Returns a summary in one line: files, pages, order, type, shape, and the voxel size with its source.
     pub fn in_words(&self) -> String {
         let ([nx, ny, nz], [x, y, z]) = (self.shape, self.size_mm());
         let binned = match self.bin {

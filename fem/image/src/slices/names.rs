@@ -126,7 +126,7 @@ impl Name {
     }
 }
 
-/// Returns the names if all have the same texts, otherwise a message about the patterns.
+/// Returns the names if they differ only in their numbers, otherwise a message about the different patterns.
 fn one_pattern(names: Vec<Name>) -> Result<Vec<Name>, String> {
     let mut groups: BTreeMap<String, Vec<&Name>> = BTreeMap::new();
     names.iter().for_each(|name| groups.entry(name.pattern()).or_default().push(name));
@@ -166,7 +166,7 @@ fn columns(names: &[Name]) -> Vec<Vec<i128>> {
         .collect()
 }
 
-/// Returns the constant difference of the sorted values, or `None` if the differences vary.
+/// Returns the difference between consecutive sorted values, or `None` if the differences vary.
 fn step(column: &[i128]) -> Option<i128> {
     let mut sorted = column.to_vec();
     sorted.sort_unstable();
@@ -174,7 +174,8 @@ fn step(column: &[i128]) -> Option<i128> {
     sorted.windows(2).all(|pair| pair[1] - pair[0] == step).then_some(step)
 }
 
-/// Returns whether two columns order the files equally or in reverse order.
+/// Returns whether two numbers in the names sort the files in the same order or in reverse order. A column contains the
+/// values of one number, one per file.
 fn same_order(a: &[i128], b: &[i128]) -> bool {
     let sorted_by = |column: &[i128]| {
         let mut order: Vec<usize> = (0..column.len()).collect();

@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Display};
 
-/// Kind of number that the bits of a value represent.
+/// Whether the bits of a value represent an unsigned, a signed or a floating-point number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum NumberKind {
     Unsigned,

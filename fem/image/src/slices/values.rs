@@ -62,7 +62,7 @@ fn unaveraged(stack: &Stack, options: &ReadOptions) -> Result<StackHeader, Image
     StackHeader::of(stack, &ReadOptions { bin: 1, ..options.clone() })
 }
 
-/// Conversion of a stored number to the value of a voxel; `None` if the value is not allowed.
+/// Function that converts a stored number to the value of a voxel; `None` if the number is not allowed.
 type Convert<T> = dyn Fn(f64) -> Option<T> + Sync;
 
 /// Reader of the slices of a stack that converts each value.

@@ -49,7 +49,7 @@ impl SliceSource for Pages {
     }
 }
 
-/// Reader of pages; a file remains open until a slice of another file is read.
+/// Reader of pages. A file stays open until a slice of another file is read.
 struct PageReader<'a> {
     pages: &'a Pages,
     /// The open file: its index, and its decoder.

@@ -11,7 +11,7 @@ use ruzstd::decoding::StreamingDecoder;
 
 use crate::slices::sample::{ByteOrder, NumberKind, SampleType, decode};
 
-/// Strips or tiles of a page.
+/// Division of a page into strips or tiles (*chunks*).
 struct Chunks {
     /// Width and height of the page.
     page: [usize; 2],

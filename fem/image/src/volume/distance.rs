@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 /// Placeholder for a distance as long as no voxel outside the set has been found.
 const FAR: u32 = u32::MAX;
-/// Number of columns that are processed together, so that whole cache lines are used.
+/// Number of neighbouring lines that are processed together, so that whole cache lines are used.
 const BLOCK: usize = 16;
 
 /// Returns the squared distance of each voxel from the nearest voxel outside the set, in voxels²; 0 outside the set,
@@ -58,7 +58,7 @@ pub(crate) fn squared_distance(shape: [usize; 3], set: &[u8]) -> Vec<u32> {
     flat
 }
 
-/// Computes the squared distances within a row.
+/// Computes the squared distances along a row: from each voxel to the nearest voxel of the row that is outside the set.
 fn along_row(row: &mut [u32], set: &[u8]) {
     let mut steps = FAR;
     let mut step = |value: &mut u32, inside: u8| {
@@ -80,12 +80,12 @@ fn along_row(row: &mut [u32], set: &[u8]) {
     }
 }
 
-/// Lines of values, and the parabolas of the lower envelope of one line.
+/// Work memory: several lines of values, and the parabolas of the lower envelope of one line.
 struct Columns {
     length: usize,
     lines: Vec<u32>,
     result: Vec<u32>,
-    /// Centre i of each parabola of the envelope, and the position from which the parabola is the lowest.
+    /// For each parabola of the envelope: its centre i, and the position from which it is the lowest parabola.
     parabolas: Vec<(i64, i64)>,
 }
 

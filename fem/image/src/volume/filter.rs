@@ -22,7 +22,7 @@ pub(crate) fn median_again(shape: [usize; 3], values: &[u16], set: &[u8], result
     medians(shape, values, result, |y, z| runs(&set[nx * (y + ny * z)..][..nx]));
 }
 
-/// Computes the medians in the parts of rows that `parts` returns for each y and z.
+/// Computes the medians of all voxels in the parts of rows that `parts` returns for each y and z.
 fn medians<Parts: Iterator<Item = Range<usize>>>(
     [nx, ny, nz]: [usize; 3],
     values: &[u16],
@@ -58,8 +58,8 @@ fn runs(row: &[u8]) -> impl Iterator<Item = Range<usize>> {
     })
 }
 
-/// Copies a part of a row, with one voxel before and one after it, as signed integers in the same order: processors
-/// compare signed 16-bit integers faster.
+/// Copies a part of a row, with one voxel before and one voxel after the part. The values are converted to signed
+/// integers without changing their order, because processors compare signed 16-bit integers faster.
 fn pad(column: &mut [i16], row: &[u16], part: Range<usize>) {
     let signed = |value: u16| (value ^ 0x8000) as i16;
     let n = part.len();
@@ -72,7 +72,8 @@ fn pad(column: &mut [i16], row: &[u16], part: Range<usize>) {
 struct Rows {
     /// The nine values with the same x, for each voxel of the part and one voxel before and after the part.
     columns: Vec<Vec<i16>>,
-    /// Lowest, middle and highest of three neighbours along x, for each rank in the sorted columns.
+    /// For each rank in the sorted columns of nine values: the lowest, the middle and the highest of the values of
+    /// three neighbouring columns along x.
     triples: [Vec<Vec<i16>>; 3],
 }
 
@@ -82,7 +83,7 @@ impl Rows {
         Rows { columns: rows(nx + 2), triples: [rows(nx), rows(nx), rows(nx)] }
     }
 
-    /// Resizes the rows for a part of `voxels` voxels.
+    /// Resizes the work memory for a part of `voxels` voxels.
     fn resize(&mut self, voxels: usize) {
         self.columns.iter_mut().for_each(|column| column.resize(voxels + 2, 0));
         self.triples.iter_mut().flatten().for_each(|row| row.resize(voxels, 0));
@@ -230,7 +231,8 @@ fn combine<const REACH: usize, T: Copy + Default + Send + Sync>(
 ) -> Vec<T> {
     let [nx, ny, nz] = shape;
     let mut result = vec![T::default(); values.len()];
-    // indices of the lines at most `REACH` lines away from line `at`, without `at` itself; `count`: number of lines
+    // returns the indices of the lines that are at most `REACH` lines away from line `at`, without `at`; `count` is the
+    // number of lines
     let around = |at: usize, count: usize| {
         (at.saturating_sub(REACH)..(at + REACH + 1).min(count)).filter(move |&near| near != at)
     };

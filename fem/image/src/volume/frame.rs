@@ -53,7 +53,7 @@ pub(crate) fn filled_frame(image: &Volume<f32>) -> Option<Volume<f32>> {
     if hit * 100 > within || beyond * 20 < within {
         return None;
     }
-    // the outermost voxels inside the circle contain air, except where the specimen reaches them
+    // look for air in the outermost voxels inside the circle, which contain air except where the specimen reaches them
     let edge = rings.iter().rposition(|[voxels, exact]| 2 * exact < *voxels)?;
     let is_at_edge = |n: usize| (edge.saturating_sub(AIR)..=edge).contains(&(off(n) as usize));
     let slices = image.values.chunks_exact(nx * ny);

@@ -33,7 +33,8 @@ impl Scale {
         f64::from(LOW) + share * f64::from(HIGH - LOW)
     }
 
-    /// Returns the scale of the inverted image: its 16-bit values are 65535 minus the 16-bit values of this scale.
+    /// Returns the scale of the inverted image. The 16-bit values of the inverted image are 65535 minus the 16-bit
+    /// values of this scale.
     pub(crate) fn inverted(self) -> Self {
         let [low, high] = [LOW, HIGH].map(|value| self.to_image(f64::from(u16::MAX - value)));
         Scale { low, high }
@@ -110,7 +111,8 @@ pub(crate) fn sum(mut a: Vec<u64>, b: Vec<u64>) -> Vec<u64> {
     a
 }
 
-/// Returns the bin that contains the voxel of a rank, and the number of voxels in the bins before it.
+/// Returns the bin that contains the value with the given rank in sorted order, and the number of values in the bins
+/// before this bin.
 fn bin_of_rank(counts: &[u64], rank: u64) -> (usize, u64) {
     let mut below = 0;
     for (bin, &count) in counts.iter().enumerate() {

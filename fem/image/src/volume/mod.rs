@@ -16,7 +16,8 @@ use crate::ImageError;
 /// Maximum number of voxels of a volume, including a rim of one voxel on each side: voxel numbers have 32 bits.
 pub(crate) const MAX_VOXELS: u64 = u32::MAX as u64;
 
-/// Checks that the voxels of a shape can be numbered after blocks of `bin`³ voxels are merged into one.
+/// Checks that the number of voxels of a shape is not too large, after each block of `bin`³ voxels was averaged to one
+/// voxel.
 ///
 /// # Errors
 /// [`ImageError::TooManyVoxels`], with the smallest sufficient `bin`.

@@ -56,7 +56,7 @@ pub(crate) fn otsu(counts: &[u64], classes: usize) -> Option<Vec<usize>> {
     for (bin, &count) in counts.iter().enumerate() {
         total[bin + 1] = (total[bin].0 + count, total[bin].1 + count * bin as u64);
     }
-    // (Σ n v)² / Σ n of a class that consists of the bins from..to; a class must not be empty
+    // returns the gain (Σ n v)² / Σ n of a class that consists of the bins from..to; a class must not be empty
     let gain = |from: usize, to: usize| {
         let count = total[to].0 - total[from].0;
         let moment = (total[to].1 - total[from].1) as f64;
@@ -102,7 +102,7 @@ pub(crate) fn class_means(counts: &[u64], thresholds: &[usize]) -> Vec<f64> {
     starts.zip(ends).map(|(from, to)| mean(&counts[from..to], from)).collect()
 }
 
-/// Returns the mean grey value of consecutive bins; `first` is the number of the first bin.
+/// Returns the mean grey value of consecutive bins with the given counts; `first` is the number of the first bin.
 pub(crate) fn mean(counts: &[u64], first: usize) -> f64 {
     let (mut count, mut moment) = (0, 0);
     for (n, &c) in counts.iter().enumerate() {

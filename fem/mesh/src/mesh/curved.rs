@@ -20,7 +20,8 @@ const BETWEEN: [[usize; 4]; 4] = [[9, 0, 2, 3], [0, 9, 1, 4], [2, 1, 9, 5], [3, 
 const TIGHT: f64 = 1e-3;
 /// Largest depth of the recursive bisection of the reference tetrahedron: each of the six edges is bisected four times.
 const DEEPEST: usize = 24;
-/// Edges in the order of bisection. Opposite edges are consecutive, so that the sub-tetrahedra stay compact.
+/// Edges of the reference tetrahedron in the order in which they are bisected. Opposite edges are consecutive, so that
+/// the sub-tetrahedra stay compact.
 const BISECTED: [[usize; 2]; 6] = [[0, 1], [2, 3], [0, 2], [1, 3], [0, 3], [1, 2]];
 
 /// Bernstein coefficients of a cubic polynomial over a tetrahedron. The index of a coefficient, written in base 4, has
@@ -52,15 +53,15 @@ fn half(cubic: &Cubic, fixed: usize, moved: usize) -> Cubic {
 /// determinant is constant, six times the volume.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Jacobian {
-    /// Lower bound of the determinant. For a valid tetrahedron, the bound is below the minimum by at most 0.001 of the
-    /// mean.
+    /// Lower bound of the Jacobian determinant. For a valid tetrahedron, the bound is below the minimum by at most
+    /// 0.001 of the mean.
     pub(crate) lowest: f64,
-    /// Mean of the determinant, six times the volume.
+    /// Mean of the Jacobian determinant, six times the volume of the tetrahedron.
     pub(crate) mean: f64,
 }
 
 impl Jacobian {
-    /// Computes the Jacobian determinant from the corners and the points on the edges 01, 12, 20, 03, 13, 23.
+    /// Computes the bound and the mean from the corners and the mid-edge points of the edges 01, 12, 20, 03, 13, 23.
     pub(crate) fn of(corners: &[Point; 4], middles: &[Point; 6]) -> Jacobian {
         let cubic = determinant(corners, middles);
         let mean = used_indices().map(|index| cubic[index]).sum::<f64>() / 20.0;
@@ -74,8 +75,8 @@ impl Jacobian {
     }
 }
 
-/// Returns a lower bound of a cubic. The bound is at most `tight` below the minimum, unless the largest depth of
-/// bisection is reached. Returns NaN if `tight` is not finite.
+/// Returns a lower bound of a cubic polynomial over its tetrahedron. The bound is at most `tight` below the minimum,
+/// unless the largest depth of bisection is reached. Returns NaN if `tight` is not finite.
 fn lower_bound(cubic: &Cubic, tight: f64) -> f64 {
     let low =
         |cubic: &Cubic| used_indices().map(|index| cubic[index]).fold(f64::INFINITY, f64::min);
@@ -150,7 +151,7 @@ mod tests {
         })
     }
 
-    /// Returns the determinant at one point, from differences of the quadratic map.
+    /// Returns the Jacobian determinant at one point, from differences of the quadratic map.
     fn sampled(middles: &[Point; 6], at: [f64; 3]) -> f64 {
         let map = |[x, y, z]: [f64; 3]| -> Point {
             let l = [1.0 - x - y - z, x, y, z];

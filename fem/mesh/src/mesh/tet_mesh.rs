@@ -28,7 +28,7 @@ pub struct Mixture {
 }
 
 impl Default for Mixture {
-    /// Returns the value for a tetrahedron of one phase.
+    /// Returns the mixture of a tetrahedron that consists of one phase.
     fn default() -> Self {
         Self { fraction: 0.0, normal: [0.0; 3], region: 1 }
     }
@@ -77,7 +77,7 @@ pub struct TetMesh {
     /// Curved edges for quadratic elements: the two nodes (the smaller first) and the coordinates of the mid-edge
     /// node (mm). Sorted by nodes; empty for a straight mesh.
     pub edge_points: Vec<([u32; 2], [f64; 3])>,
-    /// Second phase of each tetrahedron, if some grains are not resolved by the mesh. A tetrahedron in the matrix
+    /// Second phase of each tetrahedron, if the mesh does not resolve some of the grains. A tetrahedron in the matrix
     /// region with a fraction above 0 is a mixture of matrix and one other phase.
     pub mixture: Option<Vec<Mixture>>,
 }
@@ -121,7 +121,8 @@ impl TetMesh {
         }))
     }
 
-    /// Returns the volume of a tetrahedron (mm³), curved edges included; negative if it is inverted.
+    /// Returns the volume of a tetrahedron (mm³), with its curved edges. The volume is negative if the tetrahedron is
+    /// inverted.
     ///
     /// # Panics
     /// Same as [`TetMesh::corners`].
@@ -267,9 +268,9 @@ impl TetMesh {
         nodes as i64 - self.edges().len() as i64 + faces as i64 - self.tets.len() as i64
     }
 
-    /// Replaces the regions: `region_of` returns the index in `names` of the region that contains a point (mm), which
-    /// is the centroid of a tetrahedron. [`TetMesh::validate`] reports a region without a tetrahedron and an index
-    /// without a name.
+    /// Replaces the regions. `region_of` gets the centroid of a tetrahedron (mm) and returns the index in `names` of
+    /// the tetrahedron's region. [`TetMesh::validate`] reports a region without a tetrahedron and an index without a
+    /// name.
     pub fn with_regions(mut self, names: &[&str], region_of: impl Fn([f64; 3]) -> u16) -> TetMesh {
         let centroid = |tet: usize| mean(self.corners(tet).into_iter());
         self.region_of = (0..self.tets.len()).map(|tet| region_of(centroid(tet))).collect();

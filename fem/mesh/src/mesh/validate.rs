@@ -116,7 +116,7 @@ impl TetMesh {
                 regions: self.regions.clone(),
             })? = true;
         }
-        // a phase may occur in mixtures only, without tetrahedra of its own
+        // a region may be without tetrahedra if its phase occurs in mixtures only
         let may_be_empty = self.mixture.is_some();
         match used.iter().position(|used| !used).filter(|_| !may_be_empty) {
             Some(k) => Err(MeshError::MissingRegion { name: self.regions[k].clone() }),

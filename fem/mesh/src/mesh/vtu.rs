@@ -12,7 +12,7 @@ use super::TetMesh;
 use super::topology::{EDGES, edge_index};
 use crate::error::MeshError;
 
-/// VTK cell types of the linear and the quadratic tetrahedron.
+/// Numbers of the VTK cell types: linear tetrahedron and quadratic tetrahedron.
 const TETRA: u8 = 10;
 const QUADRATIC_TETRA: u8 = 24;
 
@@ -32,7 +32,7 @@ pub enum Values<'a> {
     Scalar(&'a [f64]),
     /// Vectors.
     Vector(&'a [[f64; 3]]),
-    /// Symmetric tensors: xx, yy, zz, xy, yz, xz.
+    /// Symmetric tensors with the components xx, yy, zz, xy, yz, xz.
     Tensor(&'a [[f64; 6]]),
     /// Integer labels.
     Label(&'a [u32]),
@@ -122,7 +122,7 @@ pub fn write_straight(
     write_grid(path.as_ref(), mesh, &mesh.nodes, TETRA, &mesh.tets, point_fields, cell_fields)
 }
 
-/// Values of a field at the nodes and at the mid-edge nodes.
+/// Values of a field at the nodes of the mesh and at the mid-edge nodes.
 enum ExtendedValues {
     Scalar(Vec<f64>),
     Vector(Vec<[f64; 3]>),

@@ -4,7 +4,7 @@ use super::hexahedra;
 use crate::mesh::TetMesh;
 use crate::mesh::vector::Point;
 
-/// Limit of the number of hexahedra; a larger number is reported as an error.
+/// Largest number of hexahedra of a block; a larger number is reported as an error.
 const MAX_CELLS: f64 = 2.0e6;
 
 /// Division of a hexahedron into tetrahedra.
@@ -92,8 +92,8 @@ impl Block {
         Block { planes_mm: [0, 1, 2].map(planes), split: HexSplit::default() }
     }
 
-    /// Moves the inner planes along an axis (0, 1, 2 for x, y, z) so that the widths of the cells are a geometric
-    /// sequence; `ratio` is the width of the last cell divided by the width of the first cell.
+    /// Moves the inner planes along an axis (0, 1, 2 for x, y, z) so that the widths of the hexahedra form a geometric
+    /// sequence. `ratio` is the width of the last hexahedron divided by the width of the first hexahedron.
     ///
     /// # Panics
     /// If `axis` is above 2.

@@ -14,7 +14,8 @@ use crate::mesh::vector::Point;
 /// of cells then equals the area of the disc divided by `spacing²`, because `1.2² + 4 · 1.2 · 0.354 ≈ π`.
 const BLOCK: f64 = 1.2;
 const RINGS: f64 = 0.354;
-/// Width of the central block, relative to the width at which the cells of the block are as wide as the rings.
+/// Width of the central block of the cross-section, relative to the width at which the cells of the block are as wide
+/// as the rings around the block.
 const WIDTH: f64 = 0.95;
 /// Bulge of the sides of the central block: 0 for a square, 1 for a circle. With this value and [`WIDTH`], the smallest
 /// dihedral angle is above 30°, or above 29° at the coarsest spacings (with cubes, the angle would be 45°).
@@ -22,7 +23,7 @@ const BULGE: f64 = 0.6;
 /// Largest allowed ratio of spacing to radius. Above this ratio, even the smallest central block (3 × 3 cells) has
 /// cells that are smaller than the spacing.
 const COARSEST: f64 = 0.6;
-/// Limit of the number of cells; a larger number is reported as a likely error in the units.
+/// Largest number of hexahedra of a lattice; a larger number is reported as a likely error in the units.
 const MAX_CELLS: f64 = 2.0e6;
 
 /// Position of the nodes on the wall (the curved side surface) of a [`CylinderLattice`].
@@ -57,7 +58,7 @@ pub(crate) struct WallSection {
     sector: Option<f64>,
 }
 
-/// Angle of the first corner of the cross-section.
+/// Angle (about the axis, from x) of the first corner of the cross-section.
 const FIRST_CORNER: f64 = -0.75 * PI;
 /// A node within this distance of a corner counts as lying at the corner; the unit is the angle between two corners.
 const AT_CORNER: f64 = 1e-6;
@@ -70,7 +71,7 @@ impl WallSection {
         self.radius_mm * (0.5 * sector).cos() / from_middle.cos()
     }
 
-    /// Whether a point lies in the direction of a corner.
+    /// Returns whether a point lies in the same direction from the axis as a corner of the cross-section.
     pub(crate) fn is_corner(&self, x: f64, y: f64) -> bool {
         self.sector.is_some_and(|sector| {
             let sectors = (y.atan2(x) - FIRST_CORNER) / sector;
@@ -123,7 +124,7 @@ pub enum LatticeError {
         /// Value of the field (mm).
         value: f64,
     },
-    /// A spacing too coarse to resolve the circle.
+    /// A spacing that is too coarse to resolve the circle.
     #[error(
         "spacing_mm = {spacing_mm} is too coarse for a radius of {radius_mm} mm and a height of \
          {height_mm} mm; use at most {most_mm:.4} mm"
@@ -255,14 +256,14 @@ impl CylinderLattice {
         }
     }
 
-    /// Moves a point radially onto the circle.
+    /// Moves a point radially onto the circle of the wall.
     fn project(&self, [x, y, _]: &mut Point) {
         let stretch = self.radius_mm / x.hypot(*y);
         (*x, *y) = (*x * stretch, *y * stretch);
     }
 }
 
-/// Returns the number of cells along a side of the central block.
+/// Returns the number n of cells along a side of the central block of the cross-section.
 fn cells(radius: f64, spacing: f64) -> usize {
     ((BLOCK * radius / spacing).round() as usize).max(3)
 }
@@ -270,7 +271,7 @@ fn cells(radius: f64, spacing: f64) -> usize {
 /// Nodes (mm) and cells of the cross-section.
 struct Section {
     points: Vec<[f64; 2]>,
-    /// Corners of each cell, counter-clockwise.
+    /// Corners of each cell, counter-clockwise seen from above.
     quads: Vec<[u32; 4]>,
 }
 
@@ -300,7 +301,7 @@ impl Section {
             }
         }
 
-        // boundary nodes of the central block, counter-clockwise from the corner at −135°
+        // nodes on the boundary of the central block, counter-clockwise from the corner at −135°
         let around: Vec<u32> = (0..n)
             .map(|k| block(k, 0))
             .chain((0..n).map(|k| block(n, k)))
@@ -329,7 +330,7 @@ impl Section {
     }
 }
 
-/// Extrudes the cross-section into layers of hexahedra and divides them into tetrahedra.
+/// Extrudes the cross-section into layers of hexahedra and divides the hexahedra into tetrahedra.
 fn extruded(section: &Section, height: f64, layers: usize) -> TetMesh {
     let level = section.points.len() as u32;
     let mut nodes: Vec<Point> = Vec::new();

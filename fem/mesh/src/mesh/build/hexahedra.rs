@@ -14,8 +14,8 @@ const FACES: [[usize; 4]; 6] =
 /// one of the six paths. The four corners of a path form a tetrahedron.
 const PATHS: [[usize; 2]; 6] = [[1, 2], [2, 3], [3, 7], [7, 4], [4, 5], [5, 1]];
 
-/// Divides each hexahedron into six tetrahedra around its diagonal from corner 0 to corner 6. Neighbours in a grid
-/// divide their common face by the same diagonal. The mesh has no surfaces.
+/// Divides each hexahedron into six tetrahedra around its diagonal from corner 0 to corner 6. Neighbouring hexahedra of
+/// a grid divide their common face by the same diagonal. The mesh has no surfaces.
 pub(super) fn six(nodes: Vec<Point>, hexahedra: &[[u32; 8]]) -> TetMesh {
     let tets: Vec<[u32; 4]> = hexahedra
         .iter()

@@ -23,7 +23,7 @@ pub(super) struct ElementData {
     second: HashMap<u64, [f64; 3]>,
 }
 
-/// Reads the section if its name is supported; otherwise returns `false`, and the caller has to skip the rest of the
+/// Reads a data section if its name is supported. Otherwise returns `false`, and the caller has to skip the rest of the
 /// section.
 pub(super) fn read(source: &mut Source, data: &mut ElementData) -> Result<bool, Fault> {
     let strings: usize = source.text("the number of string tags")?;
@@ -112,7 +112,7 @@ impl ElementData {
 }
 
 /// Writes the element data of all elements in the order of the file, as meshio expects: first zeros for `triangles`
-/// triangles, then the data of the tetrahedra in the order `by_volume`.
+/// triangles, then the data of the tetrahedra, whose order in the file is `by_volume`.
 pub(super) fn write(
     out: &mut String,
     mesh: &TetMesh,
@@ -127,7 +127,8 @@ pub(super) fn write(
     if let Some(mixture) = &mesh.mixture {
         section(out, FRACTION, &order, |tet| [f64::from(mixture[tet].fraction)])?;
         section(out, NORMAL, &order, |tet| mixture[tet].normal.map(f64::from))?;
-        // in a mesh with only matrix and grain, the second phase is always the default region, which is not written
+        // write the second phases only if one of them is not the default region, i.e. not in a mesh with only matrix
+        // and grain
         let default_region = Mixture::default().region;
         if mixture.iter().any(|m| m.region != default_region) {
             section(out, SECOND, &order, |tet| [f64::from(mixture[tet].region) + 1.0])?;

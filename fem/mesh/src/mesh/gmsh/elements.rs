@@ -22,7 +22,7 @@ pub(super) struct Contents {
     sets: GroupSets,
     /// Coordinates of all nodes (mm), mid-edge nodes included.
     pub(super) points: Vec<Point>,
-    /// Index into `points` of each node tag.
+    /// For each node tag, the index of the node in `points`.
     pub(super) position: HashMap<u64, u32>,
     pub(super) triangles: Vec<Simplex<3>>,
     pub(super) tets: Vec<Simplex<4>>,
@@ -106,7 +106,7 @@ impl Contents {
         Ok(())
     }
 
-    /// Returns the index of a set of physical groups; adds the set if it is new.
+    /// Returns the index of a set of physical groups. A set that is not stored yet is added.
     pub(super) fn group_set(&mut self, mut groups: Vec<i32>) -> GroupSet {
         groups.sort_unstable();
         groups.dedup();
@@ -177,7 +177,7 @@ impl Contents {
         self.data.grains(tags).or_else(|| grains::numbers(volumes, announced))
     }
 
-    /// Sorts the tetrahedra by their tags.
+    /// Sorts the tetrahedra by their element tags.
     pub(super) fn sort(&mut self) {
         if self.tets.is_sorted_by_key(|tet| tet.header.tag) {
             return;

@@ -67,7 +67,7 @@ impl SphereModel {
             out.push_str("v() = {1};\nmatrix() = {1};\n");
         } else {
             let grains = format!("{FIRST_SPHERE}:{}", FIRST_SPHERE + spheres.len() - 1);
-            // BooleanFragments preserves the volume numbers of the spheres
+            // Gmsh's command BooleanFragments preserves the volume numbers of the spheres
             out.push_str(&format!(
                 "v() = BooleanFragments{{ Volume{{1}}; Delete; }}{{ Volume{{{grains}}}; Delete; }};\n\
                  matrix() = v();\nmatrix() -= {{{grains}}};\n\

@@ -13,7 +13,7 @@ const LISTED: usize = 5;
 pub struct Imported {
     /// The mesh.
     pub mesh: TetMesh,
-    /// Notes for the author of the file.
+    /// Notes for the author of the mesh file.
     pub notes: Vec<ImportNote>,
 }
 
@@ -93,7 +93,7 @@ impl fmt::Display for ImportNote {
     }
 }
 
-/// Joins the first [`LISTED`] items of a list; appends "and others" if there are more.
+/// Joins the first [`LISTED`] items of a list as text; appends "and others" if there are more items.
 fn listed(items: impl ExactSizeIterator<Item = String>) -> String {
     let more = items.len() > LISTED;
     let mut text = items.take(LISTED).collect::<Vec<_>>().join(", ");

@@ -67,8 +67,8 @@ pub fn import(path: impl AsRef<Path>, names: &GmshNames) -> Result<Imported, Mes
     import_with(path.as_ref(), names, Contents::grains)
 }
 
-/// Imports a file like [`import`]; `grains` returns the grain number of each tetrahedron, derived from the contents of
-/// the file.
+/// Imports a file like [`import`]. `grains` is a function that derives the grain number of each tetrahedron from the
+/// contents of the file.
 fn import_with(
     path: &Path,
     names: &GmshNames,

@@ -103,9 +103,9 @@ impl<G: Into<PhysicalGroup>, const N: usize> From<[G; N]> for PhysicalGroups {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GmshNames {
-    /// Physical volumes of each region, by region name.
+    /// For each region name, the physical volumes of the file that form this region.
     pub regions: BTreeMap<String, PhysicalGroups>,
-    /// Physical surfaces of each surface, by surface name.
+    /// For each surface name, the physical surfaces of the file that form this surface.
     pub surfaces: BTreeMap<String, PhysicalGroups>,
 }
 

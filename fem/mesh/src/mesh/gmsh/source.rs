@@ -2,12 +2,12 @@
 
 /// An error at a position in the file.
 pub(super) struct Fault {
-    /// Position: line (ASCII), or section and byte (binary).
+    /// Position in the file: line (ASCII), or section and byte (binary).
     pub(super) place: String,
     pub(super) message: String,
 }
 
-/// The supported major versions of the format.
+/// The supported major versions of the MSH format.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Version {
     V2,
@@ -161,7 +161,7 @@ impl<'a> Source<'a> {
         Some(&rest[..length])
     }
 
-    /// Reads the rest of the line as text.
+    /// Reads the rest of the current line as text.
     pub(super) fn text_line(&mut self) -> Result<String, Fault> {
         match self.line() {
             Some(line) => Ok(String::from_utf8_lossy(line).trim().to_string()),

@@ -60,7 +60,7 @@ pub(super) fn elements(source: &mut Source, contents: &mut Contents) -> Result<(
             let (mut groups, mut entity) = (Vec::new(), 0);
             for k in 0..tags {
                 let value = source.int("an element's tag")?;
-                // the first tag is the physical group (0: no group), the second the elementary entity
+                // the first tag is the physical group (0 for no group), the second tag the elementary entity
                 match k {
                     0 if value != 0 => groups.push(value),
                     1 => entity = value,

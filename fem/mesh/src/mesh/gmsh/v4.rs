@@ -12,7 +12,7 @@ pub(super) fn entities(source: &mut Source, contents: &mut Contents) -> Result<(
     for (dimension, &count) in (0..).zip(&counts) {
         for _ in 0..count {
             let entity = source.int("an entity's tag")?;
-            // a point has coordinates, any other entity has a bounding box (two points)
+            // skip the coordinates of a point, or the bounding box (two points) of any other entity
             source.point()?;
             if dimension > 0 {
                 source.point()?;

@@ -11,7 +11,7 @@ use crate::mesh::TetMesh;
 use crate::mesh::topology::edge_index;
 use crate::mesh::vector::Point;
 
-/// Physical group number of the first surface; regions are numbered from 1.
+/// Number of the physical group of the first surface. The physical groups of regions are numbered from 1.
 const FIRST_SURFACE: i32 = 11;
 
 /// Writes a mesh as MSH 4.1 ASCII and returns the numbers of its physical groups.
@@ -84,7 +84,7 @@ fn text(
     }
     out.push_str("$EndPhysicalNames\n");
 
-    // bounding box and region of each volume
+    // bounding box and region of each volume entity, by elementary tag
     let mut volumes: BTreeMap<i32, (BoundingBox, u16)> = BTreeMap::new();
     for ((tet, &tag), &region) in mesh.tets.iter().zip(tags).zip(&mesh.region_of) {
         let (bounds, _) = volumes.entry(tag).or_insert((EMPTY_BOX, region));
@@ -118,7 +118,7 @@ fn text(
     let triangles = surfaces.iter().map(|(_, faces)| faces.len()).sum::<usize>();
     let elements = triangles + mesh.tets.len();
     writeln!(out, "$Elements\n{} {elements} 1 {elements}", volumes.len() + faces)?;
-    // writes the tag, the corners, and the mid-edge nodes of second-order elements
+    // writes one element: its tag, its corners, and the mid-edge nodes if the element is of second order
     let element = |out: &mut String, tag: usize, nodes: &[u32], sides: &[[usize; 2]]| {
         write!(out, "{tag}")?;
         nodes.iter().try_for_each(|node| write!(out, " {}", node + 1))?;
@@ -139,7 +139,7 @@ fn text(
             element(&mut out, tag, nodes, &second_order::EDGES[..3])?;
         }
     }
-    // one block per volume; element numbers follow the order of the tetrahedra
+    // write one block per volume entity; element numbers follow the order of the tetrahedra of the mesh
     let mut by_volume: Vec<usize> = (0..mesh.tets.len()).collect();
     by_volume.sort_by_key(|&tet| tags[tet]);
     for block in by_volume.chunk_by(|&a, &b| tags[a] == tags[b]) {

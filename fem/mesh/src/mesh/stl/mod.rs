@@ -19,7 +19,7 @@ mod read;
 
 pub use read::read;
 
-/// A triangle (mm), counter-clockwise seen from outside.
+/// Corners of a triangle (mm), counter-clockwise seen from outside the body.
 pub type Triangle = [[f64; 3]; 3];
 
 /// Returns the surface of the whole body, with normals pointing outwards.

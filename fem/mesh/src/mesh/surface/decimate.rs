@@ -93,7 +93,8 @@ impl Quadric {
         Quadric { a: self.a + other.a, b: self.b + other.b, c: self.c + other.c }
     }
 
-    /// Returns the point that replaces an edge and the error of this point. The point minimises the quadric.
+    /// Returns the point that replaces an edge, and the error of this point. The point minimises the quadric plus a
+    /// small term that draws the point to the midpoint of the edge.
     fn minimum(&self, ends: [Point; 2]) -> (Point, f64) {
         let middle = Vector3::from(scale(add(ends[0], ends[1]), 0.5));
         let weight = MIDDLE * self.a.trace();
@@ -133,14 +134,14 @@ impl Ord for Candidate {
     }
 }
 
-/// State of the decimation of a surface.
+/// State of the decimation of a surface, in which edges collapse one after the other.
 struct Collapse {
-    /// Coordinates relative to `origin`, since quadrics lose precision far from the origin.
+    /// Coordinates of the points relative to `origin`, because quadrics lose precision far from the origin.
     points: Vec<Point>,
     origin: Point,
-    /// Triangles; `None` for a triangle that has collapsed.
+    /// Corners of each triangle; `None` for a triangle that has collapsed.
     triangles: Vec<Option<[u32; 3]>>,
-    /// Number of remaining triangles.
+    /// Number of triangles that have not collapsed.
     remaining: usize,
     /// Indices of the triangles at each point.
     around: Vec<Vec<u32>>,
@@ -194,7 +195,8 @@ impl Collapse {
         self.triangles_at(point).flat_map(|(_, t)| t).filter(|&other| other != point).collect()
     }
 
-    /// Returns whether the triangles at a point form one closed fan.
+    /// Returns whether the surface around a point is a disc, i.e. whether the triangles at the point form one closed
+    /// fan.
     fn is_disc(&self, point: u32) -> bool {
         let next: Vec<[u32; 2]> =
             self.triangles_at(point).map(|(_, t)| opposite(t, point)).collect();

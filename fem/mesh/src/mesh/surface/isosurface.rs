@@ -26,9 +26,9 @@ const PATHS: [([usize; 3], bool); 6] = [
     ([2, 1, 0], false),
     ([1, 0, 2], false),
 ];
-/// Even permutations of four corners; entry k begins with corner k.
+/// Even permutations of the four corners of a tetrahedron; entry k begins with corner k.
 const FIRST: [[usize; 4]; 4] = [[0, 1, 2, 3], [1, 0, 3, 2], [2, 3, 0, 1], [3, 2, 1, 0]];
-/// Even permutations of four corners; each entry begins with a different pair of corners.
+/// Even permutations of the four corners of a tetrahedron; each entry begins with a different pair of corners.
 const PAIRS: [[usize; 4]; 6] =
     [[0, 1, 2, 3], [0, 2, 3, 1], [0, 3, 1, 2], [1, 2, 0, 3], [1, 3, 2, 0], [2, 3, 0, 1]];
 
@@ -88,7 +88,8 @@ struct Points {
 }
 
 impl Points {
-    /// Returns the index of the surface point on a grid edge; the ends are given by grid index and value.
+    /// Returns the index of the surface point on a grid edge. Each end of the edge is given by its grid index and its
+    /// value.
     fn on_edge(&mut self, a: (usize, f64), b: (usize, f64)) -> u32 {
         let [low, high] = if a.0 < b.0 { [a, b] } else { [b, a] };
         let share = (low.1 / (low.1 - high.1)).clamp(LEAST_SHARE, 1.0 - LEAST_SHARE);

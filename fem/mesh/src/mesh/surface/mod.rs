@@ -15,7 +15,7 @@ use fem_image::DisjointSets;
 pub use decimate::decimated;
 pub(crate) use isosurface::isosurface;
 
-/// Factors of the two steps of each pass of Taubin's smoothing: a shrinking step and an expanding step.
+/// Factors of the two steps of each pass of Taubin's smoothing filter: a shrinking step and an expanding step.
 const SHRINK: f64 = 0.5;
 const GROW: f64 = -0.53;
 
@@ -156,7 +156,7 @@ impl Surface {
         if ratio.is_finite() && ratio > 0.0 { smooth.scaled(ratio.cbrt()) } else { self.clone() }
     }
 
-    /// Scales the surface about its centroid.
+    /// Returns the surface scaled about its centroid by a factor.
     pub fn scaled(&self, factor: f64) -> Surface {
         let centre = self.centroid();
         let points =

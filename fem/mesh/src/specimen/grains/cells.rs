@@ -3,7 +3,7 @@
 use crate::mesh::groups::Groups;
 use crate::mesh::vector::Point;
 
-/// Approximate number of cells per grain.
+/// Approximate number of cells of the grid per grain.
 const CELLS: f64 = 4.0;
 
 /// A grid of cells; each cell lists the grains whose bounding boxes intersect it.

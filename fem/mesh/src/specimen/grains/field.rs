@@ -21,8 +21,9 @@ pub trait GrainField: Sync {
     /// Returns the number of the grain that contains a point, or 0 in the matrix.
     fn grain_at(&self, x: [f64; 3]) -> u32;
 
-    /// Returns the signed distance to a grain's surface (mm), negative inside. The distance is exact, or it is smooth
-    /// near the surface and has a correct sign and a magnitude that is not too large farther away.
+    /// Returns the signed distance to a grain's surface (mm), negative inside. The distance is exact in some
+    /// implementations. In all implementations, the distance is smooth near the surface; farther away, its sign is
+    /// correct and its magnitude is not larger than the exact distance.
     fn distance(&self, grain: u32, x: [f64; 3]) -> f64;
 
     /// Returns the volume of a grain inside the cylinder (mm³), which a mesh should reproduce.

@@ -8,7 +8,7 @@ use crate::mesh::vector::{norm, scale, sub};
 /// A grain with exact volume and exact signed distance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grain {
-    /// A point inside the grain (mm), the centre of the bounding sphere.
+    /// A point inside the grain (mm), which is the centre of the grain's bounding sphere.
     pub centre: [f64; 3],
     /// Shape of the grain.
     pub shape: GrainShape,

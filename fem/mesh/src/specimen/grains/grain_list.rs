@@ -7,10 +7,10 @@ use crate::mesh::Surface;
 use crate::mesh::surface::isosurface;
 use crate::mesh::vector::Point;
 
-/// Number of grid cells across a grain for the extraction of its surface.
+/// Number of cells across a grain in the grid from which the surface of the grain is extracted.
 const SURFACE_CELLS: usize = 32;
-/// Number of samples along each axis of a grain's bounding box. The samples estimate the volume of a grain that extends
-/// beyond the cylinder.
+/// The volume inside the cylinder of a grain that extends beyond the cylinder is estimated with this number of sample
+/// points along each axis of the grain's bounding box.
 const CUT_SAMPLES: usize = 64;
 
 /// A list of spheres and polyhedra in a cylinder: a [`GrainField`] with exact distances.

@@ -127,7 +127,7 @@ impl ConvexPolyhedron {
         self.corners().map(|p| norm(sub(p, from))).fold(0.0, f64::max)
     }
 
-    /// Returns the volume; 0 for an empty polyhedron.
+    /// Returns the volume of the polyhedron; 0 for an empty polyhedron.
     pub fn volume(&self) -> f64 {
         let Some(apex) = self.faces.first().map(|face| face.corners[0]) else { return 0.0 };
         // add up the volumes of pyramids that have a common apex and one face each as base
@@ -142,7 +142,7 @@ impl ConvexPolyhedron {
         self.faces.iter().map(Facet::area).sum()
     }
 
-    /// Returns the signed distance to the surface, negative inside.
+    /// Returns the signed distance from a point to the surface, negative inside.
     pub fn signed_distance(&self, point: [f64; 3]) -> f64 {
         self.nearest_below(point, f64::INFINITY).map_or(f64::INFINITY, |(distance, _)| distance)
     }
@@ -231,7 +231,7 @@ fn around(normal: Point, points: Vec<Point>, same: f64) -> Vec<Point> {
         return Vec::new();
     }
     let centre = mean(points.iter().copied());
-    // any direction that is not parallel to the normal defines a basis of the plane
+    // choose a coordinate axis that is not parallel to the normal, to construct a basis of the plane
     let smallest = (0..3).min_by(|&a, &b| normal[a].abs().total_cmp(&normal[b].abs()));
     let mut start = [0.0; 3];
     start[smallest.unwrap_or(0)] = 1.0;

@@ -16,10 +16,10 @@ const SLOPE: f32 = 0.85;
 const ROUNDS: usize = 2;
 /// Number of Newton steps that shift the distances until the enclosed volume is correct.
 const STEPS: usize = 6;
-/// Maximum shift of the surface (voxels).
+/// Largest distance (voxels) by which the surface is shifted to correct the enclosed volume.
 const MAX_SHIFT: f32 = 1.0;
 
-/// Values on a box of voxels; x varies fastest.
+/// One value for each voxel in a box of voxels; x varies fastest.
 #[derive(Clone, Debug)]
 pub(super) struct Patch {
     /// Index of the first voxel in the image.
@@ -208,7 +208,7 @@ impl Patch {
 mod tests {
     use super::*;
 
-    /// Returns the fraction of a voxel inside a ball, by 8³ samples.
+    /// Returns the fraction of a voxel that lies inside a ball, estimated by 8³ samples.
     fn share(voxel: [usize; 3], centre: [f64; 3], radius: f64) -> f32 {
         let n = 8;
         let inside = (0..n * n * n).filter(|c| {
@@ -240,7 +240,7 @@ mod tests {
         patch.enclose(volume);
         let shifted = errors(&patch, centre, radius);
         assert!(shifted.0 < 0.6 * rms && shifted.0 < 0.06, "{rms} {shifted:?}");
-        // the correction also removes any other constant shift
+        // the correction of the volume also removes any other constant shift of the distances
         patch.values.iter_mut().for_each(|value| *value += 0.4);
         patch.enclose(volume);
         assert!((errors(&patch, centre, radius).0 - shifted.0).abs() < 1e-3);

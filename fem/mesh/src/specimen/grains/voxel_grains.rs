@@ -27,7 +27,7 @@ pub struct VoxelGrains<'a> {
     volumes_mm3: Vec<f64>,
     /// Volume of each grain (mm³), including parts outside the cylinder.
     whole_mm3: Vec<f64>,
-    /// Fraction of each grain's volume inside the cylinder.
+    /// For each grain, the fraction of its volume that lies inside the cylinder.
     inside: Vec<f64>,
     phases: Vec<String>,
     /// Phase of each grain, an index into `phases`.
@@ -111,8 +111,8 @@ impl<'a> VoxelGrains<'a> {
         }
     }
 
-    /// Assigns phases to the grains. `names` are the names of the phases; `phase_of` lists grain numbers with phases
-    /// (indices into `names`). A grain that is not listed belongs to the first phase.
+    /// Assigns phases to the grains. `names` contains the names of the phases; `phase_of` lists pairs of a grain number
+    /// and a phase (an index into `names`). A grain that is not listed belongs to the first phase.
     ///
     /// # Panics
     /// If `names` is empty, or a phase index is out of range.
@@ -281,7 +281,7 @@ fn boxes(labels: &Volume<u32>) -> Vec<Option<[[usize; 3]; 2]>> {
     boxes
 }
 
-/// Returns the share of a voxel's solid fraction that counts for a grain.
+/// Returns the share of a voxel's solid fraction that counts as volume of a grain.
 fn share(labels: &Volume<u32>, solid: Option<&Volume<f32>>, grain: u32, at: [usize; 3]) -> f32 {
     let [nx, ny, _] = labels.shape;
     let index = at[0] + nx * (at[1] + ny * at[2]);

@@ -8,7 +8,7 @@ use crate::mesh::groups::Groups;
 /// Adjacency of a mesh: the neighbours of each tetrahedron, and the tetrahedra of each node.
 pub(super) struct Adjacency<'a> {
     mesh: &'a TetMesh,
-    /// Inner faces, each as the pair of tetrahedra that share it.
+    /// Inner faces. Each face is given by the pair of tetrahedra that share the face.
     faces: &'a [[u32; 2]],
     /// Inner faces of each tetrahedron, as indices into `faces`; [`NONE`] for a boundary face.
     faces_of: Vec<[u32; 4]>,
@@ -18,7 +18,7 @@ pub(super) struct Adjacency<'a> {
 
 /// Largest number of passes over all tetrahedra in [`Adjacency::drop_spikes`].
 const SPIKE_PASSES: usize = 4;
-/// Marks a boundary face in `faces_of`.
+/// Placeholder in `faces_of` for a face on the boundary.
 const NONE: u32 = u32::MAX;
 
 impl<'a> Adjacency<'a> {
@@ -38,7 +38,7 @@ impl<'a> Adjacency<'a> {
         Self { mesh, faces, faces_of, tets_of }
     }
 
-    /// Iterates over the inner faces of a tetrahedron, each with the tetrahedron on its other side.
+    /// Iterates over the inner faces of a tetrahedron; each face comes with the tetrahedron on its other side.
     fn around(&self, tet: u32) -> impl Iterator<Item = (u32, u32)> + '_ {
         self.faces_of[tet as usize].iter().filter(|&&face| face != NONE).map(move |&face| {
             let [a, b] = self.faces[face as usize];

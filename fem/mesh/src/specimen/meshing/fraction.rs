@@ -17,7 +17,7 @@ const LARGEST_OFFSET: f64 = 0.5;
 /// A tetrahedron with a grain fraction above this value becomes grain. A tetrahedron with a grain fraction below one
 /// minus this value becomes matrix.
 const WHOLE: f64 = 0.999;
-/// Step of the finite differences of distances, relative to the width of a sample.
+/// Step of the finite differences that give the gradients of signed distances, relative to the width of a sample.
 const STEP: f64 = 0.05;
 /// Smallest length of the mean of the unit normals in a tetrahedron. If the mean is shorter, the normals have no common
 /// direction, and the interface gets no normal.
@@ -27,7 +27,7 @@ const ROUNDS: usize = 6;
 /// In one round, a factor is multiplied by a number between these bounds.
 const FACTORS: [f64; 2] = [0.5, 2.0];
 
-/// Mixtures of a mesh that does not resolve the grains.
+/// Mixtures of matrix and grain in the tetrahedra of a mesh that does not resolve the grains.
 pub(super) struct Mixed {
     /// Mixture of each tetrahedron; here, `region` is the index of a phase.
     pub(super) mixture: Vec<Mixture>,
@@ -42,7 +42,7 @@ pub(super) struct Mixed {
 struct Share {
     grain: u32,
     fraction: f64,
-    /// Derivative of the fraction with respect to the offset (1/mm).
+    /// Derivative of the fraction with respect to the offset of the grain surface (1/mm).
     slope: f64,
 }
 
@@ -149,9 +149,9 @@ pub(super) fn mix(
 
 /// Content of a tetrahedron: matrix and one other phase.
 struct Filling {
-    /// Grains of the phase and their volume fractions.
+    /// Numbers of the grains of the phase, with their volume fractions.
     grains: Vec<(u32, f64)>,
-    /// Sum of the volume fractions.
+    /// Sum of the volume fractions of `grains`.
     total: f64,
     /// Index of the phase.
     phase: usize,

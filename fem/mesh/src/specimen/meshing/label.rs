@@ -15,7 +15,7 @@ pub enum FractionTarget {
     /// The exact volume of the grains divided by the volume of the mesh.
     #[default]
     GrainVolume,
-    /// A given volume fraction of the mesh.
+    /// A given fraction of the volume of the mesh.
     Fraction(f64),
     /// No target; the fraction results from the sample points.
     Uncorrected,
@@ -35,7 +35,7 @@ pub enum FractionTarget {
 pub struct Labelling {
     /// Target of the labelled volume fraction.
     pub target: FractionTarget,
-    /// A connected component of equal labels with fewer tetrahedra is relabelled.
+    /// Connected components of equal labels with fewer than this number of tetrahedra are relabelled.
     pub smallest_component: usize,
     /// Whether grains that share nodes are separated, so that no node belongs to two grains.
     ///
@@ -53,23 +53,23 @@ impl Default for Labelling {
 /// Result of a labelling.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LabelReport {
-    /// Target volume fraction of all grains.
+    /// Volume fraction of all grains that the labelling should reach.
     pub asked_fraction: f64,
     /// Volume fraction of the labelled tetrahedra if the grain surfaces are not shifted.
     pub uncorrected_fraction: f64,
     /// Volume fraction of the tetrahedra that are labelled as grain.
     pub achieved_fraction: f64,
-    /// Common offset by which all grain surfaces were shifted outwards (mm).
+    /// Distance by which all grain surfaces were shifted outwards, to reach the target (mm).
     pub offset_mm: f64,
     /// Exact and labelled volume of each grain.
     pub grains: Vec<GrainVolume>,
     /// Number of tetrahedra whose label changed because they belonged to a small component or joined two grains.
     pub relabelled_tets: usize,
-    /// For each tetrahedron, the fraction of its samples that lie in grains (without offset).
+    /// For each tetrahedron, the fraction of its sample points that lie in grains whose surfaces are not shifted.
     pub grain_fraction: Vec<f64>,
 }
 
-/// Exact and labelled volume of one grain.
+/// Exact volume of a grain, and volume of the tetrahedra with the label of the grain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GrainVolume {
     /// Exact volume (mm³).

@@ -131,7 +131,8 @@ pub enum MeshingError {
 }
 
 impl Meshing {
-    /// Creates settings for a spacing (mm), with the mode [`GrainMode::Auto`] and curved edges.
+    /// Creates settings for a spacing (mm), with the mode [`GrainMode::Auto`], curved edges, and default values of all
+    /// other settings.
     pub fn new(spacing_mm: f64) -> Meshing {
         Meshing {
             spacing_mm,
@@ -289,8 +290,8 @@ impl Meshing {
         Ok(Meshed { mesh, report })
     }
 
-    /// Returns the mode of one grain. Voids are meshed conformingly wherever possible, because the surface of a void is
-    /// part of the surface of the body.
+    /// Returns the representation of one grain in the mesh. Voids are meshed conformingly wherever possible, because
+    /// the surface of a void is part of the surface of the body.
     fn mode_of(&self, grains: &dyn GrainField, phases: &Phases, grain: u32) -> GrainMode {
         match self.mode {
             GrainMode::Auto | GrainMode::Fraction if phases.is_void(grain) => GrainMode::Conforming,

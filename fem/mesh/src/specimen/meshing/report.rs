@@ -6,10 +6,10 @@ use super::mode::GrainMode;
 use crate::mesh::{Quality, TetMesh};
 use fem_image::VOID;
 
-/// Relative error of the volume of the grains or of the mesh above which the report warns.
+/// The report warns if the relative error of the volume of the grains or of the mesh exceeds this value.
 const LARGEST_ERROR: f64 = 0.005;
-/// Relative error of the volume of voids above which the report warns. The limit is large because the smallest voids
-/// are never resolved.
+/// The report warns if the relative error of the volume of voids exceeds this value. The limit is large because the
+/// smallest voids are never resolved.
 const LARGEST_VOID_ERROR: f64 = 0.05;
 
 /// Accuracy of the mesh of a specimen.
@@ -26,7 +26,7 @@ pub struct MeshReport {
     /// Relative error of the volume of the mesh with respect to the cylinder, before voids are removed. Straight edges
     /// at the wall make the volume too small.
     pub volume_error: f64,
-    /// Results per grain, from number 1; voids are grains of the phase `void`.
+    /// Results for each grain; the first entry belongs to grain number 1. Voids are grains of the phase `void`.
     pub grains: Vec<MeshedGrain>,
     /// Results per phase.
     pub phases: Vec<MeshedPhase>,
@@ -41,9 +41,9 @@ pub struct MeshReport {
     /// Number of tetrahedra that contain several phases besides the matrix; each of these
     /// tetrahedra stores only its largest phase.
     pub multiphase_tets: usize,
-    /// Number of removed tetrahedra in voids.
+    /// Number of tetrahedra that were removed because they lie in voids.
     pub void_tets: usize,
-    /// Number of removed tetrahedra outside voids: no face connects these tetrahedra with the body.
+    /// Number of tetrahedra outside voids that were removed because no face connects them with the body.
     pub loose_tets: usize,
 }
 
@@ -54,7 +54,7 @@ pub struct MeshedPhase {
     pub name: String,
     /// Number of grains of the phase.
     pub grains: usize,
-    /// Exact volume of the phase's grains (mm³).
+    /// Exact total volume of the phase's grains (mm³).
     pub asked_mm3: f64,
     /// Volume of the phase's grains in the mesh (mm³), mixtures included. For voids, this is the removed volume.
     pub achieved_mm3: f64,

@@ -3,7 +3,7 @@
 use crate::mesh::vector::{Point, mean, norm, sub};
 use crate::specimen::grains::GrainField;
 
-/// Number of samples per tetrahedron.
+/// Number of sample points per tetrahedron.
 pub(super) const SAMPLES: usize = 15;
 /// Barycentric coordinates of a sample near a corner: the coordinate for this corner and the coordinate for each of the
 /// other corners.
@@ -61,8 +61,8 @@ impl Sampled {
         Sampled { points, grains, centre, size }
     }
 
-    /// Returns, for each sample closer than `band` mm to a grain, the signed distance to the nearest grain
-    /// and the grain's number, sorted by distance.
+    /// Returns, for each sample point that is closer than `band` mm to a grain, the signed distance to the nearest
+    /// grain and the number of this grain. The list is sorted by distance.
     pub(super) fn nearest(&self, field: &dyn GrainField, band: f64) -> Vec<(f64, u32)> {
         let reaches = |grain: &u32| field.reaches(*grain, self.centre, self.size + band);
         let grains: Vec<u32> = self.grains.iter().copied().filter(reaches).collect();
@@ -95,7 +95,8 @@ pub(super) fn majority(near: &[(f64, u32)], offset: f64) -> u32 {
     let mut grains: Vec<u32> = near[..inside].iter().map(|&(_, grain)| grain).collect();
     grains.sort_unstable();
     let runs = grains.chunk_by(|a, b| a == b);
-    // choose the longest run, or the first of several equally long runs
+    // choose the grain with the most sample points: the longest run of equal numbers, or the first of several equally
+    // long runs
     runs.rev().max_by_key(|run| run.len()).map_or(0, |run| run[0])
 }
 

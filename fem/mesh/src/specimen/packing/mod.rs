@@ -16,12 +16,12 @@ use shape::{draw_facets, grow};
 
 /// Largest deviation of the logarithm of a drawn radius from its median, in standard deviations.
 const TAIL: f64 = 2.5;
-/// Maximum number of relaxation sweeps before a packing fails.
+/// Largest number of relaxation sweeps. If spheres overlap after these sweeps, the packing fails.
 const SWEEPS: usize = 5000;
 /// Largest volume fraction at which spheres are relaxed if polyhedra will replace them. The polyhedra then grow to the
 /// requested fraction.
 const RELAXED: f64 = 0.45;
-/// Limit of the number of grains; a larger number is reported as a likely error in the units.
+/// Largest number of grains of a packing; a larger number is reported as a likely error in the units.
 const MAX_GRAINS: f64 = 1e5;
 /// Maximum number of facets; a polyhedron with more facets hardly differs from a sphere.
 const MAX_FACETS: usize = 200;
@@ -86,7 +86,7 @@ pub enum GrainForm {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SizeClass {
-    /// Median radius of the spheres (mm), before they are scaled to the volume fraction.
+    /// Median radius of the spheres (mm), before all radii are scaled to reach the volume fraction.
     pub median_radius_mm: f64,
     /// Standard deviation of the logarithm of the radius; radii beyond 2.5 standard deviations are redrawn.
     pub spread: f64,
@@ -133,7 +133,7 @@ pub enum PackingError {
         /// Height of the cylinder (mm).
         height_mm: f64,
     },
-    /// The sizes require too many grains.
+    /// The sizes are so small that too many grains would be required.
     #[error("the sizes require about {count:.1e} grains, more than 1e5; increase median_radius_mm")]
     TooMany {
         /// Approximate number of grains.
@@ -264,7 +264,7 @@ impl Packing {
         if count > MAX_GRAINS { Err(PackingError::TooMany { count }) } else { Ok(()) }
     }
 
-    /// Divides a total volume among the size classes.
+    /// Divides a total volume among the size classes in proportion to their shares.
     fn volumes(&self, all: f64) -> impl Iterator<Item = f64> {
         let shares: f64 = self.sizes.iter().map(|class| class.share).sum();
         self.sizes.iter().map(move |class| all * (class.share / shares))
@@ -301,7 +301,7 @@ impl Packing {
     }
 }
 
-/// Returns the volume of a sphere.
+/// Returns the volume of a sphere with the given radius.
 fn ball(radius: f64) -> f64 {
     4.0 / 3.0 * PI * radius.powi(3)
 }

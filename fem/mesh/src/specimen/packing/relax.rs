@@ -48,7 +48,7 @@ impl Spheres {
             .fold(1.0, f64::min)
     }
 
-    /// Moves two spheres apart if the spheres are too close; returns whether the spheres were too close.
+    /// Moves two spheres apart if they are closer than the required gap; returns whether they were closer.
     fn move_apart(&mut self, i: usize, j: usize) -> bool {
         let apart = sub(self.centres[j], self.centres[i]);
         let distance = norm(apart);

@@ -16,16 +16,16 @@ use crate::specimen::grains::{ConvexPolyhedron, Grain, GrainShape};
 const CANDIDATES: usize = 8;
 /// Range of the distances of facets from the centre, relative to the radius of the sphere.
 const FACET: std::ops::Range<f64> = 0.8..1.0;
-/// Number of sides of the prism, inscribed in the cylinder, that contains all polyhedra.
+/// Number of sides of a prism that is inscribed in the cylinder and contains all polyhedra.
 const WALL: usize = 64;
-/// Width of the interval at which the search for the growth factor ends.
+/// The search for the growth factor of the facets ends when its interval is narrower than this width.
 const TOLERANCE: f64 = 1e-9;
 /// Maximum number of steps of the Illinois method, which narrows the interval before the bisection.
 const MOST_STEPS: usize = 20;
 /// Largest factor by which the distances of facets from the centre are multiplied to reach the requested volume.
 const MOST_GROWTH: f64 = 4.0;
 
-/// Facets of one grain: unit normal, and distance from the centre.
+/// Facets of one grain. Each facet is given by its unit normal and its distance from the centre.
 type Facets = Vec<(Point, f64)>;
 
 /// Draws random facets for every sphere.
@@ -172,8 +172,9 @@ impl Near {
         point.map(|x| (x / self.width).floor() as i64)
     }
 
-    /// Cuts the polyhedron of sphere `i` with the radical planes between the sphere and its neighbours (planes of equal
-    /// power with respect to both spheres). Each plane is moved towards the sphere by half the gap.
+    /// Cuts the polyhedron of sphere `i` with the radical planes between this sphere and its neighbours. All points of
+    /// a radical plane have the same power with respect to both spheres. Each plane is moved towards the sphere by half
+    /// the gap.
     fn cut(&self, body: &mut ConvexPolyhedron, spheres: &Spheres, i: usize) {
         let (centre, radius) = (spheres.centres[i], spheres.radii[i]);
         let mut reach = body.reach(centre);

@@ -17,7 +17,7 @@ use voxelize::{Grid, mixed};
 /// Spectrum of the beam. Each entry describes one photon energy by its fraction of all photons, and by its attenuation
 /// relative to the attenuation of the middle energy.
 const BEAM: [(f64, f64); 3] = [(0.3, 1.6), (0.4, 1.0), (0.3, 0.7)];
-/// Line integral of the attenuation of the matrix along the specimen's diameter (dimensionless).
+/// Line integral of the attenuation along the diameter of a specimen of matrix (dimensionless).
 const MATRIX: f64 = 1.0;
 /// Grey value of air.
 const AIR: f32 = 8000.0;
@@ -27,7 +27,7 @@ const CONTRAST: f32 = 20000.0;
 const TEXTURE_CELL: f64 = 4.0;
 /// Expected photon count above which the normal distribution replaces the Poisson distribution.
 const NORMAL_COUNT: f64 = 1000.0;
-/// Limit of the number of voxels; a larger number is reported as a likely error in the units.
+/// Largest number of voxels of a scan; a larger number is reported as a likely error in the units.
 const MAX_VOXELS: f64 = 1.0e9;
 
 /// A parallel-beam scanner with a polychromatic source, a photon-counting detector with blur and non-uniform gain,
@@ -49,7 +49,7 @@ const MAX_VOXELS: f64 = 1.0e9;
 pub struct Scanner {
     /// Edge length of a voxel (mm).
     pub voxel_mm: f64,
-    /// Random seed of noise, rings and texture.
+    /// Seed of the random noise, ring artefacts and texture.
     #[serde(default)]
     pub seed: u64,
     /// Width of the air around the cylinder (voxels).
@@ -73,7 +73,7 @@ pub struct Scanner {
     /// Standard deviation of the Gaussian blur (voxels).
     #[serde(default = "default_blur")]
     pub blur: f64,
-    /// Standard deviation of the relative gains of the detector pixels, which cause ring artefacts.
+    /// Standard deviation of the relative gains of the detector pixels. Different gains cause ring artefacts.
     #[serde(default = "default_rings")]
     pub rings: f64,
     /// Largest relative variation of the attenuation that represents texture which the scanner does not resolve.
@@ -114,9 +114,9 @@ fn default_texture() -> f64 {
 pub struct Scan {
     /// Grey values, integers from 0 to 65535.
     pub grey: Volume<f32>,
-    /// Number of the grain that contains the centre of each voxel, or 0.
+    /// For each voxel, the number of the grain that contains the centre of the voxel, or 0.
     pub labels: Volume<u32>,
-    /// Position of the specimen in the volume.
+    /// Position of the specimen in the scanned volume.
     pub cylinder: Cylinder,
 }
 

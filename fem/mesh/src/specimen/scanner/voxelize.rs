@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use crate::specimen::grains::GrainField;
 use fem_image::Cylinder;
 
-/// Number of voxels along x that share one search for nearby grains.
+/// Number of consecutive voxels along x for which nearby grains are searched only once.
 const RUN: usize = 8;
 
 /// A voxel grid around a cylinder: the centre of voxel (i, j, k) is `(i + ½, j + ½, k + ½) · voxel_mm` in the image.
@@ -21,8 +21,8 @@ impl Grid {
         self.cylinder.to_specimen(at.map(|x| x * self.voxel_mm))
     }
 
-    /// Returns, for each voxel, the number of the grain at its centre (or 0) and the volume fractions of
-    /// matrix and grain.
+    /// Returns, for each voxel, the number of the grain at the centre of the voxel (or 0) and the volume fractions of
+    /// matrix and grain in the voxel.
     pub(super) fn fill(
         &self,
         field: &dyn GrainField,

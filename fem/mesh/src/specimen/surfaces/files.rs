@@ -97,7 +97,7 @@ pub enum SurfaceImportError {
     Overlap {
         /// Number of pairs that overlap.
         pairs: usize,
-        /// Total overlap volume divided by the volume of all grains.
+        /// Total volume of the overlaps, divided by the volume of all grains.
         share: f64,
         /// Name of one grain of the pair with the largest overlap.
         first: String,
@@ -106,7 +106,7 @@ pub enum SurfaceImportError {
         /// Overlap volume of the pair with the largest overlap, divided by the volume of the smaller grain.
         share_of_smaller: f64,
     },
-    /// Two grains are too close, and shrinking does not separate them.
+    /// Two grains are too close to each other, and shrinking does not separate them.
     #[error(
         "shrinking to a fifth of their size does not bring {first} and {second} {least_mm} mm apart: if one grain lies inside \
          the other grain, remove one of them; otherwise use a smaller least_distance_mm"

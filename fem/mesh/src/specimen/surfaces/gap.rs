@@ -32,7 +32,7 @@ impl ScaledSurface<'_> {
         in_box && self.tree.below(before, 0.0).is_some()
     }
 
-    /// Returns a corner of a triangle of the scaled surface, or `None` for an empty surface.
+    /// Returns any corner of the scaled surface, or `None` for a surface without triangles.
     fn a_corner(&self) -> Option<Point> {
         let mut index = 0;
         loop {
@@ -55,9 +55,10 @@ impl ScaledSurface<'_> {
 /// Accuracy of the search for the smallest distance.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Search {
-    /// Compute the smallest distance.
+    /// The search must find the smallest distance.
     Least,
-    /// Only decide whether the distance is below the limit. The returned distance need not be the smallest distance.
+    /// The search only decides whether the distance is below the limit. The returned distance need not be the smallest
+    /// distance.
     Any,
 }
 
@@ -108,7 +109,7 @@ pub(super) fn gap_below(
             (Some((_, p_bounds)), Some((_, q_bounds))) => box_gap(p_bounds, q_bounds),
             _ => f64::INFINITY,
         };
-        // push the closer pair last, so that it is visited first
+        // push the closer pair of boxes last, so that this pair is visited first
         let is_sorted = distance(&pairs[0]) >= distance(&pairs[1]);
         stack.extend(if is_sorted { pairs } else { [pairs[1], pairs[0]] });
     }

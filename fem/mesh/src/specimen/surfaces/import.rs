@@ -19,9 +19,9 @@ use crate::mesh::{Surface, decimated};
 /// Largest accepted total overlap, relative to the volume of all grains. Small overlaps must be accepted, because
 /// smoothing and decimation cause them between touching grains.
 const MOST_OVERLAP: f64 = 0.01;
-/// Maximum overlap of one pair of grains, relative to the volume of the smaller grain.
+/// Largest accepted overlap of one pair of grains, relative to the volume of the smaller grain.
 const MOST_OVERLAP_OF_ONE: f64 = 0.5;
-/// Relative loss of total volume by shrinking above which the import warns.
+/// The import warns if shrinking reduces the total volume of the grains by more than this relative amount.
 const MOST_LOSS: f64 = 0.01;
 /// Plausible range of the specimen's size, in multiples of the spacing; outside this range the unit is probably wrong.
 const SPACINGS: [f64; 2] = [1.0, 2000.0];
@@ -83,7 +83,7 @@ pub struct SurfaceImport {
     /// Number of passes of Taubin's smoothing filter before decimation.
     #[serde(default)]
     pub smoothing_passes: usize,
-    /// Factor by which the number of triangles is reduced.
+    /// Factor by which decimation reduces the number of triangles.
     #[serde(default = "one")]
     pub decimation: f64,
     /// Required distance between grains (mm). Grains that are closer are shrunk; 0 disables shrinking.
@@ -208,7 +208,7 @@ impl SurfaceImport {
     }
 }
 
-/// Returns the total overlap volume of the grains (mm³).
+/// Returns the total volume of the overlaps of grains (mm³).
 ///
 /// # Errors
 /// [`SurfaceImportError::Overlap`] if the total overlap exceeds 1 % of the volume of all grains, or the overlap of one
@@ -246,7 +246,7 @@ pub struct ImportedSurfaces {
     pub surfaces: Vec<Surface>,
     /// Cylinder of the specimen (mm), in the coordinates of the files after the rotation of the axis.
     pub cylinder: Cylinder,
-    /// Number of triangles in the files.
+    /// Number of triangles in the files, before processing.
     pub triangles_read: usize,
     /// Volume of the grains before processing (mm³).
     pub volume_read_mm3: f64,
@@ -254,7 +254,7 @@ pub struct ImportedSurfaces {
     pub turned: usize,
     /// Factor by which each grain was scaled to separate the grains; 1 for a grain that was not shrunk.
     pub factors: Vec<f64>,
-    /// Total overlap volume of the grains (mm³), estimated by samples.
+    /// Total volume of the overlaps of grains (mm³), estimated by sample points.
     pub overlap_mm3: f64,
     /// Smallest distance between any two grains (mm); 0 if two grains intersect, `None` if there is only one grain.
     pub least_gap_mm: Option<f64>,

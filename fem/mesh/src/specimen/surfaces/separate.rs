@@ -11,16 +11,16 @@ use crate::specimen::grains::Cells;
 /// Smallest scaling factor. If two grains are still too close with this factor, one grain probably lies inside the
 /// other grain.
 const LEAST_FACTOR: f64 = 0.2;
-/// Number of bisection steps for a scaling factor.
+/// Number of bisection steps in the search for a scaling factor.
 const HALVINGS: usize = 30;
 /// Two grains that are too close are shrunk by at least this relative amount per round. Convex grains need two rounds;
 /// with this minimum, the iteration also ends for grains that are not convex.
 const LEAST_STEP: f64 = 1e-6;
 
-/// Surfaces with a minimum distance.
+/// Surfaces that were scaled until each pair has the required distance.
 #[derive(Clone, Debug)]
 pub struct Separated {
-    /// The scaled surfaces, in the original order.
+    /// The scaled surfaces, in the order in which they were given.
     pub surfaces: Vec<Surface>,
     /// Scaling factor of each surface; 1 if the surface was far enough from all other surfaces.
     pub factors: Vec<f64>,

@@ -7,8 +7,8 @@ use crate::mesh::Surface;
 use crate::mesh::vector::Point;
 use crate::specimen::grains::{Cells, GrainField};
 
-/// Number of samples along each axis of a grain's bounding box. The samples estimate the volume of a grain that extends
-/// beyond the cylinder.
+/// The volume inside the cylinder of a grain that extends beyond the cylinder is estimated with this number of sample
+/// points along each axis of the grain's bounding box.
 const CUT_SAMPLES: usize = 48;
 
 /// Closed surfaces in a cylinder: a [`GrainField`] with exact distances to their triangles.

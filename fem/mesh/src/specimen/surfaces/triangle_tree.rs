@@ -10,7 +10,7 @@ use std::collections::HashMap;
 use crate::mesh::Surface;
 use crate::mesh::vector::{Point, add, cross, dot, norm, scale, sub};
 
-/// Maximum number of triangles per leaf.
+/// Largest number of triangles in a leaf of the tree.
 const LEAF: usize = 4;
 
 /// The triangles of a surface, and a tree of their bounding boxes. Each triangle has pseudonormals, which determine the
@@ -30,11 +30,11 @@ pub(super) struct Triangle {
     face: Point,
     /// Pseudonormals of the edges 01, 12, 20.
     edges: [Point; 3],
-    /// Pseudonormals of the corners.
+    /// Angle-weighted pseudonormals of the corners.
     at_corners: [Point; 3],
 }
 
-/// A bounding box of a tree with its children or triangles.
+/// A box of the tree, with its two child boxes or, for a leaf, its triangles.
 pub(super) struct TreePart<'a> {
     pub(super) bounds: [Point; 2],
     /// Indices of the two child boxes; `None` for a leaf.
@@ -183,7 +183,7 @@ impl Node {
 }
 
 impl Triangle {
-    /// Returns the point of a triangle that is nearest to `x`.
+    /// Returns the point of a triangle with the given corners that is nearest to `x`.
     pub(super) fn nearest_point(corners: [Point; 3], x: Point) -> Point {
         let none = [[0.0; 3]; 3];
         Triangle { corners, face: [0.0; 3], edges: none, at_corners: none }.nearest(x).0

@@ -2,7 +2,7 @@
 
 use crate::mesh::vector::{Point, cross, dot, sub};
 
-/// Returns the cosine of an angle in degrees.
+/// Returns the cosine of an angle that is given in degrees.
 pub(super) fn cosine(degrees: f64) -> f64 {
     degrees.to_radians().cos()
 }

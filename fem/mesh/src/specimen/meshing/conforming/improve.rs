@@ -6,8 +6,8 @@ use crate::mesh::vector::{Point, add, scale};
 
 /// Lengths of the steps that are tried for a node, relative to the spacing.
 const STEPS: [f64; 4] = [0.16, 0.08, 0.04, 0.02];
-/// Maximum change of the distance of an interface node from the interface, relative to the spacing; a larger change
-/// would alter the volumes of grains.
+/// An interface node may change its distance from the interface by at most this value, relative to the spacing. Larger
+/// changes would alter the volumes of grains.
 const MAX_CHANGE: f64 = 0.005;
 
 impl Relocation<'_> {

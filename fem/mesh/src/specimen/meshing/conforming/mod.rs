@@ -22,19 +22,20 @@ use interface::Interface;
 use relocate::Relocation;
 pub(super) use settings::Conforming;
 
-/// Number of sweeps over all movable nodes before the first correction of volumes.
+/// Number of sweeps, which move every movable node once, before the first correction of the grain volumes.
 const FIRST_SWEEPS: usize = 8;
 /// Number of corrections of the grain volumes; two sweeps follow each correction.
 const CORRECTIONS: usize = 8;
-/// Index of the first *late* correction. After late corrections, flatter tetrahedra are allowed, and nodes of flat
-/// tetrahedra are improved.
+/// The corrections of the grain volumes from this index on are *late* corrections. After late corrections, flatter
+/// tetrahedra are allowed, and the nodes of flat tetrahedra are moved to better positions.
 const LATE: usize = 3;
 /// Smallest dihedral angle that the sweeps before the first late correction allow (degrees).
 const GENTLE_DEG: f64 = 24.0;
 /// Smallest dihedral angle that the sweeps after late corrections allow (degrees), unless the user requires a larger
 /// angle.
 const LATE_DEG: f64 = 20.2;
-/// Tetrahedra whose smallest dihedral angle is below this value (degrees) are improved after late corrections.
+/// After late corrections, the nodes of tetrahedra whose smallest dihedral angle is below this value (degrees) are
+/// moved to better positions.
 const WANTED_DEG: f64 = 27.0;
 
 /// Accuracy of a conforming mesh.

@@ -16,9 +16,9 @@ const SLIDE: f64 = 0.4;
 /// Tikhonov damping of the normal equations for the step of a node. With damping, nearly parallel gradients count as
 /// one direction.
 const DAMPING: f64 = 0.02;
-/// Largest length of a step, relative to the spacing.
+/// Largest length of a step of a node, relative to the spacing.
 const FARTHEST: f64 = 0.35;
-/// Step of the finite differences of distances, relative to the spacing.
+/// Step of the finite differences that give the gradients of signed distances, relative to the spacing.
 const STEP: f64 = 0.02;
 /// Smallest dihedral angle that the movement of a node that is not on an interface may cause (degrees).
 const FREE_DEG: f64 = 32.0;
@@ -175,8 +175,8 @@ impl<'a> Relocation<'a> {
         [x, y, z]
     }
 
-    /// Returns the residuals of a point (mm): its distances from the surfaces on which the labels meet; empty without
-    /// labels.
+    /// Returns the residuals of a point (mm): its distances from the surfaces on which the labels meet. The result is
+    /// empty if there are no labels.
     pub(super) fn residuals(&self, labels: &[u32], held: Held, point: Point) -> Vec<f64> {
         Pull::new(self, labels, held, point).residuals
     }
@@ -197,8 +197,8 @@ pub(super) fn on_tangent(held: Held, at: Point, mut step: Point) -> Point {
     step
 }
 
-/// Linearised conditions for moving a point to the surface on which its labels meet: residuals (distances) and their
-/// gradients.
+/// Linearised conditions for the movement of a point to the surface on which its labels meet: residuals (distances) and
+/// their gradients.
 ///
 /// At an interface between matrix and grains, the residuals are the distances to the grains. At an interface between
 /// grains without matrix, the residuals are the deviations of the distances to the grains from the mean of these
