@@ -129,7 +129,7 @@ pub enum ImageError {
         /// Description of the allowed values.
         requirement: &'static str,
     },
-    /// A volume whose shape has another number of voxels than values are given.
+    /// The number of values differs from the number of voxels of the volume's shape.
     #[error("{shape:?} voxels, but {values} values: give one value to each voxel")]
     Shape {
         /// Voxels along x, y, z.

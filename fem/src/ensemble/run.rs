@@ -17,8 +17,8 @@ use crate::problem::{End, Outcome, Sensitivities};
 /// Delay before a run that another process has locked is checked again.
 const WAIT: Duration = Duration::from_millis(200);
 
-/// Function that computes one run from its input. Its second argument is a function that it calls to report the
-/// completed fraction of the run.
+/// Function that computes one run. The first argument is the input of the run; the second argument is a function to
+/// which the completed fraction of the run is reported.
 type Job<'a> = &'a (dyn Fn(&RunInput, &dyn Fn(f64)) -> Result<Outcome, FemError> + Sync);
 
 /// A function that each run calls before it starts. The function may block; its result is dropped when the run ends.
@@ -83,8 +83,8 @@ impl Ensemble {
     /// Opens the directory of an ensemble, or creates it.
     ///
     /// `fingerprint` is a text that describes everything that makes the runs comparable (mesh, loading, fixed
-    /// parameters, design), ideally one setting per line. It is stored and compared line by line; error
-    /// messages quote the lines that differ.
+    /// parameters, design), ideally one setting per line. This text is stored and compared line by line; error messages
+    /// quote the lines that differ.
     ///
     /// # Errors
     /// [`EnsembleError::Foreign`] if the directory has another fingerprint, [`EnsembleError::Manifest`] or

@@ -71,7 +71,8 @@ impl MaterialParameter {
         let entity = || format!("sensitivities: parameter '{}'", self.name);
         let refused = |reason| Err(FemError::unsupported(entity(), reason));
         if !(self.width > 0.0 && self.width.is_finite()) {
-            let requirement = "positive: the parameter value of `above` minus that of `below`";
+            let requirement =
+                "positive: the parameter value in `above` minus the parameter value in `below`";
             return Err(FemError::parameter(&entity(), "width", self.width, requirement));
         }
         for side in [&self.below, &self.above] {

@@ -19,7 +19,7 @@ use crate::operator::{Increment, Residual, StepContext};
 /// of a solution.
 const LINEAR_TOLERANCE: f64 = 1e-8;
 
-/// Constraint on the crack energy. Its additional unknown is the position of the loaded ends.
+/// Constraint on the crack energy, which adds the position of the loaded ends to the unknowns.
 pub(crate) struct ArcLengthControl<'a> {
     /// Sets the prescribed values of the fields for a position of the loaded ends. The position is given as the
     /// fraction of the test's duration after which the ends have this position.

@@ -120,8 +120,8 @@ pub(crate) fn share(grey: &Volume<u16>, set: &[u8], sample: &[u8]) -> Option<Vec
     mixed(&grey.values, whole(set), sample, |_, blurred| binomial(grey.shape, blurred))
 }
 
-/// Returns the share of a set in each voxel without blur, in units of 1/[`FULL`]: [`FULL`] in the voxels of the set,
-/// otherwise 0.
+/// Returns the shares of a set without blur, in units of 1/[`FULL`]: the share is [`FULL`] in each voxel of the set,
+/// and 0 in all other voxels.
 pub(crate) fn whole(set: &[u8]) -> Vec<u16> {
     set.par_iter().map(|&voxel| u16::from(voxel) * FULL).collect()
 }

@@ -67,8 +67,9 @@ impl Profile {
         self.0[0] + s * (self.0[1] + s * self.0[2])
     }
 
-    /// Fits a profile to points `[position, weight, factor, value]`: weighted least squares of value ≈ factor ·
-    /// profile(position). `None` if the system is singular or the profile is not above 0.2 everywhere.
+    /// Fits a profile of brightness to points `[position, weight, factor, value]`, so that value ≈ factor ·
+    /// profile(position) by weighted least squares. Returns `None` if the equations are singular, or if the profile is
+    /// not above 0.2 everywhere.
     fn fitted(points: impl Iterator<Item = [f64; 4]>) -> Option<Self> {
         let mut normal = nalgebra::Matrix3::zeros();
         let mut right = nalgebra::Vector3::zeros();

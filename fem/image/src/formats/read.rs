@@ -18,8 +18,8 @@ use crate::tiff::stack as tiff;
 ///
 /// Supported formats: TIFF (see [`tiff::read`](crate::tiff::read)), MetaImage, NRRD, HDF5, and folders of TIFF, PNG and
 /// BMP slices. The returned header describes the stack: the files and their order, the number type of the values, the
-/// voxel size and the source of the voxel size. Its warnings report jumps of grey values between neighbouring slices
-/// and other possible causes of a wrong result.
+/// voxel size and the source of the voxel size. The warnings in the header report jumps of grey values between
+/// neighbouring slices and other possible causes of a wrong result.
 ///
 /// With `bin` above 1 each block of voxels is averaged, see [`tiff::read_binned`](crate::tiff::read_binned).
 ///

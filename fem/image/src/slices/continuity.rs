@@ -44,7 +44,7 @@ struct Pair {
     deviation: f64,
     /// Correlation of the grey values of this slice and the next slice.
     correlation: f64,
-    /// Slope of the linear regression of the grey values of the next slice on those of this slice.
+    /// Slope of the linear regression of the grey values of the next slice on the grey values of this slice.
     gain: f64,
     /// Mean of the next slice minus the mean of this slice.
     level: f64,
@@ -128,7 +128,7 @@ fn foreign(pairs: &[Pair]) -> Option<String> {
     let slices: Vec<usize> = (1..pairs.len()).filter(is_foreign).filter(|_| usual > 0.0).collect();
     (!slices.is_empty()).then(|| {
         format!(
-            "Grains are wrong near slices of another image: slice {} differs from both neighbours, which are similar.",
+            "Grains are wrong near slices of another image: slice {} differs from both neighbours, which are alike.",
             listed(&slices)
         )
     })

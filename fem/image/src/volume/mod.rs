@@ -129,7 +129,7 @@ mod tests {
     fn errors_name_the_smallest_sufficient_bin() {
         for (shape, bin, least) in [
             ([1600, 1600, 1600], 1, None),
-            // the 4.29e9 voxels of the image are below the limit, but above the limit together with the rim
+            // without the rim, the number of voxels (4.29e9) is below the limit; with the rim, it is above the limit
             ([1625, 1625, 1626], 1, Some(2)),
             ([4000, 4000, 5000], 1, Some(3)),
             ([4000, 4000, 5000], 2, Some(3)),

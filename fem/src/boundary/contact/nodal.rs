@@ -91,7 +91,7 @@ impl Contact {
         Ok(Self { surface: surface.into(), platen, nodes, size, places, all, owned })
     }
 
-    /// Returns the contact of those nodes that a part of the mesh contains.
+    /// Returns the same contact, restricted to the nodes that a part of the mesh contains.
     pub(crate) fn of_part(&self, part: &Part) -> Self {
         let local = part.local();
         let (mut nodes, mut places, mut owned) = (Vec::new(), Vec::new(), Vec::new());

@@ -90,8 +90,8 @@ pub struct Progress<'a> {
 /// Decides on the load steps of a run: [`FixedSteps`](crate::FixedSteps),
 /// [`AdaptiveSteps`](crate::AdaptiveSteps), [`ArcLength`](crate::ArcLength), or a user-defined type.
 ///
-/// A controller has no state: all information is in [`Progress`]. Its `Debug` output is part of the fingerprint of a
-/// checkpoint, so it must contain all settings.
+/// A controller has no state: all information is in [`Progress`]. The `Debug` output of a controller is part of the
+/// fingerprint of a checkpoint and must therefore contain all settings.
 ///
 /// # Example
 /// Long steps while the specimen is elastic, short steps once its stiffness decreases:

@@ -111,7 +111,8 @@ impl Discretisation {
     /// reused.
     pub(crate) fn with_conditions(&self, parts: &Definition) -> Result<Self, FemError> {
         if parts.ranks.size() > 1 {
-            // the boundary conditions are built on the whole mesh, and this discretisation has only a part of it
+            // create a new discretisation, because boundary conditions can only be created on the whole mesh, and this
+            // discretisation contains only a part of the mesh
             return Self::new(parts);
         }
         let boundary = boundary(self.operator.domain(), parts, self.damaged.clone())?;

@@ -23,8 +23,8 @@ const DIRECT_UP_TO: usize = 70_000;
 /// factor would be sufficient for a whole run.
 const DIRECT_ELASTIC_UP_TO: usize = 30_000;
 /// Largest number of factor entries per unknown for which a run with damage is faster with a factor than with multigrid
-/// on one thread. This number was measured on cylinders with grains, in which it corresponds to 5 000 unknowns. The
-/// factor of a plate has fewer entries per unknown than the factor of a cylinder.
+/// on one thread. This number was measured on cylinders with grains, where 350 factor entries per unknown correspond to
+/// 5 000 unknowns. The factor of a plate has fewer entries per unknown than the factor of a cylinder.
 const FILL: usize = 350;
 
 /// Selected linear solver of a discretisation, with the data that all runs share.

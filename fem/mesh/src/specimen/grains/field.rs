@@ -22,8 +22,8 @@ pub trait GrainField: Sync {
     fn grain_at(&self, x: [f64; 3]) -> u32;
 
     /// Returns the signed distance to a grain's surface (mm), negative inside. The distance is exact in some
-    /// implementations. In all implementations, the distance is smooth near the surface; farther away, its sign is
-    /// correct and its magnitude is not larger than the exact distance.
+    /// implementations. In all other implementations, the distance is smooth near the surface; farther away, the sign
+    /// is correct, but the magnitude may be too large.
     fn distance(&self, grain: u32, x: [f64; 3]) -> f64;
 
     /// Returns the volume of a grain inside the cylinder (mm³), which a mesh should reproduce.

@@ -1,4 +1,4 @@
-//! Spheres and polyhedra in a cylinder, found by their position through a grid of cells.
+//! Spheres and polyhedra in a cylinder. A grid of cells finds the grains near a point.
 
 use super::cells::Cells;
 use super::field::GrainField;

@@ -115,8 +115,8 @@ fn largest_eigenvalue<M: Matrix<Space: LanczosVectors>>(
     }
 }
 
-/// Tridiagonal matrix that Lanczos' iteration builds. Its largest eigenvalue converges to the largest eigenvalue of D⁻¹
-/// A.
+/// Tridiagonal matrix that Lanczos' iteration builds. The largest eigenvalue of this matrix converges to the largest
+/// eigenvalue of D⁻¹ A.
 #[derive(Debug, Default)]
 struct Lanczos {
     diagonal: Vec<f64>,

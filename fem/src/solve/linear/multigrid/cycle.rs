@@ -107,8 +107,8 @@ fn coarser<V: Vectors, C, L>(
     }
 }
 
-/// Preconditioner of the tangent. It consists of the level of quadratic elements, if the elements are quadratic, and of
-/// the preconditioner `below` on the vertices.
+/// Preconditioner of the tangent, which consists of the level of quadratic elements (if the elements are quadratic) and
+/// of the preconditioner `below` on the vertices.
 #[derive(Debug)]
 pub(crate) struct Multigrid<S: Vectors, P> {
     pub(crate) quadratic: Option<Level<S, S>>,
