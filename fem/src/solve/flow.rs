@@ -16,7 +16,8 @@ use crate::error::StepFailure;
 use crate::fields::Fields;
 use crate::operator::StepContext;
 
-/// Initial resistance κ, in units of Gc/(c₀ ℓ₀): fracture energy, normalisation of the crack density, length scale.
+/// Initial resistance κ, in units of Gc/(c₀ ℓ₀) with the fracture energy Gc, the normalisation c₀ of the crack density
+/// and the length scale ℓ₀.
 const FIRST: f64 = 10.0;
 /// Largest resistance κ, in units of Gc/(c₀ ℓ₀); the increment fails if a larger resistance would be necessary.
 const LARGEST: f64 = 1e7;

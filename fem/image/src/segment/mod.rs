@@ -301,7 +301,8 @@ impl Segmentation {
         Ok(level)
     }
 
-    /// Returns a warning if one grain makes up most of the specimen, or most of the volume of many grains.
+    /// Returns a warning if one grain makes up most of the specimen, or if there are many grains and one of them has
+    /// most of their volume.
     fn one_for_all(&self, regions: &[Region], inside: &[u8], threshold: f64) -> Option<String> {
         let largest = regions.iter().max_by_key(|grain| grain.voxels)?;
         let all: usize = regions.iter().map(|grain| grain.voxels).sum();

@@ -70,7 +70,8 @@ fn pad(column: &mut [i16], row: &[u16], part: Range<usize>) {
 
 /// Work memory of the median filter for one part of a row.
 struct Rows {
-    /// The nine values with the same x, for each voxel of the part and one voxel before and after the part.
+    /// `columns[i][x]`, for i from 0 to 8: the nine values of a 3³ neighbourhood that have the same x. x runs over the
+    /// part and over one voxel before and after the part.
     columns: Vec<Vec<i16>>,
     /// For each rank in the sorted columns of nine values: the lowest, the middle and the highest of the values of
     /// three neighbouring columns along x.

@@ -32,8 +32,8 @@ pub trait GrainField: Sync {
     /// Appends, in increasing order, all grains that may be closer than `reach` mm to a point.
     fn near(&self, x: [f64; 3], reach: f64, found: &mut Vec<u32>);
 
-    /// Returns whether a grain may be closer than `reach` mm to a point. With exact distances, one call excludes a
-    /// grain for all points of the ball with the radius `reach`.
+    /// Returns whether a grain may be closer than `reach` mm to a point. `false` excludes the grain for all points of
+    /// the ball with the radius `reach` around the point. Fields without exact distances always return `true`.
     fn reaches(&self, _grain: u32, _x: [f64; 3], _reach: f64) -> bool {
         true
     }

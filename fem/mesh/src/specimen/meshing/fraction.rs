@@ -8,8 +8,7 @@ use crate::mesh::vector::{Point, add, norm, scale};
 use crate::mesh::{Mixture, TetMesh};
 use crate::specimen::grains::{GrainField, Phases};
 
-/// Number of Newton steps that determine the offset of each grain surface with which the volume of the grain is
-/// correct.
+/// Number of Newton steps that determine the offset of each grain surface. The offset corrects the volume of the grain.
 const CORRECTIONS: usize = 3;
 /// Largest offset of a grain surface, relative to the width of a sample (edge length of a cube with the volume of a
 /// sample).

@@ -76,7 +76,8 @@ pub struct Scanner {
     /// Standard deviation of the relative gains of the detector pixels. Different gains cause ring artefacts.
     #[serde(default = "default_rings")]
     pub rings: f64,
-    /// Largest relative variation of the attenuation that represents texture which the scanner does not resolve.
+    /// Largest relative change of the attenuation by random texture. The texture represents structures that the scanner
+    /// does not resolve.
     #[serde(default = "default_texture")]
     pub texture: f64,
 }

@@ -1,5 +1,5 @@
 //! Contacts between grains, and between grains and the ends of the cylinder: decides whether grains that share nodes of
-//! the mesh, or have nodes on an end, really touch or are separated by a thin film of matrix.
+//! the mesh, or have nodes on an end, touch in the specimen or are separated by a thin film of matrix.
 
 use std::collections::BTreeMap;
 
@@ -61,8 +61,9 @@ impl Gaps {
 }
 
 /// Relabels tetrahedra as matrix where a grain has nodes on an end of the cylinder although a film of matrix separates
-/// the grain from this end in reality. Without the film, a platen would support the grain directly. Tetrahedra at the
-/// wall are not relabelled: the wall is not loaded, so that a grain that reaches the wall carries no additional load.
+/// the grain from this end in the specimen. Without the film, a platen would support the grain directly. Tetrahedra at
+/// the wall are not relabelled: the wall is not loaded, so that a grain that reaches the wall carries no additional
+/// load.
 pub(super) fn part_from_ends(
     how: &Conforming,
     mesh: &TetMesh,
