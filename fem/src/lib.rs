@@ -75,7 +75,7 @@
 #[cfg(feature = "bench-internals")]
 pub mod bench;
 mod boundary;
-// hidden modules are not part of the interface; the tests in fem/tests/operator use them
+// these hidden modules are not part of the public interface; they are public for the tests in fem/tests/operator
 #[doc(hidden)]
 #[allow(missing_debug_implementations)]
 pub mod device;

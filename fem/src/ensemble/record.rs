@@ -46,7 +46,7 @@ pub enum RunStatus {
     Failed(String),
 }
 
-/// How a recorded test ended.
+/// Reason for the end of a recorded test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RunEnd {
@@ -59,7 +59,7 @@ pub enum RunEnd {
 }
 
 impl RunRecord {
-    /// Creates the record of a run; `end` contains the reason if the run failed.
+    /// Creates the record of a run. If the run failed, `end` contains the reason.
     pub(super) fn new(
         run: &RunInput,
         names: &[&str],
@@ -76,7 +76,7 @@ impl RunRecord {
         RunRecord { id, names, inputs, status, end, seconds, curve, sensitivities }
     }
 
-    /// Names and values of the inputs, as text for messages.
+    /// Returns the names and values of the inputs, as text for messages.
     pub(super) fn described(names: &[impl AsRef<str>], inputs: &[f64]) -> String {
         let pairs: Vec<String> = names
             .iter()

@@ -147,7 +147,7 @@ fn laws_are_the_derivatives_of_their_printed_energies() {
                     close(computed.normal[packed(i, j)], tangent[(i, j)], 1e-12, &e);
                 }
                 let (a, b) = ((i + 1) % 3, (i + 2) % 3);
-                // the division of the reference formula loses digits
+                // the tolerance is large because the division in the reference formula loses digits
                 let shear = 0.5 * (stress[a] - stress[b]) / (e[a] - e[b]).tanh();
                 close(computed.shear[i], shear, 1e-11, &e);
             }
@@ -155,7 +155,7 @@ fn laws_are_the_derivatives_of_their_printed_energies() {
     }
 }
 
-/// The kernel, evaluated with dual numbers, gives the derivatives that it computes explicitly with real numbers.
+/// The derivatives that the kernel computes explicitly with real numbers equal the derivatives that dual numbers give.
 #[test]
 fn explicit_derivatives_equal_derivatives_by_dual_numbers() {
     let laws = [Material::hencky(YOUNG, POISSON).at_point(None).law()];
@@ -265,7 +265,7 @@ fn the_parts_of_every_split_add_up_and_are_continuous_at_equal_and_zero_strains(
             assert_same(&parts, &whole, 1e-13, &e);
         }
     }
-    // strains of opposite sign close to zero: the shear term is between its limits on both sides
+    // for strains of opposite sign close to zero, the shear term is between its limits on both sides of zero
     let shear = YOUNG / (2.0 * (1.0 + POISSON));
     for tiny in [1e-3, 1e-9, 1e-15, 1e-300] {
         let e = [tiny, -0.5 * tiny, 0.0];
@@ -455,7 +455,7 @@ fn an_inverted_point_is_detected_among_other_points() {
     }
 }
 
-/// ln(1 + x), ln x, e^x and e^x − 1 in SIMD lanes.
+/// Computes ln(1 + x), ln x, e^x and e^x − 1 in SIMD lanes.
 struct Functions<'a>(&'a [f64; POINTS]);
 
 impl WithSimd for Functions<'_> {

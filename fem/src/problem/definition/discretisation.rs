@@ -20,13 +20,13 @@ use fem_mesh::TetMesh;
 pub(crate) struct Discretisation {
     pub(crate) operator: Arc<dyn Operator>,
     pub(crate) unknowns: Unknowns,
-    /// Number of equations of all ranks.
+    /// Number of equations, summed over all ranks.
     pub(crate) equations: usize,
     pub(crate) linear: LinearPlan,
     pub(crate) boundary: Boundary,
-    /// Whether damage is an unknown, for each node.
+    /// For each node, whether damage is an unknown.
     carries_damage: Vec<bool>,
-    /// Whether damage is an unknown, for each region.
+    /// For each region, whether damage is an unknown.
     pub(crate) damaged: Vec<bool>,
     damage_rule: DamageRule,
 }
@@ -45,7 +45,7 @@ impl Discretisation {
         }
     }
 
-    /// Creates the operator of the whole mesh.
+    /// Creates the operator of the whole mesh, which all ranks together store in parts.
     pub(crate) fn whole(&self, parts: &Definition) -> Arc<dyn Operator> {
         let (mesh, rule) = (&parts.mesh, self.damage_rule);
         match parts.order {
@@ -112,10 +112,12 @@ impl Discretisation {
         })
     }
 
-    /// Returns the discretisation with other conditions. Space and linear solver structure are reused.
+    /// Returns the discretisation for other boundary conditions. The space and the structure of the linear solver are
+    /// reused.
     pub(crate) fn with_conditions(&self, parts: &Definition) -> Result<Self, FemError> {
         if parts.ranks.size() > 1 {
-            // the boundary conditions are built on the whole mesh, and this discretisation has only a part of it
+            // create a new discretisation, because boundary conditions can only be created on the whole mesh, and this
+            // discretisation contains only a part of the mesh
             return Self::new(parts);
         }
         let boundary = boundary(self.operator.domain(), parts, self.damaged.clone())?;
@@ -176,7 +178,8 @@ fn boundary(
 }
 
 fn selected_rule(field: &PhaseField, order: Order, mesh: &TetMesh) -> Result<DamageRule, FemError> {
-    // ∫ N_a dV at the vertices of a quadratic element is negative: damage with α = φ would then decrease the energy
+    // the integral ∫ N_a dV of the shape function of a vertex is negative in a quadratic element, so that with AT1 (α =
+    // φ) damage at the vertex would decrease the energy
     let lumped = order == Order::Quadratic && field.model == CrackDensity::At1;
     let gauss = matches!(field.quadrature, DamageQuadrature::Consistent | DamageQuadrature::Eleven);
     if lumped && gauss {
