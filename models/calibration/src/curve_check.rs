@@ -35,7 +35,7 @@ pub struct InspectedCurve {
 }
 
 impl InspectedCurve {
-    /// Checks a curve whose slope is taken around `slope_fraction` times the displacement at peak.
+    /// Checks a curve. The initial slope is computed at `slope_fraction` times the displacement at peak.
     pub fn of(curve: &TestCurve, slope_fraction: f64) -> Self {
         let mut found =
             Self { findings: Vec::new(), toe_mm: 0.0, loading: curve.clone(), onset_mm: 0.0 };

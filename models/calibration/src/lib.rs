@@ -16,8 +16,8 @@
 //!
 //! # Modules
 //!
-//! In layers, lowest first. A module imports only modules of the same or of lower layers, and no two files import each
-//! other.
+//! The modules form layers, from the lowest to the highest. A module imports only modules of the same layer or of lower
+//! layers, and no two files import each other.
 //!
 //! 1. `error`, `table`, `record`, `table_format`: errors in files, small tables, records of testing machines, tables
 //!    saved from spreadsheets

@@ -307,7 +307,7 @@ mod tests {
             slope_fraction,
             image: None,
             rate_mm_per_s: slope_fraction,
-            // two specimens must not have the same curve
+            // the curves must differ, because two specimens with the same curve are an error
             curve: curve.scale_displacement(if id == "S-1" { 1.0 } else { 1.1 }),
         };
         for fraction in [None, Some(0.55)] {
@@ -426,7 +426,8 @@ mod tests {
         assert!(error.contains("S-2.csv") && error.contains("is the curve of S-1, too"), "{error}");
     }
 
-    /// The rate is 0.12 mm in 240 s. The format of the export is described. Two files for one specimen are an error.
+    /// The rate is 0.12 mm in 240 s. The format of the export is described. Two curve files for one specimen are an
+    /// error.
     #[test]
     fn exports_have_a_rate_and_are_found_by_their_endings() {
         let (dir, file) = written("id,height_mm,radius_mm,group\nS-1,4.4,2.5,a\n", CURVE);

@@ -25,8 +25,8 @@ impl<'a> CsvTable<'a> {
         Self::parse(file, bytes, b',', required)
     }
 
-    /// Parses UTF-8 text with this separator and checks that it has the `required` columns. Rows of empty cells are
-    /// skipped.
+    /// Parses UTF-8 text with this separator and checks that it has the `required` columns. Rows with only empty cells
+    /// are skipped.
     pub(crate) fn parse(
         file: &'a Path,
         bytes: &[u8],
@@ -128,8 +128,8 @@ impl<'a> TableRow<'a> {
     }
 }
 
-/// Counter of the lines of a text. The CSV reader's position of a record is the end of the preceding record, so that
-/// blank lines and comments may lie between this position and the record.
+/// Counter of the lines of a text. The CSV reader gives the position of a record as the end of the preceding record;
+/// blank lines and comments may follow this position before the record starts.
 struct LineCounter<'a> {
     text: &'a [u8],
     /// Byte offset of the start of the current line; `line` is its number.

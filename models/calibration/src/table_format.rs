@@ -64,8 +64,8 @@ fn without_separator_line(text: String) -> (String, Option<(u8, &'static str)>) 
     }
 }
 
-/// Detects the separator: the one with which the header contains most of the required columns. If several do, it is the
-/// one that occurs most often.
+/// Detects the separator: the separator with which the header contains most of the required columns. If this number is
+/// equal for several separators, the most frequent separator is chosen.
 fn separator(text: &str, required: &[&str]) -> (u8, &'static str) {
     let is_header = |line: &&str| !line.trim().is_empty() && !line.starts_with('#');
     let header = text.split(['\n', '\r']).find(is_header).unwrap_or_default();

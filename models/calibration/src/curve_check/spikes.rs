@@ -19,7 +19,7 @@ pub(super) fn spikes(curve: &TestCurve) -> Vec<Finding> {
     let mut steps: Vec<f64> = force.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
     steps.sort_unstable_by(f64::total_cmp);
     let usual_step = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
-    // the second highest force, so that a spike at the highest reading does not increase its own limit
+    // the limit is relative to the second highest force: a spike at the highest reading must not increase its own limit
     let mut forces = force.clone();
     forces.sort_unstable_by(f64::total_cmp);
     let scale = forces[forces.len().saturating_sub(2)];

@@ -1,5 +1,5 @@
-//! Transforms the quantities of specimens with the same covariance into contrasts, which contain the differences
-//! between specimens, and a total, which contains the mean.
+//! Transforms the quantities of specimens with the same covariance into contrasts (the differences between specimens)
+//! and a total (√n times the mean of n specimens).
 
 use ppl::prelude::*;
 

@@ -62,7 +62,7 @@ impl Calibration {
         Ok(found)
     }
 
-    /// Moments of the parameters from a posterior that was sampled without specimen k, and log p(y_k | y_−k).
+    /// Moments of the parameters and log p(y_k | y_−k), from a posterior that was sampled without specimen k.
     fn sampled_without(
         &self,
         k: usize,
@@ -127,7 +127,7 @@ fn weights(ln_density: &[f64], draws: usize) -> Vec<f64> {
     weights.into_iter().map(f64::exp).collect()
 }
 
-/// Mean and standard deviation of each column under these weights, whose sum is 1.
+/// Weighted mean and standard deviation of each column. The sum of the weights is 1.
 fn moments(rows: &[&[f64]], weights: &[f64]) -> Vec<[f64; 2]> {
     let columns = rows.first().map_or(0, |row| row.len());
     let mean = |f: &dyn Fn(&[f64]) -> f64| -> f64 {

@@ -1,11 +1,12 @@
 //! The specimens of a calibration, transformed for the likelihood into contrasts between specimens and totals over
 //! specimens.
 //!
-//! The model is y_k = m + δ + e_k with e_k ~ N(0, Σ) for each specimen and one δ ~ N(0, S) for all specimens. δ is the
-//! error of the forward model, which does not decrease with the number of specimens. An orthogonal transform turns the
-//! n rows into n − 1 contrasts z_j ~ N(0, Σ), in which δ and m cancel, and the total √n ȳ ~ N(√n m, Σ + nS). The joint
-//! density of contrasts and total is the density of the rows with δ integrated out. S may depend on the parameters: the
-//! error of a surrogate is S(θ) = s² h(θ), the variance s² of runs times the leverage h, which is small near the runs.
+//! The model is y_k = m + δ + e_k for the quantities y_k of specimen k, with the response m of the forward model, e_k ~
+//! N(0, Σ) for each specimen and one δ ~ N(0, S) for all specimens. δ is the error of the forward model, which does not
+//! decrease with the number of specimens. An orthogonal transform turns the n rows into n − 1 contrasts z_j ~ N(0, Σ),
+//! in which δ and m cancel, and the total √n ȳ ~ N(√n m, Σ + nS), where ȳ is the mean of the rows. The joint density of
+//! contrasts and total is the density of the rows with δ integrated out. S may depend on the parameters: the error of a
+//! surrogate is S(θ) = s² h(θ), the variance s² of runs times the leverage h, which is small near the runs.
 //!
 //! The forward model may have inputs that are known for each specimen, such as the stiffness of its microstructure.
 //! Each specimen then has its own mean m_k, and the same transform is applied to the means. Specimens with unknown
@@ -32,7 +33,7 @@ pub struct Specimens {
     pub(super) unknown: Group,
     /// Last inputs of the forward model for each specimen with known inputs; empty if the model has no such inputs.
     pub(super) inputs: Vec<Vec<f64>>,
-    /// Population of the inputs of the other specimens, if there are any.
+    /// Population of the unknown inputs; `None` if all inputs are known.
     pub(super) population: Option<Population>,
     /// Totals of the non-empty groups, concatenated.
     pub(super) totals: Vec<f64>,
@@ -231,7 +232,7 @@ impl Specimens {
         }
     }
 
-    /// Expected contrast between specimens with unknown inputs: zero.
+    /// Expected contrast between specimens with unknown inputs, which is zero.
     pub(super) fn no_contrast<R: Scalar>(&self) -> Vec<R> {
         vec![R::from(0.0); self.shared.len()]
     }
@@ -292,7 +293,7 @@ impl Specimens {
         DynCholeskyFactor::of_covariance(&covariance)
     }
 
-    /// Entry (i, j) of the covariance between two different specimens of the kinds `a` and `b`.
+    /// Entry (i, j) of the covariance between two different specimens, one of kind `a` and one of kind `b`.
     pub(super) fn common<R: Scalar>(
         &self,
         a: Kind,
@@ -310,7 +311,8 @@ impl Specimens {
         }
     }
 
-    /// Entry (i, j) of the covariance of a specimen's own deviation, which is independent of other specimens.
+    /// Entry (i, j) of the covariance of a specimen's own deviation, which is independent of the deviations of other
+    /// specimens.
     pub(super) fn own<R: Scalar>(
         &self,
         kind: Kind,

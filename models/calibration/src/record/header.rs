@@ -7,7 +7,7 @@ use super::text::{Row, Sheet, has_readings};
 use super::unit::Unit;
 use crate::error::InputError;
 
-/// Number of rows after the first reading that must contain readings, too.
+/// Number of rows after the first row with readings that must contain readings, too.
 const FOLLOWING: usize = 2;
 
 /// Name and unit of a column.
