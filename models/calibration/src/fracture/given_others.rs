@@ -29,7 +29,8 @@ impl Specimens {
     /// others, with the shared errors integrated out. The covariance is the same for all specimens of a group, and it
     /// is factorised only once per group.
     ///
-    /// # Errors If a covariance is not positive definite, or the sizes of a mean and of the rows differ.
+    /// # Errors
+    /// If a covariance is not positive definite, or the sizes of a mean and of the rows differ.
     pub(super) fn ln_conditionals(
         &self,
         expected: &Expected<f64>,
