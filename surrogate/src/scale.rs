@@ -7,7 +7,7 @@ use crate::error::SurrogateError;
 
 /// Scale on which an input or an output is expanded: the number itself or its logarithm.
 ///
-/// A power law is a polynomial of order 1 if both its input and its output are on logarithmic scales.
+/// A power law becomes a polynomial of order 1 if its input and its output are on logarithmic scales.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scale {

@@ -150,7 +150,7 @@ fn exact_polynomials_are_recovered_at_their_own_order() {
         let x = [0.3, 2.2, -0.4];
         assert_relative_eq!(fit.pce.value(&x).unwrap()[0], cubic(&x)[0], max_relative = 1e-11);
     }
-    // a function that is a sum of functions of one input has few hyperbolic terms
+    // a sum of functions of one input each has few terms in a hyperbolic truncation
     let ridge = runs(3, &["f"], 60, 5, |x| vec![x[0].powi(6) + x[2]]);
     let options =
         FitOptions { truncation: Truncation::Hyperbolic { q: 0.5 }, ..FitOptions::default() };

@@ -147,7 +147,7 @@ fn images_are_checked_by_their_headers_and_meshes_by_their_files() {
     let (code, out, err) = said(&breccia(dir.path(), &["check", "mine/case.toml"]));
     assert_eq!(code, Some(0), "{out}{err}");
     assert!(out.contains("height 4.4000 mm, radius 2.0000 mm"), "{out}");
-    // stresses are compared: (2 / 2.5)²
+    // equal stress: forces are scaled by (2 / 2.5)²
     let scaled = "S-01 has a radius of 2.5 mm, the mesh 2.0000 mm: its forces are scaled by 0.6400";
     assert!(out.contains(scaled), "{out}");
 }

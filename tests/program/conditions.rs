@@ -120,8 +120,8 @@ fn a_cube_of_rubber_is_damaged_as_its_split_says() {
     }
 }
 
-/// Regression: if a body moves against the direction in which its force is measured, the force is negative, which is below
-/// any fraction of a positive peak.
+/// Regression: if a body moves against the direction in which its force is measured, the force is negative. A negative
+/// force is below any fraction of a positive peak and must not stop the run.
 #[test]
 fn stop_below_peak_looks_at_the_size_of_the_force() {
     let dir = tempfile::tempdir().unwrap();

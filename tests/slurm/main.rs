@@ -85,7 +85,7 @@ impl Cluster {
     fn wait_until_idle(&self) {
         wait_for("the queue to be empty", || {
             let is_empty = self.queue().is_empty();
-            // each query of the queue starts two processes for some milliseconds
+            // pause, because each query of the queue starts two processes for some milliseconds
             std::thread::sleep(Duration::from_millis(if is_empty { 0 } else { 200 }));
             is_empty
         });
@@ -301,7 +301,7 @@ fn submitted_by_the_program(cluster: &Cluster, folder: &Path, expected: &[Vec<St
     }
     assert!(results.join("runs.csv").is_file(), "{}", logs(&results));
     assert_eq!(runs(&results), expected, "{}", logs(&results));
-    // including the run with the other quadrature in the middle of the box
+    // including one run that is repeated with the other quadrature in the middle of the box
     assert_eq!(finished(&results).len(), 35);
     let (_, told, _) = breccia(cluster, folder, &["status", "jobs"]);
     assert!(told.contains("ensemble     done     34 of 34 runs"), "{told}");

@@ -12,7 +12,7 @@ use std::process::Command;
 use ppl::prelude::*;
 
 ppl::model! {
-    /// Pairs with a common mean and a common scale; the data do not depend on the second scale.
+    /// Pairs with a common mean and a common scale. The data do not depend on the second scale.
     fn pairs(y: &[[f64; 2]]) {
         let mu ~ Normal(0.0, 5.0);
         let sd ~ Uniform(0.1, 3.0).array::<2>();

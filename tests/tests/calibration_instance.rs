@@ -73,7 +73,8 @@ fn golden_gradient() {
     ppl::check::gradient(&model, 1);
 }
 
-/// The model with sizes that are known only at run time has the same density in the same coordinates.
+/// Compares the model with sizes known at compile time and the model with sizes known at run time: the density is the
+/// same in the same coordinates.
 #[test]
 fn sizes_from_the_data_change_nothing() {
     let instance = Instance::load();

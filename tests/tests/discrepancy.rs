@@ -41,8 +41,9 @@ fn posterior(more: f64, sd: [f64; 2]) -> [f64; 2] {
     [mean, (draws.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt()]
 }
 
-/// Mean V jᵀ C⁻¹ ȳ and standard deviation √V in closed form, where V = (jᵀ C⁻¹ j)⁻¹, C = Σ/n + D, Σ is the sample
-/// covariance of the specimens, and D is in the units of the means.
+/// Closed form of the mean V jᵀ C⁻¹ ȳ and the standard deviation √V of θ, where j contains the derivatives of the
+/// quantities, ȳ is the mean of the n specimens, V = (jᵀ C⁻¹ j)⁻¹ and C = Σ/n + D. Σ is the sample covariance of the
+/// specimens, and D is the covariance of the discrepancy in the units of the means.
 fn closed_form(more: f64, sd: [f64; 2]) -> [f64; 2] {
     let rows: Vec<DVector<f64>> = specimens(more).into_iter().map(DVector::from_vec).collect();
     let n = rows.len() as f64;
@@ -73,7 +74,7 @@ fn an_error_of_the_model_widens_and_weighs_as_the_closed_form_says() {
         found
     });
     let [none, both, second, first, _] = found;
-    // more specimens do not reduce the discrepancy, and the quantity without a discrepancy determines θ
+    // further specimens do not reduce the discrepancy, and the quantity without a discrepancy determines θ
     assert!(both[1] > 4.0 * none[1], "{found:?}");
     assert!((second[0] - 1.0).abs() < 0.01 && (first[0] - 1.06).abs() < 0.015, "{found:?}");
 }

@@ -65,7 +65,8 @@ fn error(fit: &PceFit, places: &[Vec<f64>]) -> f64 {
     (places.iter().map(of).sum::<f64>() / places.len() as f64).sqrt()
 }
 
-/// Geometric mean of the ratios of the errors b to the errors a, and its distance from 1 in standard errors.
+/// Geometric mean of the ratios of the errors `b` to the errors `a`, and the distance of this mean from 1 in standard
+/// errors.
 fn beside(a: &[f64], b: &[f64]) -> (f64, f64) {
     let n = a.len() as f64;
     let gaps: Vec<f64> = a.iter().zip(b).map(|(a, b)| (b / a).ln()).collect();

@@ -22,8 +22,8 @@ fn case<'a>(name: &'static str, model: Bound<impl Model + 'a>) -> Case<'a> {
     with(name, model, Nuts::default())
 }
 
-/// A case in which a chain with a random start may stay in a minor mode for long. The first seed with which all chains
-/// agree is used. This choice is not biased, because R-hat does not depend on the reference.
+/// A case in which a chain with a random start may stay in a minor mode for long. The first seed whose chains all agree
+/// is used. This choice does not bias the test, because R-hat does not depend on the reference.
 fn once_agreed<'a>(name: &'static str, model: Bound<impl Model + 'a>) -> Case<'a> {
     let agree = |posterior: &Posterior| posterior.summary().rows.iter().all(|r| r.rhat < 1.05);
     let sample = move |seed| {

@@ -67,7 +67,7 @@ fn a_slow_test_tells_what_fast_ones_leave_open() {
 
     let rows = table(&results.join("design.csv"));
     assert_eq!(rows.len(), 3 * 3 * 3);
-    // without further specimens the contraction is that of the calibration
+    // with no further specimens, the contraction equals the contraction of the calibration
     let summary = table(&results.join("summary.csv"));
     let widths = [50.0, 0.005 - 0.00001, 0.5];
     for (summary, width) in summary.iter().zip(widths) {

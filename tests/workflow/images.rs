@@ -15,7 +15,7 @@ fn the_stiffness_of_scanned_specimens_is_an_input_of_the_surrogate() {
     let (code, _, err) = breccia(dir.path(), &["run", "tiny.toml", "--out", "results"]);
     assert_eq!(code, Some(0), "{err}");
     let results = dir.path().join("results");
-    // the ratios of the runs, which have the same grains, are equal or slightly larger
+    // the ratios of runs with the same grains are equal or slightly larger
     let ratios = |file: &str| -> Vec<f64> {
         table(&results.join(file)).iter().map(|row| number(row, "stiffness_ratio")).collect()
     };

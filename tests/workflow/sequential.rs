@@ -22,8 +22,8 @@ fn run(folder: &Path, case: &str, arguments: &[&str]) -> String {
     err
 }
 
-/// Runs are added in the posterior until there are enough, and the surrogate's share decreases. Finished runs are not made
-/// again, a larger `most` continues, and `status` counts the runs.
+/// Runs are added in the posterior until `most` is reached, and the surrogate's share of the variance decreases.
+/// Finished runs are not made again, a larger `most` adds runs, and `status` counts the runs.
 #[test]
 fn batches_are_placed_where_the_posterior_lives() {
     let dir = tempfile::tempdir().unwrap();
@@ -115,7 +115,8 @@ fn processes_share_batches() {
     }
 }
 
-/// If all runs are on one specimen, the error is the covariance of the leave-one-out residuals of the batches.
+/// If all runs are on one specimen, the error of the surrogate is the covariance of the leave-one-out residuals of the
+/// batches.
 #[test]
 fn on_one_specimen_the_error_is_that_of_the_batches() {
     let dir = tempfile::tempdir().unwrap();

@@ -194,7 +194,7 @@ fn damaged_and_foreign_runs_are_told_from_good_ones() {
     let ensemble = ["ensemble", "tiny.toml", "--out", "results"];
     let runs = dir.path().join("results/ensemble");
     let before = finished(&runs);
-    // the ensemble's folder; other folders have the runs of later stages
+    // the folder of the ensemble; other folders contain the runs of later stages
     let torn = before.keys().find(|path| path.ends_with("run-000003.json")).unwrap().clone();
     let folder = torn.parent().unwrap().to_owned();
     let table = std::fs::read(dir.path().join("results/runs.csv")).unwrap();

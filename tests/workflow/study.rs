@@ -175,7 +175,7 @@ fn cases_share_their_specimens_and_are_compared() {
     // the suggested lines are used: the first batch is kept, and the prior no longer cuts the posterior
     let first = results.join("first/ensemble");
     let batch = finished(&first);
-    // including the run with the other quadrature in the middle of the box
+    // including one run that is repeated with the other quadrature in the middle of the box
     assert_eq!(batch.len(), 17);
     let offered = "set.extend = [{ runs = 16, prior = { matrix.young_mpa = [225.0, 275.0] } }]";
     let extended = STUDY.replace("set.design = {", &format!("{offered}\nset.design = {{"));

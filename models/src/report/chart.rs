@@ -19,11 +19,11 @@ pub enum Ink {
     Posterior,
     /// A second posterior, for comparison.
     Other,
-    /// The prior.
+    /// The true parameters of virtual specimens.
     Prior,
     /// The truth of virtual specimens.
     Truth,
-    /// One of a series: specimens, chains.
+    /// A member of a series, such as a specimen or a chain.
     Series(usize),
 }
 

@@ -9,7 +9,7 @@ pub(crate) struct Provenance {
     pub(crate) version: String,
     /// Operating system, architecture and number of hardware threads of the machine that writes the report.
     pub(crate) machine: String,
-    /// Files that no stage has written and that the stages have read.
+    /// Input files: files that a stage has read and that no stage has written.
     pub(crate) inputs: Vec<InputFile>,
 }
 

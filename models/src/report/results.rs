@@ -93,7 +93,7 @@ pub(crate) struct Results {
 pub(crate) struct FurtherParameter {
     /// Label with unit.
     pub(crate) label: String,
-    /// Present contraction of the parameter.
+    /// Contraction of the parameter in the present posterior.
     pub(crate) now: f64,
     /// The tests, all with the same numbers of specimens and the same goals.
     pub(crate) tests: Vec<FurtherTestResult>,

@@ -6,8 +6,8 @@ use crate::report::{
 
 /// Probability with which a correct 90 % interval contains the truth.
 const NOMINAL: f64 = 0.9;
-/// Significance level. A hit is an interval that contains the truth. Intervals are called too narrow if the probability
-/// of at most the observed number of hits is below this level.
+/// Significance level. A hit is an interval that contains the truth. The intervals count as too narrow if the
+/// probability of at most the observed number of hits is below this level.
 const CHANCE: f64 = 0.05;
 
 /// A result of the calibrations: a claim as a sentence, and the numbers that support it.

@@ -40,7 +40,7 @@ pub struct Submitted {
 /// Error that prevents the submission of jobs.
 #[derive(Debug, thiserror::Error)]
 pub enum SlurmError {
-    /// A path or an option with characters that a script cannot contain.
+    /// A path or an option has characters that a script cannot contain.
     #[error(
         "{0:?} has a line break or a quote, which a script for Slurm cannot hold; name it otherwise"
     )]

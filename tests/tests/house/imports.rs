@@ -99,7 +99,7 @@ impl Crate {
         imports
     }
 
-    /// The `impl`s of types of other files, as imports by the file of the `impl` from the file of the type.
+    /// The `impl`s of types that another file defines, as imports from the file of the type by the file of the `impl`.
     pub(crate) fn foreign_impls(&self) -> BTreeSet<Import> {
         let mut foreign = BTreeSet::new();
         for (path, module) in &self.modules {

@@ -31,8 +31,8 @@ pub(super) fn workspace() -> PathBuf {
     }
 }
 
-/// Modules in the order that a crate's page states, lowest layer first. The page has lines such as ``//! 3. `mesh` …``; a
-/// line may list several modules, which are ordered, too.
+/// Returns the modules in the order that a crate's page states, lowest layer first. The page has lines such as ``//! 3.
+/// `mesh` …``. If a line lists several modules, these are ordered, too.
 fn stated_order(text: &str) -> Vec<String> {
     let mut order = Vec::new();
     for line in text.lines() {

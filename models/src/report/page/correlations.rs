@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use super::parts::table;
 use crate::report::results::{CalibratedParameter, Results, mean};
 
-/// Correlation above which two parameters are hardly distinguishable.
+/// Absolute correlation above which two parameters are hardly distinguishable.
 const STRONG: f64 = 0.8;
 
 /// Correlation matrix of the posterior draws.

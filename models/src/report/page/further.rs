@@ -69,8 +69,8 @@ fn wanted(goal: &FurtherNeeded) -> String {
     }
 }
 
-/// Text of a number of specimens. If the goal is never reached, the best possible value; otherwise "more than"
-/// [`FurtherTest::MOST`].
+/// Text of the number of specimens that a goal needs. If the goal cannot be reached, the text contains the best
+/// possible value. If the number is not known, the text is "more than" [`FurtherTest::MOST`].
 fn answer(needed: &FurtherNeeded) -> String {
     let FurtherNeeded { is_width, value, specimens, limit } = *needed;
     match specimens {
