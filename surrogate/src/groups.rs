@@ -67,8 +67,8 @@ pub struct GroupedRuns {
     /// scatter within groups and the leverage h.
     pub within: CoefficientPosterior,
     /// Error of the fit from the scatter between groups. Its covariance at x is B g(x), with the covariance B of the
-    /// scatter between groups; the function g takes the role of the leverage. The degrees of freedom of this
-    /// posterior are the degrees of freedom of the estimate of B.
+    /// scatter between groups; the function g (see the module) takes the role of the leverage. The degrees of freedom
+    /// of this posterior are the degrees of freedom of the estimate of B.
     pub between: CoefficientPosterior,
     /// Number of groups.
     pub groups: usize,

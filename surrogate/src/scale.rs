@@ -40,7 +40,7 @@ impl Scale {
         }
     }
 
-    /// Returns dy/dz as a function of the number `y`, where z is the coordinate of y on the scale.
+    /// Returns the derivative dy/dz as a function of the number `y`, where z is the coordinate of y on the scale.
     #[inline]
     pub(crate) fn slope_at(self, y: f64) -> f64 {
         match self {
@@ -94,13 +94,13 @@ impl Axis {
         self.scale.value_and_slope(z).0
     }
 
-    /// Returns dt/dz, where z is the coordinate on the scale and t ∈ [−1, 1] the coordinate on the unit interval.
+    /// Returns the derivative dt/dz of the coordinate t ∈ [−1, 1] with respect to the coordinate z on the scale.
     #[inline]
     pub(crate) fn unit_slope(self) -> f64 {
         2.0 / (self.upper - self.lower)
     }
 
-    /// dt/dx at the value `x`.
+    /// Returns the derivative dt/dx of the coordinate t ∈ [−1, 1] with respect to the input x, at the value `x`.
     #[inline]
     pub(crate) fn slope_at(self, x: f64) -> f64 {
         self.unit_slope() / self.scale.slope_at(x)

@@ -213,8 +213,8 @@ set.prior.matrix.young_mpa = [220.0, 300.0]
     assert!(before.len() == before_mistakes.len() + 1);
 }
 
-/// Laboratories are checked. Cases of a laboratory are checked without its specimens, which do not exist yet. Variants are
-/// checked separately.
+/// Laboratories are checked. Cases of a laboratory are checked without its specimens, which do not exist yet. Variants
+/// are checked separately.
 #[test]
 fn laboratories_and_variants_of_a_study_are_checked() {
     let dir = tempfile::tempdir().unwrap();

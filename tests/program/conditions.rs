@@ -47,8 +47,8 @@ const TOUGHNESS: f64 = 0.02;
 const LENGTH: f64 = 0.5;
 const RESIDUAL: f64 = 0.01;
 
-/// The cube of Mooney–Rivlin rubber with damage that does not degrade the energy of compression, stretched along x and held
-/// along y and z.
+/// The cube of Mooney–Rivlin rubber with damage that does not degrade the energy of compression, stretched along x and
+/// held along y and z.
 fn stretched(order: u8, displacement: f64) -> String {
     let [c10, c01, bulk] = RUBBER;
     format!(
@@ -77,8 +77,8 @@ checkpoint_every = 2
     )
 }
 
-/// Force and damage of the cube at the stretch λ. The energy is ψ = C₁₀ (Ī₁ − 3) + C₀₁ (Ī₂ − 3) + U(J) with J = λ. Damage
-/// is driven by ψ if J > 1 and by ψ − U otherwise.
+/// Force and damage of the cube at the stretch λ. The energy is ψ = C₁₀ (Ī₁ − 3) + C₀₁ (Ī₂ − 3) + U(J) with J = λ.
+/// Damage is driven by ψ if J > 1 and by ψ − U otherwise.
 fn closed_form(stretch: f64) -> [f64; 2] {
     let [c10, c01, bulk] = RUBBER;
     let x = stretch;

@@ -338,7 +338,8 @@ fn submitted_by_hand(cluster: &Cluster, folder: &Path, expected: &[Vec<String>])
     }
 }
 
-/// If Slurm refuses a job, its message is printed. Mistakes that would fail on the cluster are reported before submission.
+/// If Slurm refuses a job, its message is printed. Mistakes that would fail on the cluster are reported before
+/// submission.
 fn refused(cluster: &Cluster, folder: &Path) {
     let ensemble = ["ensemble", "case.toml", "--out", "refused", "--slurm"];
     let (code, _, err) =

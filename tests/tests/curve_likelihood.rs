@@ -1,7 +1,7 @@
 //! Calibration to whole curves that follow a known formula.
 //!
-//! F(u) = s u exp(−(u/a)ᵖ/p) has the peak s a e^(−1/p) at u = a, and the shape x e^((1 − xᵖ)/p) with x = u/a. Peak force
-//! and displacement at peak determine only two of the three parameters; the shape determines the third.
+//! F(u) = s u exp(−(u/a)ᵖ/p) has the peak s a e^(−1/p) at u = a, and the shape x e^((1 − xᵖ)/p) with x = u/a. Peak
+//! force and displacement at peak determine only two of the three parameters; the shape determines the third.
 
 use models::{Evidence, Prior, Qois, Quantity, TestCurve, calibrate};
 use nalgebra::{DMatrix, DVector};

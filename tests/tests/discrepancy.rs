@@ -9,8 +9,8 @@ use surrogate::{DynPce, Input};
 
 const SPECIMENS: usize = 50;
 
-/// Specimens with two quantities. The model predicts θ in [0, 2] for both; the measured second quantity is larger by the
-/// relative error `more`.
+/// Specimens with two quantities. The model predicts θ in [0, 2] for both; the measured second quantity is larger by
+/// the relative error `more`.
 fn specimens(more: f64) -> Vec<Vec<f64>> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(4);
     let mut normal = || rng.sample::<f64, _>(rand_distr::StandardNormal);
@@ -26,8 +26,8 @@ fn forward() -> DynPce {
     DynPce::from_terms(vec![theta], vec!["a".into(), "b".into()], terms).unwrap()
 }
 
-/// Posterior mean and standard deviation of θ if the model's quantities have relative errors with the standard deviations
-/// `sd`.
+/// Posterior mean and standard deviation of θ if the model's quantities have relative errors with the standard
+/// deviations `sd`.
 fn posterior(more: f64, sd: [f64; 2]) -> [f64; 2] {
     let shared = vec![vec![sd[0] * sd[0], 0.0], vec![0.0, sd[1] * sd[1]]];
     let evidence = Evidence { qois: specimens(more), shared, ..Evidence::default() };

@@ -1,7 +1,7 @@
-//! Compares published posteriors, rewritten in `model!`, with their references: 22 of posteriordb and 4 of the MultiBUGS
-//! examples. Means and second moments (or standard deviations) agree within 4 standard errors of the difference, which
-//! include the error and the rounding of the reference. Chains begin at the default random points and have to mix: R-hat at
-//! most 1.05, at least 100 effective draws per chain.
+//! Compares published posteriors, rewritten in `model!`, with their references: 22 of posteriordb and 4 of the
+//! MultiBUGS examples. Means and second moments (or standard deviations) agree within 4 standard errors of the
+//! difference, which include the error and the rounding of the reference. Chains begin at the default random points and
+//! have to mix: R-hat at most 1.05, at least 100 effective draws per chain.
 
 use std::collections::BTreeMap;
 use std::time::Instant;

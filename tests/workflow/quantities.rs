@@ -17,9 +17,9 @@ fn case() -> String {
         .replace("[surrogate]", &format!("{qoi}[surrogate]"))
 }
 
-/// Computes the three quantities independently from the piecewise linear curve: the work by the trapezoidal rule, the slope
-/// by a line through many points of its window, and the force by interpolation. The window refers to the vertex of a parabola
-/// through the highest three points.
+/// Computes the three quantities independently from the piecewise linear curve: the work by the trapezoidal rule, the
+/// slope by a line through many points of its window, and the force by interpolation. The window refers to the vertex
+/// of a parabola through the highest three points.
 fn by_hand(path: &Path) -> [f64; 3] {
     let rows = table(path);
     let mut points = vec![[0.0, 0.0]];

@@ -1,4 +1,5 @@
-//! Several processes share one folder of results: division of the runs, interruptions and failures, and `breccia status`.
+//! Several processes share one folder of results: division of the runs, interruptions and failures, and `breccia
+//! status`.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

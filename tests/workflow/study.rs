@@ -80,8 +80,8 @@ fn cases_share_their_specimens_and_are_compared() {
     assert_eq!(code, Some(0), "{err}");
     assert!(out.contains("study.csv") && out.contains("report.html"), "{out}");
 
-    // two cases share one microstructure and one set of 14 + 1 runs, and the third case has 16 + 1 runs; the additional run
-    // has the other quadrature in the middle of the box
+    // two cases share one microstructure and one set of 14 + 1 runs, and the third case has 16 + 1 runs; the additional
+    // run has the other quadrature in the middle of the box
     assert_eq!(finished(&runs).len(), 32);
     let [second, twin] = ["second", "twin"].map(|case| results.join(case));
     for name in ["scan.tif", "labels.tif", "mesh.msh", "runs.csv", "curves/run-003.csv"] {

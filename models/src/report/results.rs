@@ -318,7 +318,7 @@ pub(crate) enum Verdict {
     OutOfRange,
     /// The posterior is at a bound of the prior.
     AtBound,
-    /// Identified, with reservations that the intervals do not include.
+    /// Identified, but with qualifiers: errors or conditions that the intervals do not include.
     Qualified(BTreeSet<Qualifier>),
     /// Degree of identification without reservations.
     Learnt(Identification),

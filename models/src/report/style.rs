@@ -68,7 +68,7 @@ pub(super) fn single(plots: Vec<Plot>, layout: Layout, width: f64, height: f64) 
     embedded(render_to_svg(plots, layout))
 }
 
-/// Renames the clip paths of a figure after `figure`.
+/// Renames the clip paths of a figure, so that their names start with `figure`.
 ///
 /// kuva numbers clip paths consecutively over all figures of a process. Without renaming, the same figure drawn twice
 /// would differ, and figures of two processes could have equal names on one page.

@@ -94,7 +94,7 @@ fn is_learnt_in(setting: &StudyResults, label: &str) -> bool {
     setting.cases.iter().filter_map(|case| parameter(case, label)).any(is_learnt)
 }
 
-/// Result: the cases in which a parameter is identified.
+/// States the cases in which a parameter is identified.
 fn identification(cases: &[ComparedCase], label: &str) -> Shown {
     let all: Vec<&CalibratedParameter> =
         cases.iter().filter_map(|case| parameter(case, label)).collect();
@@ -110,7 +110,7 @@ fn identification(cases: &[ComparedCase], label: &str) -> Shown {
     Shown { claim, found: format!("{learnt} of {}{cut}", all.len()) }
 }
 
-/// Result: whether cases with the specimens of one laboratory agree on a parameter.
+/// States whether cases with the specimens of one laboratory agree on a parameter.
 fn agreement(setting: &StudyResults, laboratory: &str, label: &str) -> Option<Shown> {
     let is_there = |name: &String| {
         let case = setting.cases.iter().find(|case| case.name == *name);
@@ -151,7 +151,7 @@ fn is_of_one_specimen(cases: &[ComparedCase], pair: &Pair) -> bool {
     }
 }
 
-/// Result: the difference of a parameter between two laboratories, for equal specimen geometry.
+/// States the difference of a parameter between two laboratories, for equal specimen geometry.
 fn difference(cases: &[ComparedCase], pair: &Pair) -> Shown {
     let ([a, b], label) = (&pair.cases, &pair.label);
     let claim = match (pair.differ(), pair.ratio[0] > 1.0) {
@@ -172,7 +172,7 @@ fn ratio(pair: &Pair) -> String {
     format!("ratio {median:.3} ({low:.3} … {high:.3})")
 }
 
-/// Result: whether simulations at the posterior mode reproduce the experiments.
+/// States whether simulations at the posterior mode reproduce the experiments.
 fn reproduction(cases: &[ComparedCase]) -> Shown {
     let errors: Vec<f64> =
         cases.iter().flat_map(|case| &case.qois).map(|qoi| qoi.percent_error).collect();
@@ -185,7 +185,7 @@ fn reproduction(cases: &[ComparedCase]) -> Shown {
     }
 }
 
-/// Result: whether the intervals of identified parameters contain the true values; `None` if no truth is known.
+/// States whether the intervals of identified parameters contain the true values; `None` if no truth is known.
 fn coverage(cases: &[ComparedCase]) -> Option<Shown> {
     let identified = |p: &&CalibratedParameter| p.verdict().is_identified() && p.truth.is_some();
     let all: Vec<_> = cases.iter().flat_map(|case| &case.parameters).collect();

@@ -142,8 +142,8 @@ fn every_exception_is_needed() {
     assert!(gone.is_empty(), "take these out of exceptions.rs:\n{}", gone.join("\n"));
 }
 
-/// Describes faults in the order of a module's children: children that the module does not list, and imports of a child in
-/// a higher layer.
+/// Describes faults in the order of a module's children: children that the module does not list, and imports of a child
+/// in a higher layer.
 fn faults_of_order(house: &Crate, imports: &BTreeSet<Import>, module: &str) -> Option<String> {
     let path: Vec<String> = module.split("::").map(String::from).collect();
     let text = std::fs::read_to_string(house.file(&path)).expect("the file was read before");

@@ -10,7 +10,7 @@ use super::{Calibration, CalibrationError, calibration_on, leave_out};
 /// Comparison of the calibration to all specimens but one with the calibration to all specimens.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WithoutSpecimen {
-    /// log p(y_k | y_−k) of the specimen that is left out.
+    /// Log density log p(y_k | y_−k) of the specimen k that is left out, given the other specimens.
     pub elpd: f64,
     /// Shape of the Pareto tail of the importance weights.
     pub pareto_k: f64,
@@ -62,7 +62,8 @@ impl Calibration {
         Ok(found)
     }
 
-    /// Moments of the parameters and log p(y_k | y_−k), from a posterior that was sampled without specimen k.
+    /// Moments of the parameters, and log p(y_k | y_−k) of specimen k given the others, from a posterior that was
+    /// sampled without specimen k.
     fn sampled_without(
         &self,
         k: usize,

@@ -148,13 +148,13 @@ impl Evidence {
     }
 }
 
-/// Calibrates the inputs of a surrogate against specimens. `priors` are the priors of the inputs, without those that are
-/// known for each specimen. `sampler` determines chains, draws and their seed. `seed` is the seed of the predictions and
-/// of the starting points for the search for the mode.
+/// Calibrates the inputs of a surrogate against specimens. `priors` are the priors of the inputs, without those that
+/// are known for each specimen. `sampler` determines chains, draws and their seed. `seed` is the seed of the
+/// predictions and of the starting points for the search for the mode.
 ///
 /// # Errors
-/// If there are fewer than two specimens, a row or a covariance has the wrong size, the ranges of the priors are not the
-/// box of the surrogate, or the surrogate rejects every starting point.
+/// If there are fewer than two specimens, a row or a covariance has the wrong size, the ranges of the priors are not
+/// the box of the surrogate, or the surrogate rejects every starting point.
 ///
 /// # Example
 /// ```no_run

@@ -81,8 +81,9 @@ impl Population {
     }
 
     /// Mean and spread of the response at the parameters `point`, computed from 2d evaluations for d inputs. The
-    /// evaluations are at k̄ ± √d s_i e_i, where e_i is the unit vector of input i. The mean is exact if the response
-    /// is a polynomial of second order in k; the spread is exact for first order.
+    /// evaluations are at k̄ ± √d s_i e_i, with the mean k̄ of the population, the standard deviation s_i of input i
+    /// and its unit vector e_i. The mean is exact if the response is a polynomial of second order in k; the spread is
+    /// exact for first order.
     ///
     /// # Reference
     /// Julier & Uhlmann (2004), doi:10.1109/JPROC.2003.823141, for the choice of the points.

@@ -12,7 +12,8 @@ use crate::prior::Prior;
 pub(super) const QOIS: [[f64; 2]; 6] =
     [[0.97, 0.99], [1.00, 0.95], [0.95, 0.97], [1.02, 1.01], [0.98, 1.00], [1.08, 1.08]];
 
-/// Forward model of one parameter: over the box, the first quantity grows from 0.8 to 1.2 and the second from 0.9 to 1.1.
+/// Forward model of one parameter: over the box, the first quantity grows from 0.8 to 1.2 and the second from 0.9 to
+/// 1.1.
 pub(super) fn forward() -> DynPce {
     let x = Input::new("matrix.young_mpa", 250.0, 300.0).unwrap();
     let slopes = [0.2, 0.1].map(|s| s / 3f64.sqrt()).to_vec();

@@ -37,9 +37,10 @@ pub struct Specimens {
     pub(super) population: Option<Population>,
     /// Totals of the non-empty groups, concatenated.
     pub(super) totals: Vec<f64>,
-    /// Constant part of S, quantities × quantities. With S = 0 the likelihood is that of the paper.
+    /// Constant part of the covariance S of the error that all specimens share, quantities × quantities. If S is zero,
+    /// the likelihood is that of the paper.
     pub(super) shared: Vec<Vec<f64>>,
-    /// Parts of S that depend on the parameters: errors of a forward model that was estimated from runs.
+    /// Parts of the covariance S that depend on the parameters: errors of a forward model that was estimated from runs.
     pub(super) open: Vec<Open>,
 }
 
@@ -151,8 +152,8 @@ impl Specimens {
         Ok(Expected { own, contrasts, mean, unknown, shared })
     }
 
-    /// Sets the covariance S of the error δ that all specimens share: the error of the surrogate, the mesh and the geometry,
-    /// for quantities relative to the means of the specimens.
+    /// Sets the covariance S of the error δ that all specimens share: the error of the surrogate, the mesh and the
+    /// geometry, for quantities relative to the means of the specimens.
     ///
     /// # Errors
     /// If the size of `covariance` differs from the number of quantities.
@@ -188,9 +189,9 @@ impl Specimens {
         Ok(Self { shared, open, ..checked })
     }
 
-    /// S at the parameters `point`. Known inputs are set to their mean over the specimens; if the response is linear in
-    /// these inputs, this is the error of the mean response. If some specimens have unknown inputs, the mean of the
-    /// population is used instead.
+    /// Covariance S of the shared error at the parameters `point`. Known inputs are set to their mean over the
+    /// specimens; if the response is linear in these inputs, this is the error of the mean response. If some specimens
+    /// have unknown inputs, the mean of the population is used instead.
     pub(super) fn shared_at<R: Scalar>(&self, point: &[R]) -> Result<Vec<Vec<R>>, DomainError> {
         let constant = |row: &Vec<f64>| row.iter().map(|&s| R::from(s)).collect();
         let mut shared: Vec<Vec<R>> = self.shared.iter().map(constant).collect();
@@ -243,8 +244,9 @@ impl Specimens {
         groups.flat_map(|(group, size)| scaled(expected.mean_of(group), size)).collect()
     }
 
-    /// Cholesky factor of the covariance of the totals. `scatter` is the factor of Σ. For a single group with known
-    /// inputs the covariance is Σ + nS.
+    /// Cholesky factor of the covariance of the totals. `scatter` is the Cholesky factor of the covariance Σ between
+    /// specimens. For a single group of n specimens with known inputs, the covariance of the total is Σ + nS with the
+    /// covariance S of the shared error.
     pub(super) fn factor_of_totals<R: Scalar>(
         &self,
         expected: &Expected<R>,
@@ -253,8 +255,8 @@ impl Specimens {
         self.factor_of(&self.groups(), expected, scatter)
     }
 
-    /// Cholesky factor of the covariance Σ + T between specimens with unknown inputs; the factor of Σ if there are no
-    /// such specimens.
+    /// Cholesky factor of the covariance Σ + T of specimens with unknown inputs, where T is the effect of the inputs'
+    /// spread; the factor of Σ if there are no such specimens.
     pub(super) fn factor_of_unknown<R: Scalar>(
         &self,
         expected: &Expected<R>,
@@ -359,7 +361,7 @@ pub(super) struct Expected<R> {
     mean: Vec<R>,
     /// Response of a specimen with unknown inputs, if there are such specimens.
     pub(super) unknown: Option<Spread<R>>,
-    /// S at the parameters.
+    /// Covariance S of the shared error at the parameters.
     shared: Vec<Vec<R>>,
 }
 

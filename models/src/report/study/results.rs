@@ -90,6 +90,6 @@ pub(crate) struct Conclusion {
     pub(crate) found: Vec<(String, bool)>,
 }
 
-/// Largest difference to the experimental mean, in per cent, at which a simulation counts as reproducing the experiment
-/// (the paper).
+/// Largest difference from the experimental mean, in per cent, at which a simulation counts as reproducing the
+/// experiment. This is the criterion of the paper.
 pub(crate) const REPRODUCED: f64 = 10.0;
