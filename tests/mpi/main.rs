@@ -140,7 +140,7 @@ fn a_process_that_dies_ends_the_run_with_its_state_named_and_one_goes_on() {
     assert!(killed.expect("kill").success());
     let ended = run.wait_with_output().expect("an end");
     let said = text(&ended);
-    assert!(!ended.status.success() && said.contains("goes on from out/simulate.state"), "{said}");
+    assert!(!ended.status.success() && said.contains("resumes from out/simulate.state"), "{said}");
     let again = alone(folder, &["simulate", "case.toml", "--out", "out"]);
     assert!(again.status.success() && text(&again).contains("goes on after step"), "{said}");
     let whole = alone(folder, &["simulate", "case.toml", "--out", "one"]);

@@ -219,7 +219,7 @@ fn a_whole_study(cluster: &Cluster, folder: &Path) {
         "A: mesh",
         "A: runs",
         "B: calibration",
-        "what all show together",
+        "the comparison of all cases",
     ] {
         assert!(out.contains(part), "{part}: {out}");
     }
@@ -275,7 +275,7 @@ fn submitted_by_the_program(cluster: &Cluster, folder: &Path, expected: &[Vec<St
     assert_eq!(code, Some(0), "{err}");
     let job = out.lines().find_map(|line| line.strip_prefix("job ")?.split(':').next());
     let job = job.unwrap_or_else(|| panic!("no job number: {out}")).to_owned();
-    assert!(out.contains("ensemble.sbatch") && out.contains("collects them"), "{out}");
+    assert!(out.contains("ensemble.sbatch") && out.contains("collects the runs"), "{out}");
 
     wait_for("three runs", || finished(&results).len() >= 3);
     let mut seen = finished(&results);

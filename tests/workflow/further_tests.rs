@@ -103,7 +103,7 @@ fn a_slow_test_tells_what_fast_ones_leave_open() {
     // if Gc is close to 0, a slow test may break before its quantities can be measured
     assert!((6..=8).contains(&data.len()) && data.outputs().len() == 3);
     let page = std::fs::read_to_string(results.join("report.html")).unwrap();
-    assert!(page.contains("What further tests would tell"));
+    assert!(page.contains("Expected benefit of further tests"));
     assert!(page.contains("a hundred times slower") && page.contains("never: "));
 
     // the same command makes no product again; another number of specimens needs no run

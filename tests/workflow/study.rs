@@ -74,7 +74,7 @@ fn cases_share_their_specimens_and_are_compared() {
     assert!(results.join("twin/report.html").is_file());
     assert_eq!(table(&results.join("study.csv")).len(), 9);
     let page = std::fs::read_to_string(results.join("report.html")).unwrap();
-    assert!(page.contains("Not in it, since it could not be calibrated: broken."), "{page}");
+    assert!(page.contains("Cases that could not be calibrated: broken."), "{page}");
     std::fs::write(dir.path().join("study.toml"), STUDY).unwrap();
     let (code, out, err) = breccia(dir.path(), &study);
     assert_eq!(code, Some(0), "{err}");

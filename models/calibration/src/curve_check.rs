@@ -57,7 +57,7 @@ impl InspectedCurve {
                 name: "slope",
                 value: qois.slope_n_per_mm,
                 problem: format!("has an initial slope of {:.4} N/mm", qois.slope_n_per_mm),
-                help: "Force must rise with displacement where the slope is taken: check the curve, \
+                help: "Force must rise with displacement in the window of the slope: check the curve, \
                        or slope_fraction.",
                 weight: Weight::Error,
             }),

@@ -316,7 +316,7 @@ impl<'de> Visitor<'de> for PriorVisitor {
             }
         }
         let family = family.ok_or_else(|| {
-            let help = "Name it: distribution = \"lognormal\", or write [lower, upper].";
+            let help = "State the distribution, such as distribution = \"lognormal\", or write [lower, upper].";
             error("the prior names no distribution", help)
         })?;
         let keys = family.keys();

@@ -104,8 +104,8 @@ impl<'a> TableRow<'a> {
         };
         number.filter(|value| value.is_finite()).ok_or_else(|| {
             let help = match comma {
-                true => "Write it with a decimal comma, as the other numbers, and no unit: 4,95.",
-                false => "Write it with a decimal point and no unit, as 4.95.",
+                true => "Write the number with a decimal comma, like the other numbers, and without a unit: 4,95.",
+                false => "Write the number with a decimal point and without a unit: 4.95.",
             };
             self.error(column, "is not a finite number", help)
         })
@@ -191,7 +191,7 @@ fn missing_column(file: &Path, column: &str, found: &[String], required: &[&str]
     let help = if found.len() == 1 && found[0].contains([';', '\t']) {
         "Separate columns by commas and write numbers with a decimal point.".to_owned()
     } else if let Some(similar) = closest(column, found.iter().map(String::as_str)) {
-        format!("Is the column {similar:?} meant? The header is {}.", required.join(","))
+        format!("Did you mean the column {similar:?}? The header is {}.", required.join(","))
     } else {
         format!("The first line must be the header {}.", required.join(","))
     };
@@ -215,7 +215,7 @@ fn malformed(file: &Path, text: &[u8], error: &csv::Error) -> InputError {
             place,
             "",
             format!("is not readable CSV ({error})"),
-            "Save it as plain text, UTF-8, fields separated by commas.",
+            "Save the table as plain text in UTF-8, with fields separated by commas.",
         ),
     }
 }

@@ -64,7 +64,7 @@ pub(super) fn farewell() -> Option<String> {
     let saved = state.is_file();
     let state = state.display();
     (*rank < 2).then(|| match saved {
-        true => format!("the run is ended from outside; the same command goes on from {state}"),
-        false => format!("the run is ended from outside before its first {state} was saved"),
+        true => format!("the run was stopped by a signal; the same command resumes from {state}"),
+        false => format!("the run was stopped by a signal before the first {state} was saved"),
     })
 }

@@ -37,8 +37,8 @@ pub(super) fn order(curve: &TestCurve) -> Option<Finding> {
             "sign-of-force",
             lowest,
             format!("has forces down to {lowest} N and up to {} N only", force[top]),
-            "Compression is positive: change the sign of force_N, and of displacement_mm if that \
-             falls.",
+            "Compression is positive: change the sign of force_N, and of displacement_mm if displacement_mm \
+             decreases.",
         );
     }
     // if one column rises to the end and the other column has a peak, the rising column is the displacement
@@ -49,7 +49,7 @@ pub(super) fn order(curve: &TestCurve) -> Option<Finding> {
             "columns-swapped",
             u[farthest],
             format!("has its largest displacement_mm, {}, before its largest force_N", u[farthest]),
-            "Are the two columns swapped? Force has a peak, displacement rises to the end.",
+            "Check whether the two columns are swapped: force has a peak, displacement rises to the end.",
         );
     }
     if u[0] - u[last] > 0.5 * span {
@@ -92,7 +92,7 @@ pub(super) fn order(curve: &TestCurve) -> Option<Finding> {
             "order",
             back,
             format!("has displacements that decrease by {back:.4} mm before its peak"),
-            "Sort its rows, or keep the monotonic test only: slope and peak are taken from one loading.",
+            "Sort the rows, or keep the rows of one monotonic loading only: slope and peak come from one loading.",
         );
     }
     None

@@ -44,7 +44,7 @@ pub(super) fn spikes(curve: &TestCurve) -> Vec<Finding> {
             name: "spike",
             value: force[i],
             problem: format!(
-                "has a single reading of {} N at {} mm, {height:+.4} N off its neighbours \
+                "has a single reading of {} N at {} mm, {height:+.4} N from its neighbours \
                  (noise: {noise_n:.3} N)",
                 force[i], u[i]
             ),
@@ -57,7 +57,7 @@ pub(super) fn spikes(curve: &TestCurve) -> Vec<Finding> {
             name: "spike",
             value: further as f64,
             problem: format!(
-                "has {further} further readings more than {limit:.4} N off their neighbours"
+                "has {further} further readings more than {limit:.4} N from their neighbours"
             ),
             help: "Remove these readings, or filter the record.",
             weight: Weight::Warning,

@@ -39,7 +39,7 @@ pub enum CalibrationError {
     },
     /// The ranges of the priors are not the box of the surrogate.
     #[error(
-        "the ranges of the priors are not the box of the surrogate's inputs: fit it on these ranges"
+        "the ranges of the priors are not the box of the surrogate's inputs: fit the surrogate on these ranges"
     )]
     Priors,
     /// The groups of specimens are inconsistent.

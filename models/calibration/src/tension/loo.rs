@@ -123,7 +123,7 @@ pub(super) fn fit_of<L: HardeningLaw>(
         }
         factor = Some(DynCholeskyFactor::of_covariance(&inverse)?);
     }
-    let unit = factor.ok_or_else(|| DomainError::new("no step of least squares"))?;
+    let unit = factor.ok_or_else(|| DomainError::new("no least-squares step"))?;
     Ok(CurveFit { points: test.points.len() as f64, ln_own, squares, unit })
 }
 
