@@ -166,7 +166,7 @@ impl<const D: usize, const M: usize> Pce<D, M> {
         Ok((value, jacobian))
     }
 
-    /// Whether all scales are linear and `x` lies inside the box. This is the most frequent case.
+    /// Whether all scales are linear and `x` lies inside the box, which is the most frequent case.
     #[inline]
     fn is_plain(&self, x: &[f64; D]) -> bool {
         self.plain_box.iter().zip(x).all(|([lower, upper], x)| lower <= x && x <= upper)

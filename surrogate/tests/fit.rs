@@ -90,8 +90,8 @@ fn leverages_sum_to_the_terms_and_peak_at_a_corner() {
     assert!(fit.leverage(&[9.0, 0.0]).is_err());
 }
 
-/// Checks that the variance of repeated fits at a point is h(x) times the variance of the noise, within 4 standard
-/// errors.
+/// Checks that the variance of repeated fits at a point is the leverage h(x) times the variance of the noise, within 4
+/// standard errors.
 #[test]
 fn leverage_is_the_variance_of_the_fit() {
     let (repeats, sd) = (400, 0.1);

@@ -1,4 +1,5 @@
-//! `breccia check` prints the inputs of a run, its cost and every mistake. It computes nothing and writes nothing.
+//! `breccia check` prints the inputs of a run, its cost and every mistake. The command computes nothing and writes
+//! nothing.
 
 use std::path::{Path, PathBuf};
 

@@ -138,7 +138,7 @@ fn stop_below_peak_looks_at_the_size_of_the_force() {
 #[test]
 fn a_cylinder_under_a_dead_load_shortens_as_its_law_says() {
     let dir = tempfile::tempdir().unwrap();
-    // a quadratic mesh has curved walls, so that its volume is that of a cylinder to a few thousandths
+    // a quadratic mesh has curved walls, so that its volume agrees with the volume of a cylinder to a few thousandths
     let case = r#"
 [specimen]
 radius_mm = 2.5

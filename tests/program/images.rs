@@ -97,7 +97,7 @@ fn edited_labels_are_meshed_and_never_replaced() {
     assert!((part() / all - 1.0).abs() < 1e-9);
 }
 
-/// `segment` and `mesh` report the same grain fraction, namely that of the meshed cylinder. This also holds for a block
+/// `segment` and `mesh` report the same grain fraction, namely the fraction of the meshed cylinder, also for a block
 /// and for a cylinder that is cut out of the specimen.
 #[test]
 fn segment_and_mesh_report_the_same_grain_fraction() {

@@ -1,4 +1,4 @@
-//! ArviZ opens the posteriors of `ppl` without conversion, and its summary agrees with that of `ppl`.
+//! ArviZ opens the posteriors of `ppl` without conversion, and the summaries of ArviZ and `ppl` agree.
 //!
 //! The test needs Python with ArviZ 1 or later: `python3`, or the interpreter that BRECCIA_PYTHON names. Otherwise the
 //! test prints that it was skipped.

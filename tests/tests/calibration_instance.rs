@@ -131,7 +131,7 @@ fn compare(chains: &[Vec<f64>], name: &str, reference: &Value) {
     for program in ["stan", "nutpie"] {
         let r = &reference[program];
         let (mean, sd) = (number(&r["mean"]), number(&r["sd"]));
-        // the relative error of the reference's sd is about that of a normal sample with the same effective size
+        // the relative error of the reference's sd is about the error for a normal sample with the same effective size
         let sd_error = sd / (2.0 * number(&r["ess_bulk"])).sqrt();
         assert_moments_of(chains, name, (mean, number(&r["mcse_mean"])), (sd, sd_error));
     }

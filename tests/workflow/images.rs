@@ -175,7 +175,7 @@ fn runs_are_spread_over_the_images_of_several_specimens() {
     let mut better: Vec<String> = better.map(|row| image_of(&row["run"])).collect();
     better.sort();
     assert_eq!(better, ["1", "2", "3", "4"]);
-    // the ratios equal those of the specimens, because the images are their scans
+    // the ratios equal the ratios of the specimens, because the images are scans of the specimens
     for (row, image) in table(&out.join("experiments.csv")).iter().zip(1..) {
         assert_eq!(row["stiffness_ratio"], of(image)[0]["stiffness_ratio"]);
     }

@@ -321,7 +321,7 @@ fn from_an_empty_directory_to_every_documented_file() {
         assert!(error < 10.0, "{row:?}");
     }
 
-    // the fields are those of the confirming simulation and include its peak
+    // the fields come from the confirming simulation and include its peak
     let curve = table(&results.join("curves/map.csv"));
     let states = table(&results.join("fields/map.csv"));
     let of = |rows: &[BTreeMap<String, String>]| -> Vec<[f64; 2]> {

@@ -36,7 +36,7 @@ fn batches_are_placed_where_the_posterior_lives() {
     assert_eq!(batches, [[""; 4], [""; 4], ["1"; 4], ["2"; 4]].concat());
     let seeds: BTreeSet<&str> = runs.iter().map(|row| row["packing_seed"].as_str()).collect();
     assert_eq!(seeds.len(), 16, "each has a packing of its own");
-    // twelve runs determine the posterior of E and ξ well enough that the last four runs are placed in it
+    // twelve runs determine the posterior of E and ξ well enough that the last four runs are placed in this posterior
     let draws = table(&results.join("posterior.csv"));
     for parameter in ["matrix.young_mpa", "matrix.viscosity_mpa_s"] {
         let values: Vec<f64> = draws.iter().map(|row| number(row, parameter)).collect();

@@ -266,6 +266,6 @@ fn what_cannot_be_written_is_told_and_what_was_finished_is_kept() {
     assert_eq!(code, Some(0), "{err}");
     assert!(!err.contains("damaged"), "{err}");
     let now = finished(&dir.path().join("out/ensemble"));
-    // the runs of the design, and one of them with the other quadrature
+    // the 12 runs of the design, and one additional run with the other quadrature
     assert!(now.len() == 12 + 1 && kept.iter().all(|(path, time)| now[path] == *time));
 }

@@ -92,7 +92,7 @@ fn cases_share_their_specimens_and_are_compared() {
     }
     assert_eq!(finished(&second.join("ensemble")).len(), 15, "each folder is complete");
 
-    // the results equal those of the case run by itself
+    // the results equal the results of the case run by itself
     let alone = ["run", "out/second/case.toml", "--out", "alone"];
     let (code, _, err) = breccia(dir.path(), &alone);
     assert_eq!(code, Some(0), "{err}");

@@ -143,11 +143,11 @@ pub struct TestAtDraw {
 pub struct FurtherTest {
     /// Linearisations at draws of the present posterior. Expected values are means over these draws.
     pub draws: Vec<TestAtDraw>,
-    /// Covariance S of the error that all specimens of the test share, quantities × quantities. It does not decrease
-    /// with the number of specimens.
+    /// Covariance S of the error that all specimens of the test share, quantities × quantities. This error does not
+    /// decrease with the number of specimens.
     pub shared: Vec<Vec<f64>>,
-    /// Number of specimens of the same test that the present posterior already includes. They share one error with
-    /// further specimens.
+    /// Number of specimens of the same test that the present posterior already includes. These specimens share one
+    /// error with further specimens.
     pub seen: usize,
 }
 

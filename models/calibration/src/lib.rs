@@ -1,8 +1,9 @@
 //! Measured curves, their quantities of interest, and the calibration models of `models`.
 //!
-//! This crate calibrates material parameters: it uses curves, surrogates and priors, and computes posteriors. It does
-//! not depend on cases or simulations. It is separate from `models`, which re-exports its interface, because its
-//! densities must be compiled with all optimisations, whereas the stages, cases and reports of `models` need none.
+//! This crate calibrates material parameters: it uses curves, surrogates and priors, and computes posteriors. The crate
+//! does not depend on cases or simulations. The crate is separate from `models`, which re-exports its interface,
+//! because its densities must be compiled with all optimisations, whereas the stages, cases and reports of `models`
+//! need none.
 //!
 //! ```
 //! use breccia_calibration::{Qois, TestCurve};

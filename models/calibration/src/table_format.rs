@@ -19,8 +19,8 @@ pub struct DetectedTable<'a> {
 
 impl<'a> DetectedTable<'a> {
     /// Reads `file` and checks that it has the `required` columns. A first line such as `sep=;` states the separator.
-    /// Otherwise, the separator is the one with which the header contains most of the required columns. The decimal
-    /// sign is the one that most cells of the columns `numbers` have.
+    /// Otherwise, the separator is chosen with which the header contains most of the required columns. The decimal sign
+    /// is the sign in most cells of the columns `numbers`.
     ///
     /// # Errors
     /// As [`CsvTable::read`].

@@ -15,7 +15,7 @@ use super::ticks::with_round_ticks;
 pub enum Ink {
     /// Experiments.
     Measured,
-    /// The posterior and quantities derived from it.
+    /// The posterior, and quantities that are derived from the posterior.
     Posterior,
     /// A second posterior, for comparison.
     Other,

@@ -16,7 +16,7 @@ pub(crate) struct Provenance {
 /// A file that the results were computed from.
 #[derive(Clone, Debug)]
 pub(crate) struct InputFile {
-    /// Name relative to the results folder; the file name alone if the file is outside of it.
+    /// Name relative to the results folder; the file name alone if the file is outside of the results folder.
     pub(crate) name: String,
     /// Hash of the content.
     pub(crate) hash: String,

@@ -12,7 +12,7 @@ pub(super) const ENSEMBLE: &str = "#9cc3e6";
 pub(super) const DESIGN: &str = "#1f5f99";
 /// Colour of the simulation with the case's own materials.
 pub(super) const BASELINE: &str = "#d99a2b";
-/// Colour of the posterior and of quantities derived from it.
+/// Colour of the posterior and of quantities derived from the posterior.
 pub(super) const POSTERIOR: &str = "#c0504d";
 /// Colour of curves at posterior draws, and of the band that contains the central 50 % of the predicted curves.
 pub(super) const DRAWS: &str = "#e3a8a6";

@@ -61,8 +61,8 @@ impl Prefix {
     }
 
     /// Returns the leave-one-run-out residuals (rows × outputs): the residuals of each run b in the fit to all other
-    /// runs. They are (I − H_bb)⁻¹ r_b with the residuals r_b of run b in the fit to all runs and the block H_bb of the
-    /// hat matrix. None if a single run alone determines a coefficient.
+    /// runs. These residuals are (I − H_bb)⁻¹ r_b with the residuals r_b of run b in the fit to all runs and the block
+    /// H_bb of the hat matrix. None if a single run alone determines a coefficient.
     pub(crate) fn left_out(&self) -> Option<Mat<f64>> {
         let (block, outputs) = (self.block(), self.residuals.ncols());
         let mut left_out = self.residuals.clone();

@@ -59,8 +59,8 @@ impl Holdout {
     }
 }
 
-/// Leave-one-out errors of one order, one per output, as fractions of the output's variance. They are errors in the
-/// unit of the output, even if the output is on a logarithmic scale.
+/// Leave-one-out errors of one order, one per output, as fractions of the output's variance. The errors are in the unit
+/// of the output, even if the output is on a logarithmic scale.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LeaveOneOutError {
     /// The error mean ((y_i − f_i)/(1 − h_i))² / mean (y_i − ȳ)² over the runs i, with the output y_i, its mean ȳ, the
@@ -82,7 +82,7 @@ impl LeaveOneOutError {
     }
 }
 
-/// Errors of one order that was fitted to the training rows, one per output. They are mean squared errors as
+/// Errors of one order that was fitted to the training rows, one per output. The errors are mean squared errors as
 /// fractions of the output's variance.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SplitError {

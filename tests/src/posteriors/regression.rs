@@ -88,8 +88,8 @@ impl Kidiq {
         Self { score, school, iq }
     }
 
-    /// Rows (1, s, q, s q), where s and q are schooling and IQ, standardised as (value − first)/second of `school` and
-    /// `iq`.
+    /// Rows (1, s, q, s q) with the standardised schooling s and IQ q. `school` and `iq` contain the value to subtract
+    /// and the divisor.
     pub fn interaction(&self, school: (f64, f64), iq: (f64, f64)) -> Vec<[f64; 4]> {
         let row = |(s, q): (&f64, &f64)| {
             let (s, q) = ((s - school.0) / school.1, (q - iq.0) / iq.1);

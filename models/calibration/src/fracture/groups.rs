@@ -22,7 +22,7 @@ pub struct TestGroup {
     pub name: String,
     /// Temperature of the tests in °C.
     pub temperature_c: f64,
-    /// Surrogate of the microstructure. Its box must be the same in all groups.
+    /// Surrogate of the microstructure. The box of the surrogate must be the same in all groups.
     pub forward: DynPce,
     /// Experimental data of the specimens. One specimen is enough if other groups have more.
     pub evidence: Evidence,

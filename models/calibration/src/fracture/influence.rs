@@ -147,8 +147,9 @@ mod tests {
     use crate::fracture::Population;
     use crate::fracture::six_specimens::{CALIBRATED, WITHOUT_EACH, sampler};
 
-    /// The last specimen is left out by sampling, because importance weights fail for it. The shift of each specimen
-    /// agrees with the difference between two calibrations, one with all specimens and one without the specimen.
+    /// The last specimen is left out by sampling, because importance weights fail for this specimen. The shift of each
+    /// specimen agrees with the difference between two calibrations, one with all specimens and one without the
+    /// specimen.
     #[test]
     fn shifts_are_those_of_calibrations_without_the_specimen() {
         let found = CALIBRATED.without_each(&sampler(), 0, 3).unwrap();

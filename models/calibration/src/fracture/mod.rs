@@ -131,7 +131,7 @@ pub struct Evidence {
 }
 
 impl Evidence {
-    /// Number of inputs of the surrogate that are not parameters. They are the last inputs.
+    /// Number of inputs at the end of the surrogate's inputs that are not parameters.
     pub fn known_inputs(&self) -> usize {
         let of_population = self.population.as_ref().map_or(0, |p| p.mean().len());
         self.known.iter().flatten().next().map_or(of_population, Vec::len)

@@ -3,9 +3,9 @@
 //!
 //! A specimen without an image has an unknown stiffness ratio k. The ratio k comes from a population with N known
 //! members: k ~ N(μ, s²) and μ ~ N(k̄, s²/N), where k̄ is the mean of the known members. Neither k nor μ has to be
-//! sampled. To second order in s, the response m(θ, k) is normal. Its mean is the average of m over the population. Its
-//! covariance is b bᵀ, where b is the change of the response if k changes by s. All specimens with unknown k share the
-//! error of k̄, which has the covariance b bᵀ/N.
+//! sampled. To second order in s, the response m(θ, k) is normal. The mean of the response is the average of m over the
+//! population. The covariance of the response is b bᵀ, where b is the change of the response if k changes by s. All
+//! specimens with unknown k share the error of k̄, which has the covariance b bᵀ/N.
 
 use ppl::prelude::*;
 use surrogate::DynPce;

@@ -42,8 +42,8 @@ pub(super) static CALIBRATED: LazyLock<Calibration> = LazyLock::new(|| {
     calibrate(&forward(), &priors(), &evidence, &sampler(), 3).unwrap()
 });
 
-/// Posteriors without the first specimen, without the second, and so on. They are sampled with other random numbers
-/// than [`CALIBRATED`].
+/// Posteriors without the first specimen, without the second, and so on. These posteriors are sampled with other random
+/// numbers than [`CALIBRATED`].
 pub(super) static WITHOUT_EACH: LazyLock<Vec<Posterior>> = LazyLock::new(|| {
     let without = |k: usize| {
         let mut others = QOIS.map(Vec::from).to_vec();

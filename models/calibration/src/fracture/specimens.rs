@@ -38,7 +38,7 @@ pub struct Specimens {
     /// Totals of the non-empty groups, concatenated.
     pub(super) totals: Vec<f64>,
     /// Constant part of the covariance S of the error that all specimens share, quantities × quantities. If S is zero,
-    /// the likelihood is that of the paper.
+    /// the likelihood is the likelihood of the paper.
     pub(super) shared: Vec<Vec<f64>>,
     /// Parts of the covariance S that depend on the parameters: errors of a forward model that was estimated from runs.
     pub(super) open: Vec<Open>,
@@ -170,8 +170,9 @@ impl Specimens {
         Ok(self)
     }
 
-    /// Adds an error of the forward model that depends on the parameters and that all specimens share. Its covariance
-    /// is `scatter`, for quantities relative to the means of the specimens, times the leverage at the parameters.
+    /// Adds an error of the forward model that depends on the parameters and that all specimens share. The covariance
+    /// of the error is `scatter`, for quantities relative to the means of the specimens, times the leverage at the
+    /// parameters.
     ///
     /// # Errors
     /// If the size of `scatter` differs from the number of quantities.

@@ -21,7 +21,8 @@ pub struct HardeningPoint {
     pub true_stress_mpa: f64,
 }
 
-/// Treatment of readings that were taken while the specimen was temporarily unloaded. They do not show the flow stress.
+/// Treatment of readings that were taken while the specimen was temporarily unloaded. Such readings do not show the
+/// flow stress.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Unloading {
     /// The readings are kept as points of the curve.
@@ -163,8 +164,8 @@ mod tests {
         }
     }
 
-    /// A specimen is unloaded elastically by 150 MPa and loaded again. Without these readings, the curve is the same as
-    /// if the specimen had never been unloaded.
+    /// A specimen is unloaded elastically by 150 MPa and loaded again. Without these readings, the curve equals the
+    /// curve of a specimen that was never unloaded.
     #[test]
     fn readings_of_unloading_are_left_out_or_kept() {
         let young = 200_000.0;

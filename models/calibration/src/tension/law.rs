@@ -2,8 +2,8 @@
 
 use ppl::prelude::*;
 
-/// Plastic strain up to which the rise of the stress is a parameter of both laws. It is in the middle of the tested
-/// range, where the data determine the rise best and nearly independently of the shape of the curve.
+/// Plastic strain up to which the rise of the stress is a parameter of both laws. This strain is in the middle of the
+/// tested range, where the data determine the rise best and nearly independently of the shape of the curve.
 pub const REFERENCE_STRAIN: f64 = 0.3;
 
 /// Flow stress as a function of plastic strain, with three positive parameters: stress at yield, rise of the stress up
