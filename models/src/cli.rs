@@ -71,7 +71,7 @@ enum Command {
     /// Write the default case, every key explained
     #[command(after_help = "Example:\n  breccia init my.toml\n  breccia init --own-data my-tests")]
     Init {
-        /// The file to write; an existing one is never replaced
+        /// The file to write; an existing file is never replaced
         #[arg(default_value = "case.toml")]
         file: PathBuf,
 
@@ -145,7 +145,7 @@ enum Command {
         #[arg(long, value_name = "FILE")]
         replace: Vec<PathBuf>,
 
-        /// Run only the laboratory or case with this folder within DIR
+        /// Run only the laboratory or case whose folder within DIR is PART
         #[arg(long, value_name = "PART", conflicts_with_all = ["slurm", "slurm_script"])]
         only: Option<String>,
 

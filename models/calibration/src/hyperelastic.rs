@@ -319,8 +319,8 @@ mod tests {
         assert_eq!(points[0].stress_mpa, 0.0255);
     }
 
-    /// Textbook stresses: neo-Hookean μ(λ − λ⁻²), μ(λ − λ⁻⁵), μ(λ − λ⁻³). The other laws include the neo-Hookean law,
-    /// and every law has the small-strain slopes 3μ, 6μ and 4μ.
+    /// Textbook stresses of the neo-Hookean law: μ(λ − λ⁻²) uniaxial, μ(λ − λ⁻⁵) equibiaxial, μ(λ − λ⁻³) in pure shear.
+    /// The other laws include the neo-Hookean law, and every law has the small-strain slopes 3μ, 6μ and 4μ.
     #[test]
     fn laws_against_closed_forms() {
         let modes = [Deformation::Uniaxial, Deformation::Equibiaxial, Deformation::PureShear];
@@ -367,8 +367,8 @@ mod tests {
     }
 
     /// The points of a Mooney–Rivlin rubber deviate alternately by ±3 % from the law. The Mooney–Rivlin law predicts a
-    /// mode on which it was not calibrated to 1 %, and its predictive density corresponds to a scatter of 3 %. The
-    /// neo-Hookean law with a modulus for each mode has a smaller predictive density.
+    /// mode on which it was not calibrated with an error of at most 1 %, and its predictive density corresponds to a
+    /// scatter of 3 %. The neo-Hookean law with a modulus for each mode has a smaller predictive density.
     #[test]
     fn the_true_law_predicts_the_mode_not_seen() {
         let law = MooneyRivlinRubber { c_mpa: [0.15, 0.08] };

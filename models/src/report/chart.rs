@@ -19,9 +19,9 @@ pub enum Ink {
     Posterior,
     /// A second posterior, for comparison.
     Other,
-    /// The true parameters of virtual specimens.
+    /// The prior.
     Prior,
-    /// The truth of virtual specimens.
+    /// The true parameters of virtual specimens.
     Truth,
     /// A member of a series, such as a specimen or a chain.
     Series(usize),

@@ -65,7 +65,7 @@ pub enum CalibrationError {
     /// Labels do not match the quantities of interest.
     #[error(transparent)]
     Label(#[from] ppl::LabelError),
-    /// The cross-validation failed: there are too few draws, or the density of a specimen is zero.
+    /// The cross-validation failed: there are too few draws, or the density of a specimen cannot be computed.
     #[error("leaving out a specimen: {0}")]
     LeaveOut(#[from] ppl::diagnostics::LooError),
     /// The density of the model is zero at the mode.

@@ -40,7 +40,7 @@ impl HardeningLaw for Voce {
         yielding + rise * part
     }
 
-    /// Solution of Considère's criterion Q b e^(−b ε) = σ_y + Q − Q e^(−b ε).
+    /// Solution of Considère's criterion for Voce's law, Q b e^(−b ε) = σ_y + Q − Q e^(−b ε).
     fn uniform_strain<S: Scalar>(&[yielding, rise, rate]: &[S; 3]) -> S {
         let saturation = -rise / (-rate * REFERENCE_STRAIN).exp_m1();
         (saturation * (rate + 1.0) / (yielding + saturation)).ln() / rate
@@ -72,7 +72,7 @@ impl HardeningLaw for Swift {
         parameters[0] * (ratio.ln_1p() * parameters[2]).exp()
     }
 
-    /// Solution of Considère's criterion n/(ε₀ + ε) = 1.
+    /// Solution of Considère's criterion for Swift's law, n/(ε₀ + ε) = 1.
     fn uniform_strain<S: Scalar>(parameters: &[S; 3]) -> S {
         parameters[2] - Self::prestrain(parameters)
     }
