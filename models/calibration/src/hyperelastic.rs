@@ -366,9 +366,9 @@ mod tests {
         ppl::check::gradient(&ogden_by_mode(&tests), 3);
     }
 
-    /// The points of a Mooney–Rivlin rubber deviate alternately by ±3 % from the law. The Mooney–Rivlin law predicts a
-    /// mode on which it was not calibrated with an error of at most 1 %, and its predictive density corresponds to a
-    /// scatter of 3 %. The neo-Hookean law with a modulus for each mode has a smaller predictive density.
+    /// The points of a Mooney–Rivlin rubber deviate alternately by ±3 % from the law. The calibrated Mooney–Rivlin law
+    /// predicts a further mode with an error of 3 ± 1 %, and with nearly the density of the true law. The neo-Hookean
+    /// law with a modulus for each mode has a smaller predictive density.
     #[test]
     fn the_true_law_predicts_the_mode_not_seen() {
         let law = MooneyRivlinRubber { c_mpa: [0.15, 0.08] };
