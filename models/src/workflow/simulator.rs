@@ -12,8 +12,8 @@ use fem::{
 
 use super::WorkflowError;
 use crate::case::{
-    CaseFile, ConditionsCase, MaterialCase, Parameter, QoiCase, SimulationParts, TargetError,
-    TestCase,
+    CaseFile, ConditionsCase, InterfaceCase, MaterialCase, Parameter, QoiCase, SimulationParts,
+    TargetError, TestCase,
 };
 use crate::experiment::TestCurve;
 use crate::qoi::Qois;
@@ -26,6 +26,7 @@ pub(super) struct Setup<'a> {
     pub(super) order: Order,
     pub(super) homogenisation: Homogenisation,
     pub(super) material: &'a BTreeMap<String, MaterialCase>,
+    pub(super) interface: &'a BTreeMap<String, InterfaceCase>,
     pub(super) phase_field: Option<&'a PhaseField>,
     pub(super) test: &'a TestCase,
     /// Number of equal load steps; `None` for the load steps of the test.
@@ -47,6 +48,7 @@ impl<'a> From<&'a CaseFile> for Setup<'a> {
             order: case.specimen.order,
             homogenisation: case.specimen.homogenisation,
             material: &case.material,
+            interface: &case.interface,
             phase_field: case.phase_field.as_ref(),
             test: &case.test,
             steps: None,
@@ -121,9 +123,19 @@ impl Simulator {
         }
         let parts = SimulationParts {
             material: setup.material.clone(),
+            interface: setup.interface.clone(),
             phase_field: setup.phase_field.copied(),
             test: setup.test.clone(),
         };
+        let is_idle = |name: &&String| regions_of(name, &parts, &mesh.regions).is_none();
+        for name in parts.interface.keys().filter(is_idle) {
+            let table = format!("interface.{name}.");
+            if let Some(p) = parameters.iter().find(|p| p.path().starts_with(&table)) {
+                let known = mesh.regions.join(", ");
+                let message = format!("{p} is calibrated, but the mesh's regions are: {known}");
+                return Err(WorkflowError::Unusable(message));
+            }
+        }
         let rest = Rest {
             order: setup.order,
             homogenisation: setup.homogenisation,
@@ -146,19 +158,26 @@ impl Simulator {
             (&parts.phase_field, &parts.test) == (&self.parts.phase_field, &self.parts.test)
         };
         let problem = match is_material(&parts) {
-            true => self.problem.with_materials(in_fem(&parts, regions)?)?,
+            true => {
+                let problem = self.problem.with_materials(in_fem(&parts, regions)?)?;
+                match interfaces(&parts, regions) {
+                    none if none.is_empty() => problem,
+                    interfaces => problem.with_interfaces(interfaces)?,
+                }
+            }
             false => problem(&self.rest, &parts, self.problem.mesh().clone())?,
         };
         if !self.derivatives {
             return Ok(problem);
         }
         let by = |(i, parameter): (usize, &Parameter)| {
-            fem::MaterialParameter::try_new(parameter.to_string(), values[i], |value| {
+            let name = parameter.to_string();
+            fem::MaterialParameter::try_with_interfaces(name, values[i], |value| {
                 let mut values = values.to_vec();
                 values[i] = value;
                 let shifted = self.parts_at(&values)?;
                 match (&shifted.phase_field, &shifted.test) == (&parts.phase_field, &parts.test) {
-                    true => in_fem(&shifted, regions),
+                    true => Ok((in_fem(&shifted, regions)?, interfaces(&shifted, regions))),
                     false => {
                         Err(unsupported(parameter, "is no constant of a material", NO_DERIVATIVE))
                     }
@@ -221,6 +240,7 @@ fn unsupported(parameter: &Parameter, problem: &str, help: &'static str) -> FemE
 
 fn problem(rest: &Rest, parts: &SimulationParts, mesh: TetMesh) -> Result<Problem, FemError> {
     let materials = in_fem(parts, &mesh.regions)?;
+    let interfaces = interfaces(parts, &mesh.regions);
     let SimulationParts { test, phase_field, .. } = parts;
     let mut schedule = test.schedule();
     if let Some(steps) = rest.steps {
@@ -241,6 +261,7 @@ fn problem(rest: &Rest, parts: &SimulationParts, mesh: TetMesh) -> Result<Proble
         .homogenisation(rest.homogenisation)
         .materials(materials)
         .phase_field(*phase_field)
+        .interfaces(interfaces)
         .options(rest.solver)
         .device(rest.device.clone())
         .ranks(rest.ranks.clone().unwrap_or_default())
@@ -268,6 +289,24 @@ pub(super) fn failure(end: &End) -> Option<FemError> {
 /// Materials of the regions of a mesh.
 fn in_fem(parts: &SimulationParts, regions: &[String]) -> Result<Vec<fem::Material>, FemError> {
     regions.iter().map(|region| parts.material[region].in_fem()).collect()
+}
+
+/// The two regions of an interface; `None` if one of them is not in the mesh.
+fn regions_of<'a>(
+    name: &'a str,
+    parts: &SimulationParts,
+    regions: &[String],
+) -> Option<[&'a str; 2]> {
+    let pair = InterfaceCase::regions(name, &parts.material)?;
+    pair.iter().all(|region| regions.iter().any(|own| own == region)).then_some(pair)
+}
+
+/// Interfaces between regions of a mesh.
+fn interfaces(parts: &SimulationParts, regions: &[String]) -> Vec<fem::Interface> {
+    let in_mesh = |(name, interface): (&String, &InterfaceCase)| {
+        Some(interface.in_fem(regions_of(name, parts, regions)?))
+    };
+    parts.interface.iter().filter_map(in_mesh).collect()
 }
 
 /// Quantities of interest of a run, or the reason why the run has no quantities.

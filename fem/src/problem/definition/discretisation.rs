@@ -9,6 +9,7 @@ use crate::error::{FemError, Unsupported};
 use crate::material::{CrackDensity, DamageQuadrature, MOST_GRAIN, PhaseField};
 use crate::operator::{Assembly, Operator, Unknowns, linear, quadratic};
 use crate::parallel::{Part, bisect};
+use crate::problem::interface::{Bands, Interface, have_same_bands};
 use crate::solve::{LinearPlan, LinearScheme};
 use fem_mesh::TetMesh;
 
@@ -27,6 +28,10 @@ pub(crate) struct Discretisation {
     /// Whether damage is an unknown, for each region.
     pub(crate) damaged: Vec<bool>,
     damage_rule: DamageRule,
+    /// Interface bands.
+    pub(crate) bands: Bands,
+    /// Interfaces that the bands belong to.
+    interfaces: Arc<[Interface]>,
 }
 
 impl Discretisation {
@@ -46,13 +51,14 @@ impl Discretisation {
     /// Creates the operator of the whole mesh.
     pub(crate) fn whole(&self, parts: &Definition) -> Arc<dyn Operator> {
         let (mesh, rule) = (&parts.mesh, self.damage_rule);
+        let bands = self.bands.of_element().to_vec();
         match parts.order {
             Order::Linear => {
-                let space = Space::new::<Linear>(mesh, rule);
+                let space = Space::new::<Linear>(mesh, rule).with_bands(bands);
                 linear(Assembly::new(space).homogenised(parts.homogenisation))
             }
             Order::Quadratic => {
-                let space = Space::new::<Quadratic>(mesh, rule);
+                let space = Space::new::<Quadratic>(mesh, rule).with_bands(bands);
                 quadratic(Assembly::new(space).homogenised(parts.homogenisation))
             }
         }
@@ -61,7 +67,13 @@ impl Discretisation {
     fn with<const N: usize, T: Tetrahedron<N>>(parts: &Definition) -> Result<Self, FemError> {
         let damaged = parts.damaged();
         let damage_rule = rule_of(parts)?;
-        let mut space = Space::new::<T>(&parts.mesh, damage_rule);
+        let interfaces = match &parts.phase_field {
+            Some(_) => Arc::clone(&parts.interfaces),
+            None => Arc::default(),
+        };
+        let bands = Bands::new(&parts.mesh, parts.order, &interfaces, &damaged)?;
+        let space = Space::new::<T>(&parts.mesh, damage_rule);
+        let mut space = space.with_bands(bands.of_element().to_vec());
         let mut boundary = boundary(&space, parts, damaged.clone())?;
         let mut carries_damage = vec![false; space.nodes.len()];
         if damage_rule != DamageRule::Absent {
@@ -104,7 +116,14 @@ impl Discretisation {
             carries_damage,
             damaged,
             damage_rule,
+            bands,
+            interfaces: Arc::clone(&parts.interfaces),
         })
+    }
+
+    /// Returns whether the unknowns and the bands are also those of other materials and interfaces on the same mesh.
+    pub(crate) fn suits(&self, parts: &Definition) -> bool {
+        parts.damaged() == self.damaged && have_same_bands(&parts.interfaces, &self.interfaces)
     }
 
     /// Returns the discretisation with other conditions. Space and linear solver structure are reused.
@@ -125,6 +144,8 @@ impl Discretisation {
             carries_damage: self.carries_damage.clone(),
             damaged: self.damaged.clone(),
             damage_rule: self.damage_rule,
+            bands: self.bands.clone(),
+            interfaces: Arc::clone(&self.interfaces),
         })
     }
 

@@ -2,6 +2,7 @@
 
 mod calibration;
 mod experiments;
+mod interface;
 mod microstructure;
 mod prior;
 mod simulation;
@@ -55,6 +56,7 @@ impl CaseFile {
         for (region, material) in &self.case.material {
             self.check_material(region, material, &mut mistakes);
         }
+        self.check_interfaces(&mut mistakes);
         self.check_test(&mut mistakes);
         self.check_calibration(&mut mistakes);
         if let Some(geometry) = &geometry {

@@ -131,6 +131,13 @@ impl CaseFile {
                 Err(other) => return refuse(other.to_string(), "Choose another value."),
             }
         }
+        let changed =
+            parts.interface.iter().filter(|(name, own)| self.case.interface[*name] != **own);
+        for (name, interface) in changed {
+            if let Err(InputError { problem, help, .. }) = self.check_interface(name, interface) {
+                return refuse(problem, &help);
+            }
+        }
         let Case { phase_field, test, .. } = &self.case;
         if (&parts.phase_field, &parts.test) == (phase_field, test) {
             return Ok(());
