@@ -2,20 +2,19 @@
 
 use super::*;
 
-/// Minimal crack energy per area of one side of a crack, N/mm, by linear elements: φ = 1 in the broken elements, and the
-/// toughness changes at the end of the band. Lengths are relative to ℓ.
-fn minimised(density: CrackDensity, side: &BandSide, band: f64) -> f64 {
+/// Minimal crack energy per area of one side of a crack, N/mm, by linear elements: φ = 1 at the start, and the toughness
+/// changes from `band` to `bulk` at the distance `width` (relative to ℓ).
+fn minimised(density: CrackDensity, band: f64, bulk: f64, width: f64) -> f64 {
     const PER_LENGTH: f64 = 2000.0;
     let c0 = density.normaliser();
-    let end = side.half_width + 12.0;
     // the grid has a node at the end of the band
-    let within = ((side.half_width - side.broken) * PER_LENGTH).ceil() as usize;
-    let beyond = ((end - side.half_width) * PER_LENGTH) as usize;
+    let within = (width * PER_LENGTH).ceil() as usize;
+    let beyond = (12.0 * PER_LENGTH) as usize;
     let size = |e: usize| match e < within {
-        true => (side.half_width - side.broken) / within as f64,
-        false => (end - side.half_width) / beyond as f64,
+        true => width / within as f64,
+        false => 12.0 / beyond as f64,
     };
-    let toughness = |e: usize| if e < within { band } else { side.bulk };
+    let toughness = |e: usize| if e < within { band } else { bulk };
     let elements = within + beyond;
     // energy = ½ φᵀ A φ − bᵀ φ, tridiagonal
     let nodes = elements + 1;
@@ -56,7 +55,7 @@ fn minimised(density: CrackDensity, side: &BandSide, band: f64) -> f64 {
             None => break,
         }
     }
-    let mut energy = side.broken * band / c0;
+    let mut energy = 0.0;
     for e in 0..elements {
         let (h, g, [a, b]) = (size(e), toughness(e) / c0, [phi[e], phi[e + 1]]);
         let local = match density {
@@ -74,50 +73,62 @@ const DENSITIES: [CrackDensity; 2] = [CrackDensity::At2, CrackDensity::At1];
 fn the_energy_is_the_minimum_of_the_one_dimensional_problem() {
     for density in DENSITIES {
         for half_width in [0.25, 0.5, 1.0, 2.5] {
-            for (band, broken) in [(0.2, 0.0), (0.5, 0.1), (2.0, 0.2)] {
-                let side = BandSide { bulk: 1.0, half_width, broken };
-                let [formula, minimum] =
-                    [side.energy(density, band), minimised(density, &side, band)];
+            for (toughness, row, two_sided) in
+                [(0.2, 0.0, true), (0.5, 0.1, true), (2.0, 0.2, false)]
+            {
+                let band = Band { bulk: 1.0, half_width, row, two_sided };
+                let side = |width| minimised(density, toughness, 1.0, width);
+                let other = if two_sided { side(half_width) } else { 0.0 };
+                let broken = row * toughness / density.normaliser();
+                let minimum = broken + side(half_width - row) + other;
+                let formula = band.energy(density, toughness);
                 assert!(
                     (formula - minimum).abs() < 1e-4 * minimum,
-                    "{density:?} {side:?} {band}: {formula} and {minimum}"
+                    "{density:?} {band:?} {toughness}: {formula} and {minimum}"
                 );
             }
         }
     }
 }
 
-/// The closed form of definitions 6.4, whose example is 0.34933 for w = ℓ/2 and half of the toughness.
+/// The closed form of G̃ for AT2 without mesh, G̃ = [(G_i − G_b) C + √((G_i − G_b)² C² + 4 S² G_i G_b)]/(2 S), with
+/// S = sinh(w/ℓ) and C = cosh(w/ℓ). On one side alone, 2 G_i replaces G_i.
 #[test]
 fn without_mesh_at2_is_the_closed_form() {
     for (half_width, relative) in [(0.5, 0.5), (0.25, 0.3), (2.0, 2.0)] {
-        let side = BandSide { bulk: 1.7, half_width, broken: 0.0 };
-        let interface = relative * side.bulk;
-        let (s, c) = (f64::sinh(half_width), f64::cosh(half_width));
-        let difference = (interface - side.bulk) * c;
-        let exact = (difference
-            + (difference.powi(2) + 4.0 * s * s * interface * side.bulk).sqrt())
-            / (2.0 * s);
-        let found = side.toughness(CrackDensity::At2, 0.5 * interface);
-        assert!((found - exact).abs() < 1e-12 * exact, "{found} and {exact}");
+        for two_sided in [true, false] {
+            let band = Band { bulk: 1.7, half_width, row: 0.0, two_sided };
+            let effective = relative * band.bulk;
+            let interface = if two_sided { effective } else { 2.0 * effective };
+            let (s, c) = (f64::sinh(half_width), f64::cosh(half_width));
+            let difference = (interface - band.bulk) * c;
+            let exact = (difference
+                + (difference.powi(2) + 4.0 * s * s * interface * band.bulk).sqrt())
+                / (2.0 * s);
+            let found = band.toughness(CrackDensity::At2, effective);
+            assert!((found - exact).abs() < 1e-12 * exact, "{found} and {exact}");
+        }
     }
-    let side = BandSide { bulk: 1.0, half_width: 0.5, broken: 0.0 };
-    assert!((side.toughness(CrackDensity::At2, 0.25) - 0.34933).abs() < 5e-6);
+    let band = Band { bulk: 1.0, half_width: 0.5, row: 0.0, two_sided: true };
+    assert!((band.toughness(CrackDensity::At2, 0.5) - 0.34933).abs() < 5e-6);
 }
 
 #[test]
-fn the_toughness_is_the_inverse_of_the_energy() {
+fn a_crack_has_the_effective_toughness() {
     for density in DENSITIES {
         for bulk in [0.4, 1.0, 5.0] {
-            for (half_width, broken) in [(0.3, 0.0), (0.8, 0.4), (3.0, 0.2), (20.0, 10.0)] {
-                let side = BandSide { bulk, half_width, broken };
-                for energy in [0.2, 0.5, 2.0] {
-                    let band = side.toughness(density, energy);
-                    let again = side.energy(density, band);
-                    assert!(
-                        band > 0.0 && (again - energy).abs() < 1e-11 * energy,
-                        "{density:?} {side:?}: {band} has {again} instead of {energy}"
-                    );
+            for (half_width, row) in [(0.3, 0.0), (0.8, 0.4), (3.0, 0.2), (20.0, 10.0)] {
+                for two_sided in [true, false] {
+                    let band = Band { bulk, half_width, row, two_sided };
+                    for effective in [0.2, 0.5, 2.0] {
+                        let toughness = band.toughness(density, effective);
+                        let factor = 1.0 + row / density.normaliser();
+                        let energy = band.energy(density, toughness);
+                        assert!(
+                            toughness > 0.0 && (energy - effective * factor).abs() < 1e-11 * energy,
+                            "{density:?} {band:?}: {toughness} has {energy}, not {effective}"
+                        );
+                    }
                 }
             }
         }
@@ -128,12 +139,10 @@ fn the_toughness_is_the_inverse_of_the_energy() {
 #[test]
 fn an_interface_as_tough_as_the_regions_changes_nothing() {
     for density in DENSITIES {
-        for (half_width, broken) in [(0.5, 0.0), (0.5, 0.2), (4.0, 1.0)] {
-            let side = BandSide { bulk: 1.3, half_width, broken };
-            let row = 2.0 * broken;
-            let energy = 0.5 * side.bulk * (1.0 + row / density.normaliser());
-            let band = side.toughness(density, energy);
-            assert!((band - side.bulk).abs() < 1e-10, "{density:?} {side:?}: {band}");
+        for (half_width, row) in [(0.5, 0.0), (0.5, 0.2), (4.0, 1.0)] {
+            let band = Band { bulk: 1.3, half_width, row, two_sided: true };
+            let toughness = band.toughness(density, band.bulk);
+            assert!((toughness - band.bulk).abs() < 1e-10, "{density:?} {band:?}: {toughness}");
         }
     }
 }

@@ -381,4 +381,55 @@ mod tests {
             assert!(refused.contains(path), "{refused}");
         }
     }
+
+    /// The toughness of an interface is set like any other parameter, with derivatives.
+    #[test]
+    fn the_toughness_of_an_interface_is_set_in_the_simulation() {
+        let lattice = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 };
+        let mesh = lattice
+            .build()
+            .unwrap()
+            .with_regions(&["matrix", "grain"], |[x, _, z]| u16::from(x.hypot(z - 2.2) < 1.2));
+        let table =
+            "[interface.matrix-grain]\ntoughness_n_per_mm = 0.001\nwidth_mm = 2.0\n\n[test]";
+        let text = Case::TEMPLATE.replacen("[test]", table, 1).replacen(
+            "viscosity_mpa_s = 0.3",
+            "viscosity_mpa_s = 0.003",
+            1,
+        );
+        let case = |text: &str| CaseFile::parse(text, Path::new("case.toml")).unwrap();
+        let path = "interface.matrix-grain.toughness_n_per_mm";
+        let outcome = |file: &CaseFile, value: Option<f64>| {
+            let setup =
+                Setup { order: Order::Linear, derivatives: value.is_some(), ..Setup::from(file) };
+            let setup = Setup { steps: Some(8), ..setup };
+            let paths = value.iter().map(|_| path.parse().unwrap()).collect();
+            let simulator = Simulator::new(&setup, mesh.clone(), paths).unwrap();
+            let values: Vec<f64> = value.into_iter().collect();
+            simulator.run(&values, &mut ()).unwrap()
+        };
+        let forces =
+            |outcome: &Outcome| outcome.curve.iter().map(|p| p.force_n).collect::<Vec<_>>();
+        let own = case(&text);
+        let other = case(&text.replacen(
+            "toughness_n_per_mm = 0.001\nw",
+            "toughness_n_per_mm = 0.002\nw",
+            1,
+        ));
+        let found = outcome(&own, Some(0.002));
+        assert_eq!(forces(&found), forces(&outcome(&other, None)));
+        assert_ne!(forces(&found), forces(&outcome(&own, None)));
+        assert_eq!(found.sensitivities.names, [path]);
+        assert!(found.sensitivities.force_n.iter().any(|row| row[0] > 0.0));
+
+        let matrix = TetMesh {
+            regions: vec!["matrix".into()],
+            region_of: vec![0; mesh.tets.len()],
+            ..mesh.clone()
+        };
+        let setup = Setup::from(&own);
+        assert!(Simulator::new(&setup, matrix.clone(), Vec::new()).is_ok());
+        let refused = Simulator::new(&setup, matrix, vec![path.parse().unwrap()]).unwrap_err();
+        assert!(refused.to_string().contains(path), "{refused}");
+    }
 }

@@ -71,7 +71,7 @@ impl Discretisation {
             Some(_) => Arc::clone(&parts.interfaces),
             None => Arc::default(),
         };
-        let bands = Bands::new(&parts.mesh, parts.order, &interfaces, &damaged)?;
+        let bands = Bands::new(&parts.mesh, &interfaces, &damaged)?;
         let space = Space::new::<T>(&parts.mesh, damage_rule);
         let mut space = space.with_bands(bands.of_element().to_vec());
         let mut boundary = boundary(&space, parts, damaged.clone())?;

@@ -3,8 +3,7 @@
 use std::sync::Arc;
 
 use super::interface::Interface;
-use super::toughness::BandSide;
-use crate::element::Order;
+use super::toughness::Band;
 use crate::error::{FemError, Unsupported};
 use crate::material::{Material, PhaseField, PointMaterial};
 use fem_mesh::{InterfaceSurface, TetMesh};
@@ -29,10 +28,10 @@ struct Side {
     region: usize,
     /// Half-width w of the band, mm.
     half_width_mm: f64,
-    /// Thickness t of the broken elements in the band, mm.
-    broken_mm: f64,
-    /// Part of the crack energy that this side supplies: one half, or one if the other region does not break.
-    share: f64,
+    /// Thickness h of the row of elements at the interface, mm. A crack breaks these elements, linear or quadratic.
+    row_mm: f64,
+    /// Whether the other region can break, too.
+    two_sided: bool,
 }
 
 impl Bands {
@@ -42,7 +41,6 @@ impl Bands {
     /// [`FemError::Unsupported`] if a region does not exist, the regions do not touch, or no region can break.
     pub(crate) fn new(
         mesh: &TetMesh,
-        order: Order,
         interfaces: &[Interface],
         damaged: &[bool],
     ) -> Result<Self, FemError> {
@@ -69,20 +67,13 @@ impl Bands {
             if breaks == [false; 2] {
                 return refused(Unsupported::InterfaceOfElasticRegions);
             }
-            let two_sided = breaks == [true; 2];
             let rows = surface.row_mm();
             let side = |k: usize| {
                 breaks[k].then(|| {
-                    // quadratic elements have a node at the midpoint of each edge
-                    let row_mm = match order {
-                        Order::Linear => rows[k],
-                        Order::Quadratic => 0.5 * rows[k],
-                    };
-                    // the crack breaks one row of elements, on either side
-                    let share = if two_sided { 0.5 } else { 1.0 };
-                    let broken_mm = share * row_mm;
-                    let half_width_mm = (0.5 * interface.width_mm).max(2.0 * broken_mm);
-                    Side { region: regions[k], half_width_mm, broken_mm, share }
+                    let (region, row_mm) = (regions[k], rows[k]);
+                    // behind the row of elements that a crack breaks, one more row is in the band
+                    let half_width_mm = (0.5 * interface.width_mm).max(2.0 * row_mm);
+                    Side { region, half_width_mm, row_mm, two_sided: breaks == [true; 2] }
                 })
             };
             let both = [side(0), side(1)];
@@ -151,14 +142,12 @@ impl Side {
     /// Returns the toughness G̃ of the band, N/mm, in a region of toughness `bulk`.
     fn toughness(&self, interface: &Interface, bulk: f64, field: &PhaseField) -> f64 {
         let length = field.length_mm;
-        let band = BandSide {
+        let band = Band {
             bulk,
             half_width: self.half_width_mm / length,
-            broken: self.broken_mm / length,
+            row: self.row_mm / length,
+            two_sided: self.two_sided,
         };
-        // every crack on this mesh has the factor 1 + k h, where h is the thickness of a row of elements
-        let row_mm = self.broken_mm / self.share;
-        let factor = 1.0 + row_mm / (field.model.normaliser() * length);
-        band.toughness(field.model, self.share * interface.toughness_n_per_mm * factor)
+        band.toughness(field.model, interface.toughness_n_per_mm)
     }
 }

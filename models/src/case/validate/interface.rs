@@ -54,3 +54,88 @@ impl CaseFile {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use crate::case::{Case, CaseFile};
+
+    /// Reads the default case with an interface, and with `changes` to its text.
+    fn read(changes: &[(&str, &str)]) -> Result<CaseFile, String> {
+        let table = "[interface.matrix-grain]\ntoughness_n_per_mm = 0.001\nwidth_mm = 0.4\n\n";
+        let mut text = Case::TEMPLATE.replacen("[test]", &format!("{table}[test]"), 1);
+        for (from, to) in changes {
+            assert!(text.contains(from), "the case has no {from:?}");
+            text = text.replacen(from, to, 1);
+        }
+        CaseFile::parse(&text, Path::new("case.toml")).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn an_interface_is_read_and_calibrated() {
+        let file = read(&[(
+            "[prior] ",
+            "[prior]\ninterface.matrix-grain.toughness_n_per_mm = [0.0005, 0.002] ",
+        )]);
+        let case = file.expect("a valid case").case;
+        assert_eq!(case.interface["matrix-grain"].width_mm, 0.4);
+        let names: Vec<String> = case.prior.as_ref().expect("a prior").names().collect();
+        assert_eq!(names[0], "interface.matrix-grain.toughness_n_per_mm");
+        let again = CaseFile::parse(&case.to_toml(), Path::new("case.toml")).expect("valid").case;
+        assert_eq!(again, case);
+    }
+
+    #[test]
+    fn wrong_interfaces_are_refused_with_their_key() {
+        let (width, toughness) = ("width_mm = 0.4", "toughness_n_per_mm = 0.001\nwidth");
+        for (from, to, parts) in [
+            (
+                width,
+                "width_mm = -0.4",
+                ["interface.matrix-grain.width_mm = -0.4", "positive width"],
+            ),
+            (
+                toughness,
+                "toughness_n_per_mm = 0.0\nwidth",
+                ["interface.matrix-grain.toughness_n_per_mm = 0", "0.001 N/mm"],
+            ),
+            (
+                width,
+                "width_mm = 0.4\nstrength = { tensile_mpa = 5.0 }",
+                ["strength is no key of an interface", "Leave strength out"],
+            ),
+            (width, "width_m = 0.4", ["unknown key \"width_m\"", "mean \"width_mm\"?"]),
+            (
+                "[interface.matrix-grain]",
+                "[interface.matrix-sand]",
+                ["interface.matrix-sand", "grain, matrix"],
+            ),
+            (
+                "toughness_n_per_mm = 0.0025",
+                "",
+                ["interface.matrix-grain", "neither of its regions can break"],
+            ),
+            (
+                "[prior] ",
+                "[prior]\ninterface.matrix-grain.toughness_n_per_mm = [-0.1, 0.002] ",
+                ["prior.interface.matrix-grain.toughness_n_per_mm", "positive toughness"],
+            ),
+            (
+                "[prior] ",
+                "[prior]\ninterface.grain-matrix.toughness_n_per_mm = [0.1, 0.2] ",
+                ["no table [interface.grain-matrix]", "width_mm"],
+            ),
+            (
+                "[prior] ",
+                "[prior]\ninterface.matrix-grain.width_mm = [0.1, 0.2] ",
+                ["width_mm", "toughness_n_per_mm"],
+            ),
+        ] {
+            let message = read(&[(from, to)]).expect_err(to);
+            for part in parts {
+                assert!(message.contains(part), "{part:?} is not in {message:?}");
+            }
+        }
+    }
+}
