@@ -4,6 +4,7 @@ use fem::FemError;
 use ppl::Univariate;
 
 use super::super::{Case, CaseFile, Mistakes, Parameter, PriorCase, TargetError};
+use super::interface::{WrongInterface, check_interface};
 use crate::error::InputError;
 use crate::prior::{Prior, PriorBounds};
 
@@ -134,7 +135,9 @@ impl CaseFile {
         let changed =
             parts.interface.iter().filter(|(name, own)| self.case.interface[*name] != **own);
         for (name, interface) in changed {
-            if let Err(InputError { problem, help, .. }) = self.check_interface(name, interface) {
+            if let Err(WrongInterface { problem, help, .. }) =
+                check_interface(&self.case, name, interface)
+            {
                 return refuse(problem, &help);
             }
         }
