@@ -5,6 +5,7 @@ mod cluster;
 mod failure;
 mod init;
 mod output;
+mod prony;
 mod ranks;
 mod replace;
 
@@ -26,6 +27,7 @@ use cluster::{Jobs, Sharing, slurm, slurm_study};
 use failure::Failure;
 use init::{init, init_own_data};
 use output::print_line;
+use prony::prony;
 use replace::replaceable;
 
 /// Calibrates the fracture of bonded granular materials, with uncertainty.
@@ -52,6 +54,7 @@ Examples:
   breccia check my.toml                     what a run would read, its cost and every mistake
   breccia simulate my.toml --out try        one simulation: try/curve.csv
   breccia surfaces my.toml --out try        the surface of each grain: try/surfaces/grain-001.stl
+  breccia prony relaxation.csv --out try    a Prony series of a relaxation test
   breccia run my.toml --out results         all stages; the same command resumes an interrupted run
   breccia calibrate --out results           one stage again, after results/case.toml was edited
   breccia status results                    state of the results, from any machine that sees the folder
@@ -122,6 +125,20 @@ enum Command {
         /// Shrink grains that are nearer to each other than MM about their centroids
         #[arg(long, value_name = "MM", default_value_t = 0.0, value_parser = length)]
         least_distance_mm: f64,
+    },
+    /// Fit a Prony series to a relaxation test or a dynamic test (DMA); writes the lines for a case and a picture
+    #[command(
+        after_help = "TABLE is a CSV file with the columns time_s,modulus_mpa, or frequency_hz,storage_mpa,loss_mpa.\n\
+                      Writes NAME-prony.toml and NAME-prony.png for a table NAME.csv; existing files are never replaced.\n\
+                      Example:\n  breccia prony relaxation.csv --out try"
+    )]
+    Prony {
+        /// Table of the measured moduli
+        table: PathBuf,
+
+        /// Folder for the files
+        #[arg(long, value_name = "DIR", default_value = ".")]
+        out: PathBuf,
     },
     /// Run several related calibrations and compare them; writes study.csv and report.html
     #[command(
@@ -327,6 +344,7 @@ fn ranks_of(request: &Request) -> Result<Ranks, Failure> {
         Request::Command(Command::Init { .. }) => "init",
         Request::Command(Command::Check { .. }) => "check",
         Request::Command(Command::Surfaces { .. }) => "surfaces",
+        Request::Command(Command::Prony { .. }) => "prony",
         Request::Command(Command::Study { .. }) => "study",
         Request::Command(Command::Status { .. }) => "status",
         Request::Stage(stage, ..) => stage.name,
@@ -376,6 +394,7 @@ fn run(request: Request, threads: usize, ranks: &Ranks) -> Result<ExitCode, Fail
             let options = SurfaceOptions { smoothing_passes, decimation, least_distance_mm };
             print_line(target.open(&file, threads)?.surfaces(&options)?.display())?;
         }
+        Request::Command(Command::Prony { table, out }) => prony(&table, &out)?,
         Request::Command(Command::Study { file: path, out, set, replace, only, until, jobs }) => {
             let replace = replaceable(&out, &replace)?;
             let file = StudyFile::read(&path, &set).map_err(WorkflowError::from)?;

@@ -25,10 +25,11 @@
 //! 3. `virtual_specimen`: specimens with a known truth
 //! 4. `coverage`: coverage of intervals, measured in experiments with a known truth
 //! 5. `report`: figures and the HTML report; depends on results, but not on the workflow
-//! 6. `workflow`: the stages, which are listed in a table; each key and file that a stage reads is recorded as its
+//! 6. `prony`: Prony series of relaxation tests and dynamic tests
+//! 7. `workflow`: the stages, which are listed in a table; each key and file that a stage reads is recorded as its
 //!    input
-//! 7. `study`: several calibrations, and jobs of a cluster
-//! 8. `registry`, `cli`: extensions of a user's own program, and the command line
+//! 8. `study`: several calibrations, and jobs of a cluster
+//! 9. `registry`, `cli`: extensions of a user's own program, and the command line
 //!
 //! The modules depend on the crate [`breccia_calibration`]: curves, quantities of interest and calibration models.
 
@@ -36,6 +37,7 @@ mod case;
 mod cli;
 mod coverage;
 mod progress;
+mod prony;
 mod registry;
 pub mod report;
 mod study;
@@ -59,13 +61,14 @@ use breccia_calibration::{
 pub use case::{
     AdaptiveCase, ArcLengthCase, BoundsCase, ByParameter, CalibrationCase, CandidateCase, Case,
     CaseFile, ConditionsCase, ConfirmCase, DesignCase, DesignSample, DiscrepancyCase,
-    ExperimentsCase, ExtendCase, FidelityCase, FurtherTestsCase, ImageCase, LevelCase, Likelihood,
-    MaterialCase, MeasureCase, Microstructure, NoiseCase, OutputCase, Parameter, PrescribeCase,
-    PriorCase, QoiCase, SequentialCase, SimulationParts, SpecimenCase, SpecimenGeometry,
-    SurrogateCase, Target, TargetError, TestCase, Toe, TractionCase, VirtualCase,
+    ExperimentsCase, ExtendCase, FidelityCase, FurtherTestsCase, ImageCase, InterfaceCase,
+    LevelCase, Likelihood, MaterialCase, MeasureCase, Microstructure, NoiseCase, OutputCase,
+    Parameter, PrescribeCase, PriorCase, QoiCase, SequentialCase, SimulationParts, SpecimenCase,
+    SpecimenGeometry, SurrogateCase, Target, TargetError, TestCase, Toe, TractionCase, VirtualCase,
 };
 pub use cli::program;
 pub use coverage::{CoverageRow, CoverageStudy, Emulated, KnownStiffness, Laboratory, Setting};
+pub use prony::{MeasuredModuli, PronyFit, PronySeries, PronyTerm, prony_picture};
 pub use registry::Registry;
 pub use study::{
     PartCheck, PartStatus, Reference, SlurmError, SlurmJobs, Study, StudyCase, StudyCheck,

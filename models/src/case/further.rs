@@ -11,8 +11,17 @@ use crate::error::InputError;
 use crate::qoi::Quantity;
 
 /// Tables that a candidate test may change. All other tables are fixed, because they define the calibration.
-const TABLES: [&str; 8] =
-    ["specimen", "material", "phase_field", "test", "conditions", "solver", "design", "fidelity"];
+const TABLES: [&str; 9] = [
+    "specimen",
+    "material",
+    "interface",
+    "phase_field",
+    "test",
+    "conditions",
+    "solver",
+    "design",
+    "fidelity",
+];
 
 /// `[further_tests]`: candidates for the next tests.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

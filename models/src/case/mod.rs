@@ -13,6 +13,7 @@ mod further;
 mod fuzz;
 mod geometry;
 mod image;
+mod interface;
 mod labels;
 mod material;
 mod mistakes;
@@ -50,6 +51,7 @@ pub(crate) use further::PRESENT;
 pub use further::{CandidateCase, FurtherTestsCase};
 pub use geometry::SpecimenGeometry;
 pub use image::ImageCase;
+pub use interface::InterfaceCase;
 pub use material::MaterialCase;
 pub(crate) use mistakes::Mistakes;
 pub(crate) use overlay::{merge, remove};
@@ -74,6 +76,9 @@ pub struct Case {
     pub specimen: SpecimenCase,
     /// Parameters of each region of the mesh.
     pub material: BTreeMap<String, MaterialCase>,
+    /// Interfaces between regions with their own toughness, by the names of the regions, as in `matrix-grain`.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub interface: BTreeMap<String, InterfaceCase>,
     /// Damage model; without it, every region is elastic.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub phase_field: Option<PhaseField>,
@@ -187,8 +192,8 @@ impl Case {
 
     /// Returns the parts of the case that calibrated parameters can change.
     pub(crate) fn parts(&self) -> SimulationParts {
-        let Self { material, phase_field, test, .. } = self.clone();
-        SimulationParts { material, phase_field, test }
+        let Self { material, interface, phase_field, test, .. } = self.clone();
+        SimulationParts { material, interface, phase_field, test }
     }
 
     /// Returns the prior with the ranges of all extensions. These ranges are the bounds of the surrogate's inputs.

@@ -262,8 +262,8 @@ fn locate(text: &str, span: Range<usize>) -> (String, String) {
 mod tests {
     use super::*;
     use crate::case::{
-        AdaptiveCase, ArcLengthCase, ConditionsCase, ImageCase, MeasureCase, PrescribeCase,
-        TractionCase,
+        AdaptiveCase, ArcLengthCase, ConditionsCase, ImageCase, InterfaceCase, MeasureCase,
+        PrescribeCase, TractionCase,
     };
     use crate::record::{Compression, Decimal, Encoding, ReadOptions, Separator};
 
@@ -307,6 +307,8 @@ mod tests {
         full.specimen.mesh = Some("cylinder.msh".into());
         full.specimen.regions.insert("matrix".into(), 1.into());
         full.specimen.surfaces.insert("top".into(), 1.into());
+        let interface = InterfaceCase { toughness_n_per_mm: 0.001, width_mm: 0.1 };
+        full.interface.insert("matrix-grain".into(), interface);
         full.test.steps = Some(44);
         full.test.stop_below_peak = Some(0.1);
         full.test.adaptive = Some(AdaptiveCase { first: 0.01, largest: 0.025 });

@@ -100,6 +100,11 @@ impl CaseCheck {
         let case = &file.case;
         let names: Vec<&str> = case.material.keys().map(String::as_str).collect();
         self.say("materials", names.join(", "));
+        for (name, interface) in &case.interface {
+            let (toughness, width) = (interface.toughness_n_per_mm, interface.width_mm);
+            let text = format!("{name}: toughness {toughness} N/mm, in a band of {width} mm");
+            self.say("interface", text);
+        }
         let test = &case.test;
         if let Some(displacement_mm) = test.displacement_mm {
             let steps = match test.steps {

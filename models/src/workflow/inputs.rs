@@ -15,7 +15,7 @@ use super::sources::{Origin, Sources};
 use super::specimen::{Scanned, Source};
 use crate::case::{
     ByParameter, CalibrationCase, CandidateCase, Case, CaseFile, ConditionsCase, ConfirmCase,
-    DesignCase, ExtendCase, FidelityCase, FurtherTestsCase, ImageCase, MaterialCase,
+    DesignCase, ExtendCase, FidelityCase, FurtherTestsCase, ImageCase, InterfaceCase, MaterialCase,
     Microstructure, NoiseCase, Parameter, PriorCase, QoiCase, SequentialCase, SpecimenGeometry,
     SurrogateCase, TestCase, Toe, VirtualCase,
 };
@@ -123,6 +123,7 @@ parts! {
     order: specimen.order => Order;
     homogenisation: specimen.homogenisation => Homogenisation;
     material: material => BTreeMap<String, MaterialCase>;
+    interface: interface => BTreeMap<String, InterfaceCase>;
     phase_field: phase_field => Option<PhaseField>;
     test: test => TestCase;
     conditions: conditions => Option<ConditionsCase>;
@@ -191,6 +192,7 @@ impl Inputs<'_> {
             order: *self.order(),
             homogenisation: *self.homogenisation(),
             material: self.material(),
+            interface: self.interface(),
             phase_field: self.phase_field().as_ref(),
             test: self.test(),
             steps: None,

@@ -12,8 +12,8 @@ use fem::{
 
 use super::WorkflowError;
 use crate::case::{
-    CaseFile, ConditionsCase, MaterialCase, Parameter, QoiCase, SimulationParts, TargetError,
-    TestCase,
+    CaseFile, ConditionsCase, InterfaceCase, MaterialCase, Parameter, QoiCase, SimulationParts,
+    TargetError, TestCase,
 };
 use crate::experiment::TestCurve;
 use crate::qoi::Qois;
@@ -26,6 +26,7 @@ pub(super) struct Setup<'a> {
     pub(super) order: Order,
     pub(super) homogenisation: Homogenisation,
     pub(super) material: &'a BTreeMap<String, MaterialCase>,
+    pub(super) interface: &'a BTreeMap<String, InterfaceCase>,
     pub(super) phase_field: Option<&'a PhaseField>,
     pub(super) test: &'a TestCase,
     /// Number of equal load steps; `None` for the load steps of the test.
@@ -47,6 +48,7 @@ impl<'a> From<&'a CaseFile> for Setup<'a> {
             order: case.specimen.order,
             homogenisation: case.specimen.homogenisation,
             material: &case.material,
+            interface: &case.interface,
             phase_field: case.phase_field.as_ref(),
             test: &case.test,
             steps: None,
@@ -121,9 +123,19 @@ impl Simulator {
         }
         let parts = SimulationParts {
             material: setup.material.clone(),
+            interface: setup.interface.clone(),
             phase_field: setup.phase_field.copied(),
             test: setup.test.clone(),
         };
+        let is_idle = |name: &&String| regions_of(name, &parts, &mesh.regions).is_none();
+        for name in parts.interface.keys().filter(is_idle) {
+            let table = format!("interface.{name}.");
+            if let Some(p) = parameters.iter().find(|p| p.path().starts_with(&table)) {
+                let known = mesh.regions.join(", ");
+                let message = format!("{p} is calibrated, but the mesh's regions are: {known}");
+                return Err(WorkflowError::Unusable(message));
+            }
+        }
         let rest = Rest {
             order: setup.order,
             homogenisation: setup.homogenisation,
@@ -146,19 +158,26 @@ impl Simulator {
             (&parts.phase_field, &parts.test) == (&self.parts.phase_field, &self.parts.test)
         };
         let problem = match is_material(&parts) {
-            true => self.problem.with_materials(in_fem(&parts, regions)?)?,
+            true => {
+                let problem = self.problem.with_materials(in_fem(&parts, regions)?)?;
+                match interfaces(&parts, regions) {
+                    none if none.is_empty() => problem,
+                    interfaces => problem.with_interfaces(interfaces)?,
+                }
+            }
             false => problem(&self.rest, &parts, self.problem.mesh().clone())?,
         };
         if !self.derivatives {
             return Ok(problem);
         }
         let by = |(i, parameter): (usize, &Parameter)| {
-            fem::MaterialParameter::try_new(parameter.to_string(), values[i], |value| {
+            let name = parameter.to_string();
+            fem::MaterialParameter::try_with_interfaces(name, values[i], |value| {
                 let mut values = values.to_vec();
                 values[i] = value;
                 let shifted = self.parts_at(&values)?;
                 match (&shifted.phase_field, &shifted.test) == (&parts.phase_field, &parts.test) {
-                    true => in_fem(&shifted, regions),
+                    true => Ok((in_fem(&shifted, regions)?, interfaces(&shifted, regions))),
                     false => {
                         Err(unsupported(parameter, "is no constant of a material", NO_DERIVATIVE))
                     }
@@ -221,6 +240,7 @@ fn unsupported(parameter: &Parameter, problem: &str, help: &'static str) -> FemE
 
 fn problem(rest: &Rest, parts: &SimulationParts, mesh: TetMesh) -> Result<Problem, FemError> {
     let materials = in_fem(parts, &mesh.regions)?;
+    let interfaces = interfaces(parts, &mesh.regions);
     let SimulationParts { test, phase_field, .. } = parts;
     let mut schedule = test.schedule();
     if let Some(steps) = rest.steps {
@@ -241,6 +261,7 @@ fn problem(rest: &Rest, parts: &SimulationParts, mesh: TetMesh) -> Result<Proble
         .homogenisation(rest.homogenisation)
         .materials(materials)
         .phase_field(*phase_field)
+        .interfaces(interfaces)
         .options(rest.solver)
         .device(rest.device.clone())
         .ranks(rest.ranks.clone().unwrap_or_default())
@@ -268,6 +289,24 @@ pub(super) fn failure(end: &End) -> Option<FemError> {
 /// Materials of the regions of a mesh.
 fn in_fem(parts: &SimulationParts, regions: &[String]) -> Result<Vec<fem::Material>, FemError> {
     regions.iter().map(|region| parts.material[region].in_fem()).collect()
+}
+
+/// The two regions of an interface; `None` if one of them is not in the mesh.
+fn regions_of<'a>(
+    name: &'a str,
+    parts: &SimulationParts,
+    regions: &[String],
+) -> Option<[&'a str; 2]> {
+    let pair = InterfaceCase::regions(name, &parts.material)?;
+    pair.iter().all(|region| regions.iter().any(|own| own == region)).then_some(pair)
+}
+
+/// Interfaces between regions of a mesh.
+fn interfaces(parts: &SimulationParts, regions: &[String]) -> Vec<fem::Interface> {
+    let in_mesh = |(name, interface): (&String, &InterfaceCase)| {
+        Some(interface.in_fem(regions_of(name, parts, regions)?))
+    };
+    parts.interface.iter().filter_map(in_mesh).collect()
 }
 
 /// Quantities of interest of a run, or the reason why the run has no quantities.
@@ -341,5 +380,56 @@ mod tests {
             let refused = forces(&own, Some((path, value)), true).unwrap_err().to_string();
             assert!(refused.contains(path), "{refused}");
         }
+    }
+
+    /// The toughness of an interface is set like any other parameter, with derivatives.
+    #[test]
+    fn the_toughness_of_an_interface_is_set_in_the_simulation() {
+        let lattice = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 };
+        let mesh = lattice
+            .build()
+            .unwrap()
+            .with_regions(&["matrix", "grain"], |[x, _, z]| u16::from(x.hypot(z - 2.2) < 1.2));
+        let table =
+            "[interface.matrix-grain]\ntoughness_n_per_mm = 0.001\nwidth_mm = 2.0\n\n[test]";
+        let text = Case::TEMPLATE.replacen("[test]", table, 1).replacen(
+            "viscosity_mpa_s = 0.3",
+            "viscosity_mpa_s = 0.003",
+            1,
+        );
+        let case = |text: &str| CaseFile::parse(text, Path::new("case.toml")).unwrap();
+        let path = "interface.matrix-grain.toughness_n_per_mm";
+        let outcome = |file: &CaseFile, value: Option<f64>| {
+            let setup =
+                Setup { order: Order::Linear, derivatives: value.is_some(), ..Setup::from(file) };
+            let setup = Setup { steps: Some(8), ..setup };
+            let paths = value.iter().map(|_| path.parse().unwrap()).collect();
+            let simulator = Simulator::new(&setup, mesh.clone(), paths).unwrap();
+            let values: Vec<f64> = value.into_iter().collect();
+            simulator.run(&values, &mut ()).unwrap()
+        };
+        let forces =
+            |outcome: &Outcome| outcome.curve.iter().map(|p| p.force_n).collect::<Vec<_>>();
+        let own = case(&text);
+        let other = case(&text.replacen(
+            "toughness_n_per_mm = 0.001\nw",
+            "toughness_n_per_mm = 0.002\nw",
+            1,
+        ));
+        let found = outcome(&own, Some(0.002));
+        assert_eq!(forces(&found), forces(&outcome(&other, None)));
+        assert_ne!(forces(&found), forces(&outcome(&own, None)));
+        assert_eq!(found.sensitivities.names, [path]);
+        assert!(found.sensitivities.force_n.iter().any(|row| row[0] > 0.0));
+
+        let matrix = TetMesh {
+            regions: vec!["matrix".into()],
+            region_of: vec![0; mesh.tets.len()],
+            ..mesh.clone()
+        };
+        let setup = Setup::from(&own);
+        assert!(Simulator::new(&setup, matrix.clone(), Vec::new()).is_ok());
+        let refused = Simulator::new(&setup, matrix, vec![path.parse().unwrap()]).unwrap_err();
+        assert!(refused.to_string().contains(path), "{refused}");
     }
 }

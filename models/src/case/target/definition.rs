@@ -6,13 +6,15 @@ use std::fmt::Debug;
 
 use fem::PhaseField;
 
-use super::super::{MaterialCase, TestCase};
+use super::super::{InterfaceCase, MaterialCase, TestCase};
 
 /// Parts of a case that a calibrated parameter can change.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SimulationParts {
     /// `[material]`, by region.
     pub material: BTreeMap<String, MaterialCase>,
+    /// `[interface]`, by the names of its regions.
+    pub interface: BTreeMap<String, InterfaceCase>,
     /// `[phase_field]`.
     pub phase_field: Option<PhaseField>,
     /// `[test]`.

@@ -7,6 +7,7 @@ use std::str::FromStr;
 use std::sync::{Arc, OnceLock};
 
 use super::definition::Target;
+use super::interface::{self, InterfaceToughness};
 use super::material::{MaterialConstant, Property};
 use super::number::NUMBERS;
 
@@ -132,11 +133,22 @@ impl TargetRegistry {
     /// Returns the target with this path.
     pub(crate) fn find(&self, path: &str) -> Option<Parameter> {
         let target = self.targets.iter().find(|target| *target.path == *path).cloned();
-        target.or_else(|| MaterialConstant::of_path(path).map(Parameter::new))
+        match interface::is_of_interface(path) {
+            true => target.or_else(|| InterfaceToughness::of_path(path).map(Parameter::new)),
+            false => target.or_else(|| MaterialConstant::of_path(path).map(Parameter::new)),
+        }
+    }
+
+    /// Whether a path names a table within a table, whose keys are parameters: `interface.matrix-grain`.
+    pub(crate) fn is_table(path: &str) -> bool {
+        interface::is_table(path)
     }
 
     /// Returns the keys of a table of the case that can be calibrated.
     pub(crate) fn keys_of(&self, table: &str) -> Vec<&str> {
+        if interface::is_table(table) {
+            return vec![interface::TOUGHNESS];
+        }
         let own = self.targets.iter().map(Parameter::table_and_key);
         let own: Vec<&str> = own.filter(|own| own.0 == table).map(|own| own.1).collect();
         match own.is_empty() {

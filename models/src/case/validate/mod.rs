@@ -2,11 +2,14 @@
 
 mod calibration;
 mod experiments;
+mod interface;
 mod microstructure;
 mod prior;
 mod simulation;
 
 use fem::VOID;
+
+use interface::{WrongInterface, check_interface};
 
 use super::{CaseFile, Mistakes, SpecimenGeometry};
 use crate::error::{InputError, closest};
@@ -54,6 +57,12 @@ impl CaseFile {
         }
         for (region, material) in &self.case.material {
             self.check_material(region, material, &mut mistakes);
+        }
+        for (name, own) in &self.case.interface {
+            if let Err(wrong) = check_interface(&self.case, name, own) {
+                let WrongInterface { key, value, problem, help } = wrong;
+                mistakes.note(Err(self.error(&key, value, problem, help)));
+            }
         }
         self.check_test(&mut mistakes);
         self.check_calibration(&mut mistakes);

@@ -4,6 +4,7 @@ use fem::FemError;
 use ppl::Univariate;
 
 use super::super::{Case, CaseFile, Mistakes, Parameter, PriorCase, TargetError};
+use super::interface::{WrongInterface, check_interface};
 use crate::error::InputError;
 use crate::prior::{Prior, PriorBounds};
 
@@ -129,6 +130,15 @@ impl CaseFile {
                     return refuse(format!("must be {requirement}"), help);
                 }
                 Err(other) => return refuse(other.to_string(), "Choose another value."),
+            }
+        }
+        let changed =
+            parts.interface.iter().filter(|(name, own)| self.case.interface[*name] != **own);
+        for (name, interface) in changed {
+            if let Err(WrongInterface { problem, help, .. }) =
+                check_interface(&self.case, name, interface)
+            {
+                return refuse(problem, &help);
             }
         }
         let Case { phase_field, test, .. } = &self.case;

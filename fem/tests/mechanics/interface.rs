@@ -1,0 +1,434 @@
+//! Interfaces with their own toughness: effective toughness of separated bars and of a double cantilever, derivatives,
+//! devices, and errors of invalid input.
+
+use crate::support::test_device::test_device;
+use crate::support::{grain, loading, matrix, phase_field, prism};
+use fem::{
+    Axis, Block, Conditions, CrackDensity, End, Fracture, Interface, LinearScheme, Material,
+    MaterialParameter, Mixture, NodeSet, Order, Outcome, PhaseField, Problem, ProblemWarning,
+    Schedule, SolverOptions, Split, TetMesh,
+};
+
+/// Toughness of the regions, N/mm.
+const BULK: f64 = 0.01;
+
+fn breakable(young_mpa: f64, poisson: f64) -> Material {
+    Material::hencky(young_mpa, poisson).with_fracture(Fracture::new(BULK))
+}
+
+/// A bar along x with an interface in its middle, pulled apart until it is in two parts.
+struct Bar {
+    order: Order,
+    field: PhaseField,
+    /// Spacing of the elements, mm.
+    spacing_mm: f64,
+    /// Whether the part beyond the middle can break.
+    two_sided: bool,
+    interface: Interface,
+    mesh: TetMesh,
+}
+
+impl Bar {
+    const LENGTH: f64 = 1.2;
+
+    fn new(cells: u32, length_mm: f64, interface_n_per_mm: f64, width_mm: f64) -> Self {
+        let spacing_mm = Self::LENGTH / f64::from(cells);
+        let mesh = Block::new([Self::LENGTH, spacing_mm, spacing_mm], [cells as usize, 1, 1]);
+        let mesh = mesh
+            .build()
+            .expect("a mesh")
+            .with_regions(&["matrix", "grain"], |[x, ..]| u16::from(x > 0.5 * Self::LENGTH));
+        Self {
+            order: Order::Linear,
+            field: PhaseField::new(length_mm),
+            spacing_mm,
+            two_sided: true,
+            interface: Interface::new(["matrix", "grain"], interface_n_per_mm, width_mm),
+            mesh,
+        }
+    }
+
+    fn problem(&self) -> Problem {
+        let conditions = Conditions::new()
+            .fix("left", [Axis::X])
+            .prescribe("right", [Axis::X], |_, time_s| [0.03 * time_s.powi(3), 0.0, 0.0])
+            .remove_rigid_motions()
+            .measure("right", [1.0, 0.0, 0.0]);
+        // the stiffnesses differ, so that the crack chooses the elements of one side
+        let second =
+            if self.two_sided { breakable(1100.0, 0.0) } else { Material::hencky(1100.0, 0.0) };
+        Problem::builder(self.mesh.clone())
+            .order(self.order)
+            .materials([breakable(1000.0, 0.0), second])
+            .phase_field(self.field)
+            .interfaces([self.interface.clone()])
+            .conditions(conditions)
+            .schedule(Schedule::fixed(1.0, 30))
+            .build()
+            .expect("valid input")
+    }
+
+    /// Returns the crack energy per area of the separated bar, N/mm.
+    fn energy(&self) -> f64 {
+        let outcome = self.problem().run(&mut ());
+        assert!(matches!(outcome.end, End::Displacement), "{:?}", outcome.end);
+        let last = outcome.curve.last().expect("a point");
+        let peak = outcome.curve.iter().map(|point| point.force_n.abs()).fold(0.0, f64::max);
+        assert!(last.force_n.abs() < 0.05 * peak, "it did not break: {last:?}");
+        last.fracture_n_mm / self.spacing_mm.powi(2)
+    }
+}
+
+/// On a mesh, every crack has the factor 1 + h/(c₀ ℓ₀), where h is the size of the broken elements.
+fn mesh_factor(field: &PhaseField, broken_mm: f64) -> f64 {
+    1.0 + broken_mm / (field.model.normaliser() * field.length_mm)
+}
+
+#[test]
+fn a_bar_separates_with_the_toughness_of_its_interface() {
+    for (cells, length_mm) in [(24, 0.1), (48, 0.1), (36, 0.07)] {
+        for (width_mm, relative, two_sided) in
+            [(0.1, 0.5, true), (0.3, 0.3, true), (0.2, 0.4, false)]
+        {
+            for model in [CrackDensity::At2, CrackDensity::At1] {
+                let mut bar = Bar::new(cells, length_mm, relative * BULK, width_mm);
+                bar.field.model = model;
+                bar.two_sided = two_sided;
+                let exact = relative * BULK * mesh_factor(&bar.field, bar.spacing_mm);
+                let energy = bar.energy();
+                println!(
+                    "{cells} {length_mm} {width_mm} {relative} {two_sided} {model:?} {:.4}",
+                    energy / exact
+                );
+            }
+        }
+    }
+    panic!()
+}
+
+#[test]
+fn quadratic() {
+    for (cells, length_mm) in [(12, 0.1), (24, 0.1), (16, 0.07)] {
+        for (width_mm, relative, two_sided) in
+            [(0.1, 0.5, true), (0.3, 0.3, true), (0.2, 0.4, false), (0.3, 0.6, false)]
+        {
+            let mut bar = Bar::new(cells, length_mm, relative * BULK, width_mm);
+            bar.order = Order::Quadratic;
+            bar.two_sided = two_sided;
+            let exact = relative * BULK * mesh_factor(&bar.field, bar.spacing_mm);
+            let energy = bar.energy();
+            println!("{cells} {length_mm} {width_mm} {relative} {two_sided} {:.4}", energy / exact);
+        }
+    }
+    panic!()
+}
+
+/// A bar whose middle is inside a layer of mixed elements.
+#[test]
+fn mixture() {
+    for (cells, length_mm, fraction) in [(23, 0.1, 0.5f32), (47, 0.1, 0.3), (35, 0.07, 0.7)] {
+        for (width_mm, relative) in [(0.2, 0.4), (0.3, 0.6)] {
+            let mut bar = Bar::new(cells, length_mm, relative * BULK, width_mm);
+            bar.two_sided = false;
+            let middle = 0.5 * Bar::LENGTH;
+            let near = 0.5 * bar.spacing_mm;
+            let mesh = &mut bar.mesh;
+            let mut mixtures = vec![Mixture::default(); mesh.tets.len()];
+            for tet in 0..mesh.tets.len() {
+                let centre = mesh.corners(tet).iter().map(|x| x[0]).sum::<f64>() / 4.0;
+                if (centre - middle).abs() < near {
+                    mesh.region_of[tet] = 0;
+                    mixtures[tet] = Mixture { fraction, normal: [-1.0, 0.0, 0.0], region: 1 };
+                }
+            }
+            mesh.mixture = Some(mixtures);
+            let broken = (1.0 - f64::from(fraction)) * bar.spacing_mm;
+            let exact = relative * BULK * mesh_factor(&bar.field, broken);
+            bar.two_sided = false;
+            println!(
+                "mixture {cells} {length_mm} {width_mm} {relative} {:.4}",
+                bar.energy() / exact
+            );
+        }
+    }
+    panic!()
+}
+
+/// A double cantilever with an interface between its arms.
+struct Cantilever {
+    spacing_mm: f64,
+    length_mm: f64,
+}
+
+impl Cantilever {
+    const LENGTH: f64 = 2.4;
+    const ARM: f64 = 0.6;
+    const NOTCH: f64 = 0.5;
+
+    fn problem(&self, toughness_n_per_mm: f64) -> Problem {
+        let planes = |from: f64, to: f64, size: f64| -> Vec<f64> {
+            let count = ((to - from) / size).round().max(1.0);
+            (0..count as u32).map(|k| from + (to - from) * f64::from(k) / count).collect()
+        };
+        let near = (4.0 * self.length_mm).min(Self::ARM);
+        let mut across = planes(-Self::ARM, -near, 0.1);
+        if near == Self::ARM {
+            across.clear();
+        }
+        across.extend(planes(-near, near, self.spacing_mm));
+        if near < Self::ARM {
+            across.extend(planes(near, Self::ARM, 0.1));
+        }
+        across.push(Self::ARM);
+        let mut along = planes(0.0, Self::LENGTH, self.spacing_mm);
+        along.push(Self::LENGTH);
+        let block = Block {
+            planes_mm: [along, across, vec![0.0, self.spacing_mm]],
+            ..Block::new([1.0; 3], [1; 3])
+        };
+        let mesh = block
+            .build()
+            .expect("a mesh")
+            .with_regions(&["lower", "upper"], |[_, y, _]| u16::from(y > 0.0))
+            .with_surfaces(|_, normal| (normal[2].abs() > 0.5).then_some("sides"));
+        let conditions = Conditions::new()
+            .node_set("upper end", NodeSet::matching(|[x, y, _]| x == 0.0 && y > 1e-9))
+            .node_set("lower end", NodeSet::matching(|[x, y, _]| x == 0.0 && y < -1e-9))
+            .prescribe("upper end", [Axis::Y], |_, time_s| [0.0, 0.03 * time_s, 0.0])
+            .prescribe("lower end", [Axis::Y], |_, time_s| [0.0, -0.03 * time_s, 0.0])
+            .node_set("notch", NodeSet::matching(|[x, y, _]| y.abs() < 1e-9 && x < Self::NOTCH))
+            .prescribe_damage("notch", |_, _| 1.0)
+            .fix("sides", [Axis::Z])
+            .remove_rigid_motions()
+            .measure("upper end", [0.0, 1.0, 0.0]);
+        let width_mm = self.length_mm;
+        Problem::builder(mesh)
+            .materials([breakable(1000.0, 0.2), breakable(1000.0, 0.2)])
+            .phase_field(PhaseField::new(self.length_mm))
+            .interfaces([Interface::new(["lower", "upper"], toughness_n_per_mm, width_mm)])
+            .conditions(conditions)
+            .schedule(Schedule::fixed(1.0, 15))
+            .options(SolverOptions { tolerance: 1e-6, ..SolverOptions::default() })
+            .build()
+            .expect("valid input")
+    }
+}
+
+/// Position of the crack's end along the interface, mm: where φ falls below 0.9.
+fn crack_end(problem: &Problem, damage: &[f64]) -> f64 {
+    let mut line: Vec<(f64, f64)> = problem
+        .nodes()
+        .iter()
+        .zip(damage)
+        .filter(|(x, _)| x[1].abs() < 1e-9 && x[2] == 0.0)
+        .map(|(x, phi)| (x[0], *phi))
+        .collect();
+    line.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let at = line.windows(2).rfind(|pair| pair[0].1 >= 0.9 && pair[1].1 < 0.9);
+    at.map_or(f64::NAN, |p| p[0].0 + (p[0].1 - 0.9) / (p[0].1 - p[1].1) * (p[1].0 - p[0].0))
+}
+
+#[test]
+fn dcb() {
+    for (spacing_mm, length_mm) in [(0.05, 0.1), (1.0 / 30.0, 0.1), (0.05, 0.15)] {
+        let problem = Cantilever { spacing_mm, length_mm }.problem(0.4 * BULK);
+        let mut run = problem.start();
+        let start = std::time::Instant::now();
+        let mut before: Option<(f64, f64, f64, f64)> = None;
+        while let Some(point) = run.step() {
+            let end = crack_end(&problem, &run.fields().damage);
+            let now = (
+                2.0 * point.displacement_mm.abs(),
+                point.force_n.abs(),
+                end,
+                point.work_n_mm - point.elastic_n_mm,
+            );
+            if let Some(b) = before {
+                let area = spacing_mm * (now.2 - b.2);
+                let g = 0.5 * (b.1 * now.0 - now.1 * b.0) / area;
+                println!(
+                    "{spacing_mm} {length_mm} u {:.4} F {:.5} a {end:.3} G/Gi {:.3} (energy {:.3}, crack {:.6} work-el {:.6}) newton {} t {:.1}",
+                    now.0,
+                    now.1,
+                    g / (0.4 * BULK * mesh_factor(&PhaseField::new(length_mm), spacing_mm)),
+                    (now.3 - b.3) / area / (0.4 * BULK),
+                    point.fracture_n_mm,
+                    now.3,
+                    point.newton,
+                    start.elapsed().as_secs_f64()
+                );
+            }
+            before = Some(now);
+        }
+        println!("{:?}", run.finish().end);
+    }
+    panic!()
+}
+
+/// A prism of matrix and grains, whose matrix has little viscosity, with the toughnesses of interface and matrix.
+fn grains(order: Order, model: CrackDensity, [interface, bulk]: [f64; 2]) -> Problem {
+    let options = SolverOptions { tolerance: 1e-12, ..SolverOptions::default() };
+    let materials = of_grains(bulk);
+    loading(0.16, 1.0, 8)
+        .builder(prism(if order == Order::Linear { 3 } else { 2 }, true))
+        .expect("a specimen")
+        .order(order)
+        .materials(materials)
+        .phase_field(PhaseField { model, ..phase_field(Split::None) })
+        .interfaces(of_interface(interface))
+        .options(options)
+        .build()
+        .expect("valid input")
+}
+
+fn of_grains(bulk: f64) -> Vec<Material> {
+    let fracture =
+        Fracture { toughness_n_per_mm: bulk, viscosity_mpa_s: 0.02, residual_stiffness: 0.01 };
+    vec![matrix().with_fracture(fracture), grain()]
+}
+
+fn of_interface(toughness_n_per_mm: f64) -> Vec<Interface> {
+    vec![Interface::new(["matrix", "grain"], toughness_n_per_mm, 0.4)]
+}
+
+/// The derivative by the toughness of an interface includes its band's, and the derivative by the matrix' toughness the
+/// change of the band that keeps the effective toughness.
+#[test]
+fn derivatives_agree_with_differences_of_runs() {
+    let forces = |problem: &Problem| -> Vec<f64> {
+        let outcome = problem.run(&mut ());
+        assert!(matches!(outcome.end, End::Displacement), "{:?}", outcome.end);
+        outcome.curve.iter().map(|point| point.force_n).collect()
+    };
+    let values = [0.02, 0.05];
+    for order in [Order::Linear, Order::Quadratic] {
+        for model in [CrackDensity::At2, CrackDensity::At1] {
+            let problem = grains(order, model, values);
+            let parameter = |k: usize| {
+                MaterialParameter::try_with_interfaces(["interface", "matrix"][k], values[k], |x| {
+                    let mut values = values;
+                    values[k] = x;
+                    Ok::<_, ()>((of_grains(values[1]), of_interface(values[0])))
+                })
+            };
+            let parameters = [0, 1].map(|k| parameter(k).expect("no error"));
+            let with = problem.with_sensitivities(parameters.to_vec()).expect("valid");
+            let found = with.run(&mut ()).sensitivities.force_n;
+            for k in 0..2 {
+                let step = 1e-4 * values[k];
+                let [above, below] = [step, -step].map(|step| {
+                    let mut values = values;
+                    values[k] += step;
+                    let other = problem
+                        .with_materials(of_grains(values[1]))
+                        .and_then(|p| p.with_interfaces(of_interface(values[0])));
+                    forces(&other.expect("valid"))
+                });
+                let exact = above.iter().zip(&below).map(|(a, b)| (a - b) / (2.0 * step));
+                let exact: Vec<f64> = exact.collect();
+                let size = exact.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+                let worst = found
+                    .iter()
+                    .zip(&exact)
+                    .fold(0.0f64, |m, (row, exact)| m.max((row[k] - exact).abs()));
+                assert!(size * values[k] > 0.1, "no influence: {size}");
+                assert!(worst < 1e-5 * size, "{order:?} {model:?} {k}: {worst:e} of {size:e}");
+            }
+        }
+    }
+}
+
+/// Materials and interfaces are exchanged without building the problem again, and the result is that of a new problem.
+#[test]
+fn other_interfaces_give_the_curve_of_a_new_problem() {
+    let forces = |problem: &Problem| -> Vec<f64> {
+        problem.run(&mut ()).curve.iter().map(|point| point.force_n).collect()
+    };
+    let [old, new] = [[0.02, 0.05], [0.005, 0.05]]
+        .map(|values| grains(Order::Linear, CrackDensity::At2, values));
+    let exchanged = old.with_interfaces(of_interface(0.005)).expect("valid");
+    assert_eq!(forces(&exchanged), forces(&new));
+    assert_ne!(forces(&exchanged), forces(&old));
+    let wider = vec![Interface { width_mm: 8.0, ..of_interface(0.005).remove(0) }];
+    assert_ne!(forces(&old.with_interfaces(wider).expect("valid")), forces(&new));
+    let none = old.with_interfaces(Vec::new()).expect("valid");
+    assert!(none.interfaces().is_empty() && none.warnings().is_empty());
+    assert!(matches!(
+        &old.warnings()[..],
+        [ProblemWarning::WidenedInterface { interface, stated_mm, width_mm }]
+            if interface == "matrix-grain" && *stated_mm == 0.4 && *width_mm > 0.8
+    ));
+}
+
+#[test]
+fn a_device_and_the_processor_compute_the_same_interface() {
+    let Some(device) = test_device() else { return };
+    for order in [Order::Linear, Order::Quadratic] {
+        let run = |device| -> Outcome {
+            loading(0.16, 1.0, 8)
+                .builder(prism(3, true))
+                .expect("a specimen")
+                .order(order)
+                .materials(of_grains(0.05))
+                .phase_field(phase_field(Split::None))
+                .interfaces(of_interface(0.005))
+                .options(SolverOptions {
+                    linear: LinearScheme::Multigrid,
+                    ..SolverOptions::default()
+                })
+                .device(device)
+                .build()
+                .expect("valid input")
+                .run(&mut ())
+        };
+        let (here, there) = (run(None), run(Some(device.clone())));
+        assert_eq!(here.curve.len(), there.curve.len());
+        for (a, b) in here.curve.iter().zip(&there.curve) {
+            assert!((a.force_n - b.force_n).abs() < 1e-7 * here.curve[7].force_n, "{a:?} {b:?}");
+        }
+    }
+}
+
+#[test]
+fn wrong_interfaces_are_refused() {
+    let refused = |interface: Interface, materials: [Material; 2]| {
+        let built = loading(0.16, 1.0, 8)
+            .builder(prism(3, true))
+            .expect("a specimen")
+            .materials(materials)
+            .phase_field(phase_field(Split::None))
+            .interfaces([interface])
+            .build();
+        built.expect_err("it is invalid").to_string()
+    };
+    let elastic = || Material::hencky(22_000.0, 0.25);
+    let of = |regions: [&str; 2], toughness, width| Interface::new(regions, toughness, width);
+    let own = ["matrix", "grain"];
+    for (interface, parts) in [
+        (of(own, -0.1, 0.1), ["interface.matrix-grain: toughness_n_per_mm = -0.1", "1e-9 to 1e3"]),
+        (of(own, 0.1, 0.0), ["interface.matrix-grain: width_mm = 0", "positive width"]),
+        (of(own, 0.1, f64::NAN), ["interface.matrix-grain: width_mm = NaN", "positive width"]),
+        (of(["matrix", "matrix"], 0.1, 0.1), ["interface.matrix-matrix", "two different regions"]),
+        (of(["matrix", "sand"], 0.1, 0.1), ["no region 'sand'", "matrix, grain"]),
+    ] {
+        let message = refused(interface, [matrix(), elastic()]);
+        for part in parts {
+            assert!(message.contains(part), "{part:?} is not in {message:?}");
+        }
+    }
+    let message = refused(of(own, 0.1, 0.1), [elastic(), elastic()]);
+    assert!(message.contains("neither of the two regions can break"), "{message}");
+    let problem = grains(Order::Linear, CrackDensity::At2, [0.02, 0.05]);
+    let parameter = |interface: fn(f64) -> Vec<Interface>| {
+        let constants = |x| Ok::<_, ()>((of_grains(0.05), interface(x)));
+        MaterialParameter::try_with_interfaces("interface", 0.02, constants).expect("no error")
+    };
+    let wider = |x| vec![Interface::new(["matrix", "grain"], x, 0.5)];
+    for (parameter, part) in [
+        (parameter(wider), "other regions or widths"),
+        (parameter(|x| of_interface(2.0 * x)), "do not enclose the value"),
+    ] {
+        let error = problem.with_sensitivities(vec![parameter]).expect_err("it is invalid");
+        assert!(error.to_string().contains(part), "{error}");
+    }
+}
