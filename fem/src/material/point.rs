@@ -87,6 +87,7 @@ impl PointMaterial {
     /// Returns the response without state values.
     #[cfg(test)]
     pub(super) fn respond<T: Scalar>(&self, trial: &Principal<T>, g: T) -> Response<T> {
+        use super::point_law::PointLaw;
         let laws = [self.law()];
         let moduli = [self.moduli.bulk, self.moduli.shear].map(|x| g.constant(x));
         let law = LaneLaw::new(&laws, g.constant(0.0), moduli, None);

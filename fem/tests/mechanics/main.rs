@@ -15,6 +15,7 @@ mod device;
 mod failed_steps;
 mod homogeneous;
 mod incompressible;
+mod inelastic;
 mod interface;
 mod iterations;
 mod jump;

@@ -58,10 +58,27 @@ impl CaseFile {
             v.complete();
         }
         let mut file = Self { path: path.to_owned(), case };
+        mistakes.extend(file.read_hardening().into_iter().map(|m| with_excerpt(m, text, path)));
         let found = file.validate().into_iter().filter(|mistake| !read.explains(mistake));
         mistakes.extend(found.map(|mistake| with_excerpt(mistake, text, path)));
         file.case.qoi.quantities = file.case.compared();
         (Some(file), mistakes)
+    }
+
+    /// Replaces the names of tables of yield stresses by their rows; returns the mistakes.
+    fn read_hardening(&mut self) -> Vec<InputError> {
+        let folder = self.path.with_file_name("");
+        let mut mistakes = Vec::new();
+        for (region, material) in &mut self.case.material {
+            let Some(plastic) = material.plastic.as_mut() else { continue };
+            let Some(table) = plastic.table().map(|table| folder.join(table)) else { continue };
+            if let Err([problem, help]) = plastic.read_table(&table) {
+                let key = format!("material.{region}.plastic.hardening.table");
+                let value = table.display().to_string();
+                mistakes.push(InputError::new(&self.path, &key, value, problem, help));
+            }
+        }
+        mistakes
     }
 
     /// Reads the text of a case file.

@@ -3,11 +3,12 @@
 //!
 //! In layers, lowest first:
 //! 1. `definition`: the interface of a target, and the parts of a case that it can change
-//! 2. `material`, `interface`, `number`: targets that are constants of materials, toughnesses of interfaces, and other
-//!    numbers of a case
+//! 2. `material`, `inelastic`, `interface`, `number`: targets that are constants of materials, toughnesses of interfaces,
+//!    and other numbers of a case
 //! 3. `registry`: the registry, which finds the target of a path
 
 mod definition;
+mod inelastic;
 mod interface;
 mod material;
 mod number;

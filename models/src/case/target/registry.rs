@@ -7,6 +7,7 @@ use std::str::FromStr;
 use std::sync::{Arc, OnceLock};
 
 use super::definition::Target;
+use super::inelastic::{self, InelasticConstant};
 use super::interface::{self, InterfaceToughness};
 use super::material::{MaterialConstant, Property};
 use super::number::NUMBERS;
@@ -133,15 +134,21 @@ impl TargetRegistry {
     /// Returns the target with this path.
     pub(crate) fn find(&self, path: &str) -> Option<Parameter> {
         let target = self.targets.iter().find(|target| *target.path == *path).cloned();
-        match interface::is_of_interface(path) {
-            true => target.or_else(|| InterfaceToughness::of_path(path).map(Parameter::new)),
-            false => target.or_else(|| MaterialConstant::of_path(path).map(Parameter::new)),
-        }
+        target.or_else(|| {
+            if interface::is_of_interface(path) {
+                return InterfaceToughness::of_path(path).map(Parameter::new);
+            }
+            if inelastic::is_inelastic(path) {
+                return InelasticConstant::of_path(path).map(Parameter::new);
+            }
+            MaterialConstant::of_path(path).map(Parameter::new)
+        })
     }
 
-    /// Whether a path names a table within a table, whose keys are parameters: `interface.matrix-grain`.
+    /// Whether a path names a table within a table, whose keys are parameters: `interface.matrix-grain`,
+    /// `matrix.viscoelastic`.
     pub(crate) fn is_table(path: &str) -> bool {
-        interface::is_table(path)
+        interface::is_table(path) || inelastic::is_table(path)
     }
 
     /// Returns the keys of a table of the case that can be calibrated.

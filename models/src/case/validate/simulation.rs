@@ -160,6 +160,15 @@ impl CaseFile {
             is_complete = false;
             mistakes.note(Err(mistake));
         }
+        if m.viscoelastic.is_some() && m.plastic.is_some() {
+            is_complete = false;
+            mistakes.note(Err(self.error(
+                &format!("material.{region}.plastic"),
+                "",
+                "stands beside viscoelastic",
+                "A region is viscoelastic or plastic: remove one of the two.",
+            )));
+        }
         if is_complete {
             mistakes.note(self.check_in_fem(region, m));
         }
@@ -174,6 +183,13 @@ impl CaseFile {
     fn check_in_fem(&self, region: &str, material: &MaterialCase) -> Result<(), InputError> {
         let Err(error) = self.in_fem(region, material) else { return Ok(()) };
         match error {
+            FemError::OutOfRange { entity, field, value, requirement }
+                if entity.starts_with(&format!("material.{region}.")) =>
+            {
+                let (key, problem) =
+                    (format!("{entity}.{field}"), format!("must be {requirement}"));
+                Err(self.error(&key, value.to_string(), problem, "See docs/how-to/memory.md."))
+            }
             FemError::OutOfRange { field, value, requirement, .. } => {
                 let property = Property::ALL.into_iter().find(|p| p.key() == field);
                 let table = if property.is_some() { "" } else { "law.ogden.terms." };
