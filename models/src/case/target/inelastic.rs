@@ -125,3 +125,85 @@ impl Target for InelasticConstant {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use crate::case::{CaseFile, Parameter};
+
+    const CASE: &str = "[specimen]\nradius_mm = 2.5\nheight_mm = 4.4\nspacing_mm = 0.7\n\
+        [material.matrix]\nyoung_mpa = 275\npoisson = 0.25\n\
+        viscoelastic.shear = [{ fraction = 0.3, time_s = 0.1 }, { fraction = 0.2, time_s = 1 }]\n\
+        [material.steel]\nyoung_mpa = 2e5\npoisson = 0.27\nplastic.yield_mpa = 233.2\n\
+        plastic.hardening = { voce = { saturation_mpa = 1101.0, rate = 1.95 } }\n\
+        plastic.rate = { johnson-cook = { c = 0.04, reference_per_s = 1e-5 } }\n\
+        [test]\ndisplacement_mm = 0.2\n";
+
+    fn parse(text: &str) -> Result<CaseFile, crate::error::InputError> {
+        CaseFile::parse(text, Path::new("case.toml"))
+    }
+
+    #[test]
+    fn every_number_of_the_laws_is_a_parameter() {
+        let case = parse(CASE).unwrap().case;
+        for (path, label, unit) in [
+            ("matrix.viscoelastic.shear.0.fraction", "γ1", "1"),
+            ("matrix.viscoelastic.shear.1.time_s", "τ2", "s"),
+            ("steel.plastic.yield_mpa", "Y₀", "MPa"),
+            ("steel.plastic.hardening.voce.saturation_mpa", "A", "MPa"),
+            ("steel.plastic.hardening.voce.rate", "b", "1"),
+            ("steel.plastic.rate.johnson-cook.c", "C", "1"),
+        ] {
+            let parameter: Parameter = path.parse().unwrap();
+            assert_eq!((&*parameter.label(), &*parameter.unit()), (label, unit));
+            let mut parts = case.parts();
+            parameter.set(&mut parts, 0.0625).unwrap();
+            assert_ne!(parts, case.parts(), "{path}");
+            let mut again = parts.clone();
+            parameter.set(&mut again, 0.0625).unwrap();
+            assert_eq!(parts, again, "{path}");
+        }
+        for path in ["matrix.viscoelastic.shear.2.fraction", "matrix.plastic.yield_mpa"] {
+            let parameter: Parameter = path.parse().unwrap();
+            let error = parameter.set(&mut case.parts(), 0.1).unwrap_err();
+            assert!(error.to_string().contains(path), "{error}");
+        }
+        assert!("steel.plastic.rate".parse::<Parameter>().is_err());
+    }
+
+    #[test]
+    fn a_prior_names_constants_by_dotted_keys() {
+        let text = format!(
+            "{CASE}[prior]\nmatrix.viscoelastic.shear.0.fraction = [0.2, 0.4]\n\
+             steel.plastic.hardening.voce.rate = [1.0, 3.0]\nmatrix.young_mpa = [250.0, 300.0]\n"
+        );
+        let prior = parse(&text).unwrap().case.prior.unwrap();
+        let names: Vec<String> = prior.names().collect();
+        assert_eq!(
+            names,
+            [
+                "matrix.young_mpa",
+                "matrix.viscoelastic.shear.0.fraction",
+                "steel.plastic.hardening.voce.rate"
+            ]
+        );
+        let again: crate::case::PriorCase =
+            toml::from_str(&toml::to_string(&prior).unwrap()).unwrap();
+        assert_eq!(again, prior);
+    }
+
+    #[test]
+    fn impossible_constants_are_refused_with_their_key() {
+        for (from, to, key) in [
+            ("fraction = 0.2", "fraction = 0.8", "material.matrix.viscoelastic.shear.fraction"),
+            ("time_s = 0.1", "time_s = 0.0", "material.matrix.viscoelastic.shear.time_s"),
+            ("yield_mpa = 233.2", "yield_mpa = -1.0", "material.steel.plastic.yield_mpa"),
+            ("saturation_mpa = 1101.0", "saturation_mpa = -5.0", "hardening.saturation_mpa"),
+            ("[material.steel]", "plastic.yield_mpa = 1.0\n[material.steel]", "plastic"),
+        ] {
+            let error = parse(&CASE.replace(from, to)).unwrap_err().to_string();
+            assert!(error.contains(key), "{error}");
+        }
+    }
+}
