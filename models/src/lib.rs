@@ -61,10 +61,11 @@ use breccia_calibration::{
 pub use case::{
     AdaptiveCase, ArcLengthCase, BoundsCase, ByParameter, CalibrationCase, CandidateCase, Case,
     CaseFile, ConditionsCase, ConfirmCase, DesignCase, DesignSample, DiscrepancyCase,
-    ExperimentsCase, ExtendCase, FidelityCase, FurtherTestsCase, ImageCase, InterfaceCase,
-    LevelCase, Likelihood, MaterialCase, MeasureCase, Microstructure, NoiseCase, OutputCase,
-    Parameter, PrescribeCase, PriorCase, QoiCase, SequentialCase, SimulationParts, SpecimenCase,
-    SpecimenGeometry, SurrogateCase, Target, TargetError, TestCase, Toe, TractionCase, VirtualCase,
+    ExperimentsCase, ExtendCase, FidelityCase, FurtherTestsCase, HardeningCase, HardeningTable,
+    ImageCase, InterfaceCase, LevelCase, Likelihood, MaterialCase, MeasureCase, Microstructure,
+    NoiseCase, OutputCase, Parameter, PlasticCase, PrescribeCase, PriorCase, QoiCase,
+    SequentialCase, SimulationParts, SpecimenCase, SpecimenGeometry, SurrogateCase, Target,
+    TargetError, TestCase, Toe, TractionCase, VirtualCase, YieldRow,
 };
 pub use cli::program;
 pub use coverage::{CoverageRow, CoverageStudy, Emulated, KnownStiffness, Laboratory, Setting};

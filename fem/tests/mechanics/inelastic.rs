@@ -1,9 +1,9 @@
 //! Viscoelastic and plastic bodies: closed forms, convergence of Newton's method with damage, derivatives, mixtures.
 
 use fem::{
-    Axis, Block, Conditions, End, EnergySet, Fracture, Hardening, Irreversibility, Material,
-    MaterialParameter, Order, Outcome, PhaseField, PlasticRate, Plasticity, Problem, PronyTerm,
-    Schedule, SolverOptions, Split, Viscoelasticity, YieldCriterion,
+    Axis, Block, Conditions, End, EnergySet, Fracture, Hardening, Irreversibility, LinearScheme,
+    Material, MaterialParameter, Order, Outcome, PhaseField, PlasticRate, Plasticity, Problem,
+    PronyTerm, Schedule, SolverOptions, Split, Viscoelasticity, YieldCriterion,
 };
 
 use super::support::{grain, phase_field};
@@ -233,6 +233,68 @@ fn a_mixture_relaxes_between_two_elastic_mixtures() {
     for (steps, duration_s) in [(1, 1e6), (400, 40.0)] {
         let relaxed = force(binder(), steps, duration_s);
         assert!((relaxed / end - 1.0).abs() < 0.02, "{relaxed} and {end} N in {steps} increments");
+    }
+}
+
+/// The matrix-free tangent of multigrid gives the same curve as the sparse factor: with and without damage, with and
+/// without elements that are partly grain.
+#[test]
+fn multigrid_and_the_sparse_factor_give_the_same_curve() {
+    let law =
+        Plasticity { hardening: Hardening::Linear { modulus_mpa: 30.0 }, ..Plasticity::new(3.0) };
+    let plastic = Material::hencky(YOUNG, POISSON).with_plasticity(law);
+    for (material, mixed) in [(binder(), false), (binder(), true), (plastic, false)] {
+        for damaged in [false, true] {
+            for order in [Order::Linear, Order::Quadratic] {
+                let curve = |linear| {
+                    let mut mesh = Block::new([1.0; 3], [3; 3]).build().expect("a mesh");
+                    if mixed {
+                        mesh.regions = vec!["matrix".into(), "grain".into()];
+                        let mixture =
+                            fem::Mixture { fraction: 0.4, region: 1, ..fem::Mixture::default() };
+                        let of_tet = |tet: usize| {
+                            if tet % 3 == 0 { mixture } else { fem::Mixture::default() }
+                        };
+                        mesh.mixture = Some((0..mesh.tets.len()).map(of_tet).collect());
+                    }
+                    let mut matrix = material.clone();
+                    let elastic = Material { fracture: None, ..grain() };
+                    if damaged {
+                        matrix = matrix.with_fracture(fracture());
+                    }
+                    let conditions = Conditions::new()
+                        .fix("bottom", [Axis::X, Axis::Y, Axis::Z])
+                        .prescribe("top", [Axis::Z], |_, t| [0.0, 0.0, -0.06 * t])
+                        .measure("top", [0.0, 0.0, 1.0]);
+                    let options =
+                        SolverOptions { linear, tolerance: 1e-8, ..SolverOptions::default() };
+                    let mut builder = Problem::builder(mesh)
+                        .order(order)
+                        .conditions(conditions)
+                        .options(options)
+                        .schedule(Schedule::fixed(1.0, 4));
+                    builder = match mixed {
+                        true => builder.materials([matrix, elastic]),
+                        false => builder.materials([matrix]),
+                    };
+                    if damaged {
+                        builder = builder.phase_field(phase_field(Split::None));
+                    }
+                    run(&builder.build().expect("valid input")).curve
+                };
+                let [direct, multigrid] =
+                    [LinearScheme::Direct, LinearScheme::Multigrid].map(curve);
+                for (a, b) in direct.iter().zip(&multigrid) {
+                    let error = (a.force_n / b.force_n - 1.0).abs();
+                    assert!(
+                        error < 1e-6,
+                        "{order:?}, {damaged}: {} and {} N",
+                        a.force_n,
+                        b.force_n
+                    );
+                }
+            }
+        }
     }
 }
 
