@@ -51,6 +51,20 @@ impl<S: Scalar> Numbers for Vec<Real<S>> {
     }
 }
 
+impl<T: Numbers + ?Sized> Numbers for &T {
+    type Scalar = T::Scalar;
+
+    #[inline(always)]
+    fn numbers(&self) -> &[Real<T::Scalar>] {
+        (**self).numbers()
+    }
+
+    #[inline(always)]
+    fn settle(&self, data: &[f64], weight: f64, f: &mut impl FnMut(Real<T::Scalar>, f64)) {
+        (**self).settle(data, weight, f);
+    }
+}
+
 /// The sum Σ dᵢ xᵢ over data dᵢ and scalars xᵢ; see [`dot`].
 #[derive(Debug)]
 pub struct Dot<'a, N: ?Sized> {
