@@ -49,7 +49,7 @@ pub use breccia_calibration::{
     Population, PostPeakSlope, Prior, PriorBounds, PriorFamily, PriorKey, Qoi, QoiError,
     QoiRegistry, Qois, Quantity, ReadOptions, RelativeForce, Separator, Slope, Specimen,
     SpecimenTable, Specimens, TestAtDraw, TestCurve, TestGroup, Trend, Unit, calibrate,
-    calibrate_after, calibrate_groups, calibration, calibration_on, calibration_over_groups,
+    calibrate_after, calibrate_groups, calibration_on, calibration_over_groups,
     hyperelastic, tension,
 };
 use breccia_calibration::{

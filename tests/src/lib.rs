@@ -1,6 +1,7 @@
 //! What the tests across crates share.
 
 pub mod eight_schools;
+pub mod fixed_size;
 pub mod posteriors;
 
 use models::Prior;

@@ -145,11 +145,11 @@ ppl::model! {
         for x in whole {
             x ~ Kumaraswamy(a, 3.0 * b);
         }
-        for x in cut {
-            x ~ Kumaraswamy(a, 3.0 * b).truncate(0.2..0.7);
+        for part in cut {
+            part ~ Kumaraswamy(a, 3.0 * b).truncate(0.2..0.7);
         }
-        for x in read {
-            x ~ Kumaraswamy(a, 3.0 * b).censor(0.2..0.7);
+        for reading in read {
+            reading ~ Kumaraswamy(a, 3.0 * b).censor(0.2..0.7);
         }
     }
 }

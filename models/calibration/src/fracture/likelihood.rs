@@ -13,8 +13,14 @@ ppl::model! {
         scatter: &DynCholeskyFactor<Real>,
     ) -> () {
         // contrasts depend on the scatter between specimens only; totals also depend on the errors that all specimens share
-        for (contrast, between) in specimens.known.contrasts.iter().zip(&expected.contrasts) {
-            contrast ~ MvNormalCholesky(between, scatter);
+        if specimens.known_inputs() == 0 {
+            for contrast in &specimens.known.contrasts {
+                contrast ~ MvNormalCholesky(specimens.no_contrast::<Real>(), scatter);
+            }
+        } else {
+            for (contrast, between) in specimens.known.contrasts.iter().zip(&expected.contrasts) {
+                contrast ~ MvNormalCholesky(between, scatter);
+            }
         }
         let of_unknown = specimens.factor_of_unknown(expected, scatter)?;
         for unknown in &specimens.unknown.contrasts {
