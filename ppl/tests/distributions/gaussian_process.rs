@@ -276,12 +276,8 @@ fn invalid_processes_are_refused() {
         let message = outcome.expect_err(words).to_string();
         assert!(message.contains(words), "{message}");
     };
-    type Process<'a> = GaussianProcess<
-        &'a [f64],
-        &'a [f64],
-        SquaredExponential<f64, PerColumn<&'a [f64]>>,
-        f64,
-    >;
+    type Process<'a> =
+        GaussianProcess<&'a [f64], &'a [f64], SquaredExponential<f64, PerColumn<&'a [f64]>>, f64>;
     let process = |x: &'static [f64], mean, amplitude, lengths, sd| -> Process<'static> {
         GaussianProcess(x, mean, SquaredExponential(amplitude, PerColumn(lengths)), sd)
     };

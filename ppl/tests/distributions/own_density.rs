@@ -143,13 +143,13 @@ ppl::model! {
         let a ~ LogNormal(0.5, 0.5);
         let b ~ Kumaraswamy(2.0, 2.0).truncate(0.1..0.9);
         for x in whole {
-            x ~ Kumaraswamy(a, 3.0 * b);
+            x ~ Kumaraswamy(a, 1.0 + 3.0 * b);
         }
         for part in cut {
-            part ~ Kumaraswamy(a, 3.0 * b).truncate(0.2..0.7);
+            part ~ Kumaraswamy(a, 1.0 + 3.0 * b).truncate(0.2..0.7);
         }
         for reading in read {
-            reading ~ Kumaraswamy(a, 3.0 * b).censor(0.2..0.7);
+            reading ~ Kumaraswamy(a, 1.0 + 3.0 * b).censor(0.2..0.7);
         }
     }
 }

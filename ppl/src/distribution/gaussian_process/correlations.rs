@@ -105,9 +105,10 @@ impl InCovariance {
             in_nugget += half;
         }
         // d(1/ℓ²) = −2/ℓ³ dℓ
-        let of_lengths = in_weights.iter().zip(weights).map(|(slope, weight)| {
-            -2.0 * amplitude * amplitude * slope * weight * weight.sqrt()
-        });
+        let of_lengths = in_weights
+            .iter()
+            .zip(weights)
+            .map(|(slope, weight)| -2.0 * amplitude * amplitude * slope * weight * weight.sqrt());
         let of_amplitude = std::iter::once(2.0 * amplitude * in_scale);
         of_amplitude.chain(of_lengths).chain([2.0 * noise * in_nugget]).collect()
     }

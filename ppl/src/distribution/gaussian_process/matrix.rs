@@ -21,10 +21,7 @@ fn add_multiple(sum: &mut [f64], factor: f64, row: &[f64]) {
 impl Upper {
     /// Factorises the matrix with the given entries on and above the diagonal. Returns `None` if the matrix is not
     /// positive definite.
-    pub(super) fn of_covariance(
-        size: usize,
-        entry: impl Fn(usize, usize) -> f64,
-    ) -> Option<Self> {
+    pub(super) fn of_covariance(size: usize, entry: impl Fn(usize, usize) -> f64) -> Option<Self> {
         let mut entries = vec![0.0; size * size];
         for i in 0..size {
             for j in i..size {

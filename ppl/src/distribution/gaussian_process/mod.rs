@@ -6,6 +6,7 @@ mod matrix;
 mod process;
 
 pub use covariance::{
-    Covariance, CovarianceParameters, LengthNumbers, Lengths, Matern32, Matern52, PerColumn, SquaredExponential,
+    Covariance, CovarianceParameters, LengthNumbers, Lengths, Matern32, Matern52, PerColumn,
+    SquaredExponential,
 };
 pub use process::GaussianProcess;

@@ -130,9 +130,8 @@ impl<X: Design, M: Sequence<Item: Parameter>, K: Covariance, S: Parameter>
         // columns of U⁻ᵀ K, where K has the covariances between the observations and the other points
         let columns: Vec<Vec<f64>> = (0..points.size())
             .map(|i| {
-                let mut column: Vec<f64> = (0..observed.size())
-                    .map(|j| between(observed.row(j), points.row(i)))
-                    .collect();
+                let mut column: Vec<f64> =
+                    (0..observed.size()).map(|j| between(observed.row(j), points.row(i))).collect();
                 factor.solve_transposed(&mut column);
                 column
             })
@@ -173,13 +172,7 @@ impl<X: Design, M, K: Covariance, S: Parameter> GaussianProcess<X, M, K, S> {
             let row = points.row(i);
             let name = format_args!("number of columns of point {i}");
             let requirement = format_args!("equal to the number of columns of point 0, {columns}");
-            DomainError::require(
-                row.len() == columns,
-                NAME,
-                name,
-                requirement,
-                row.len() as f64,
-            )?;
+            DomainError::require(row.len() == columns, NAME, name, requirement, row.len() as f64)?;
             for (d, x) in row.iter().enumerate() {
                 DomainError::require_finite(NAME, format_args!("point {i}, column {d}"), *x)?;
             }
