@@ -106,7 +106,7 @@ fn main() -> Result<(), Error> {
     let point = |k: i32| [280.0 + 6.0 * part(k, 3), 2.5e-3, 0.3 + 0.01 * part(k, 5)];
     let found = (0..6).map(|k| simulation.run(&point(k))).collect::<Result<Vec<_>, _>>()?;
     let units = [0, 1, 2].map(|m| found.iter().map(|q| q[m]).sum::<f64>() / 6.0);
-    let relative = |q: &[f64; 3]| (0..3).map(|m| q[m] / units[m]).collect();
+    let relative = |q: &[f64; 3]| -> Vec<f64> { (0..3).map(|m| q[m] / units[m]).collect() };
     let specimens = Specimens::new(&found.iter().map(relative).collect::<Vec<_>>())?;
     simulation.units = units;
     let inputs = NAMES.iter().zip(PRIOR).map(|(name, [low, high])| Input::new(*name, low, high));
