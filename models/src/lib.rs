@@ -51,8 +51,8 @@ pub use breccia_calibration::{
     Population, PostPeakSlope, Prior, PriorBounds, PriorFamily, PriorKey, Qoi, QoiError,
     QoiRegistry, Qois, Quantity, ReadOptions, RelativeForce, Separator, Slope, Specimen,
     SpecimenTable, Specimens, TestAtDraw, TestCurve, TestGroup, Trend, Unit, calibrate,
-    calibrate_after, calibrate_groups, calibration, calibration_on, calibration_over_groups,
-    hyperelastic, tension,
+    calibrate_after, calibrate_groups, calibration_on, calibration_over_groups, hyperelastic,
+    tension,
 };
 use breccia_calibration::{
     budget, curve_check, error, experiment, fracture, further_test, predicted_curve, prior, qoi,

@@ -63,8 +63,7 @@ pub use error::InputError;
 pub use experiment::{Specimen, SpecimenTable, TestCurve};
 pub use fracture::{
     Calibration, CalibrationError, Evidence, Groups, Pooling, Population, Specimens, TestGroup,
-    Trend, calibrate, calibrate_after, calibrate_groups, calibration, calibration_on,
-    calibration_over_groups,
+    Trend, calibrate, calibrate_after, calibrate_groups, calibration_on, calibration_over_groups,
 };
 pub use further_test::{Belief, Expected, FurtherTest, FurtherTestError, Goal, Needed, TestAtDraw};
 pub use prior::{Prior, PriorBounds, PriorFamily, PriorKey};

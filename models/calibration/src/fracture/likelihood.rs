@@ -12,14 +12,25 @@ ppl::model! {
         expected: &Expected<Real>,
         scatter: &DynCholeskyFactor<Real>,
     ) -> () {
-        // contrasts depend on the scatter between specimens only; totals also depend on the errors that all specimens
-        // share
-        for (contrast, between) in specimens.known.contrasts.iter().zip(&expected.contrasts) {
-            contrast ~ MvNormalCholesky(between, scatter);
+        // contrasts depend on the scatter between specimens only; totals also depend on the errors that all specimens share
+        // a loop without data would be reported as an observation without data
+        if !specimens.known.contrasts.is_empty() {
+            if specimens.known_inputs() == 0 {
+                for contrast in &specimens.known.contrasts {
+                    contrast ~ MvNormalCholesky(specimens.no_contrast::<Real>(), scatter);
+                }
+            } else {
+                let pairs = specimens.known.contrasts.iter().zip(&expected.contrasts);
+                for (contrast, between) in pairs {
+                    contrast ~ MvNormalCholesky(between, scatter);
+                }
+            }
         }
-        let of_unknown = specimens.factor_of_unknown(expected, scatter)?;
-        for unknown in &specimens.unknown.contrasts {
-            unknown ~ MvNormalCholesky(specimens.no_contrast::<Real>(), &of_unknown);
+        if !specimens.unknown.contrasts.is_empty() {
+            let of_unknown = specimens.factor_of_unknown(expected, scatter)?;
+            for unknown in &specimens.unknown.contrasts {
+                unknown ~ MvNormalCholesky(specimens.no_contrast::<Real>(), &of_unknown);
+            }
         }
         let of_totals = specimens.factor_of_totals(expected, scatter)?;
         specimens.totals ~ MvNormalCholesky(specimens.mean_of_totals(expected), &of_totals);

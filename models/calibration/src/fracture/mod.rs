@@ -32,44 +32,22 @@ pub use specimens::Specimens;
 pub use specimens::column_means;
 
 ppl::model! {
-    /// Matrix parameters of a bonded granular material from specimen QoIs: the paper's three, with all
-    /// sizes known at compile time.
+    /// Matrix parameters of a bonded granular material from specimen QoIs.
     ///
-    /// θ = (E, Gc, ξ) has independent priors; every specimen's QoIs are normal around
-    /// `forward(θ)` with one covariance diag(sd) R diag(sd): R ~ LKJ(3), sd ~ Normal(0.15, 0.25)
-    /// above zero. QoIs are relative to their experimental means, so 0.15 is 15 % scatter.
+    /// There is one parameter θ per prior; the parameters are the first inputs of the forward model. The QoIs of a
+    /// specimen, relative to their means over the specimens, are normal around the forward model with one covariance
+    /// diag(sd) R diag(sd): R ~ LKJ(3), sd ~ Normal(0.15, 0.25) above zero, so 0.15 is 15 % scatter. Specimens may share
+    /// an error of the forward model. The other inputs of the forward model are known for each specimen. If some
+    /// specimens have unknown inputs, these belong to a population.
     ///
-    /// # Reference
-    /// Paper, section "Quantities of Interest", equations of the likelihood.
-    pub fn calibration<F: Differentiable<3, 3>>(
-        forward: &F,
-        qois: &[[f64; 3]],
-        priors: &[Prior; 3],
-    ) {
-        let young_mpa          ~ priors[0];
-        let toughness_n_per_mm ~ priors[1];
-        let viscosity_mpa_s    ~ priors[2];
-
-        let sd   ~ Normal(0.15, 0.25).truncate(0.0..).array::<3>();
-        let corr ~ LkjCholesky::<3>(3.0);
-        let chol = corr.scale_rows(sd);
-
-        #[track] let mean = forward.at([young_mpa, toughness_n_per_mm, viscosity_mpa_s]);
-        for y in qois {
-            y ~ MvNormalCholesky(mean, chol);
-        }
-        #[predict] let new_specimen ~ MvNormalCholesky(mean, chol);
-    }
-
-    /// Generalisation of `calibration` to any numbers of parameters and quantities. The first inputs of the surrogate
-    /// are the parameters, one per prior; each output is a quantity. Specimens may share an error of the forward model.
-    /// The other inputs of the surrogate are known for each specimen, or unknown for some specimens: the unknown inputs
-    /// belong to a population.
-    ///
-    /// # Reference
-    /// Kennedy & O'Hagan (2001), *Bayesian Calibration of Computer Models*, doi:10.1111/1467-9868.00294, for an error
+    /// # References
+    /// Paper, section "Quantities of Interest", equations of the likelihood; Kennedy & O'Hagan (2001), *Bayesian Calibration of Computer Models*, doi:10.1111/1467-9868.00294, for an error
     /// of the model in addition to the error of the data.
-    pub fn calibration_on(forward: &DynPce, priors: &[Prior], specimens: &Specimens) {
+    pub fn calibration_on<F: DynDifferentiable>(
+        forward: &F,
+        priors: &[Prior],
+        specimens: &Specimens,
+    ) {
         let mut point: Vec<Real> = Vec::new();
         #[dims(parameter)]
         for prior in priors {
@@ -77,7 +55,7 @@ ppl::model! {
             point.push(theta);
         }
 
-        let k = forward.outputs().len();
+        let k = forward.outputs();
         #[dims(quantity)] let sd ~ Normal(0.15, 0.25).truncate(0.0..).iid(k);
         let corr ~ LkjCholesky::of(k, 3.0);
         let chol = corr.scale_rows(&sd)?;
