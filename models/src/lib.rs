@@ -48,9 +48,9 @@ pub use breccia_calibration::{
     Goal, Groups, HomogeneousCylinder, InputError, Needed, PeakForce, PeakedCurve, Pooling,
     Population, PostPeakSlope, Prior, PriorBounds, PriorFamily, PriorKey, Qoi, QoiError,
     QoiRegistry, Qois, Quantity, ReadOptions, RelativeForce, Separator, Slope, Specimen,
-    SpecimenTable, Specimens, TestAtDraw, TestCurve, TestGroup, Trend, Unit, calibrate,
-    calibrate_after, calibrate_groups, calibration, calibration_on, calibration_over_groups,
-    hyperelastic, tension,
+    SpecimenTable, Specimens, TableColumn, TestAtDraw, TestCurve, TestGroup, Trend, Unit,
+    calibrate, calibrate_after, calibrate_groups, calibration, calibration_on,
+    calibration_over_groups, hyperelastic, tension,
 };
 use breccia_calibration::{
     budget, curve_check, error, experiment, fracture, further_test, predicted_curve, prior, qoi,
@@ -59,10 +59,11 @@ use breccia_calibration::{
 pub use case::{
     AdaptiveCase, ArcLengthCase, BoundsCase, ByParameter, CalibrationCase, CandidateCase, Case,
     CaseFile, ConditionsCase, ConfirmCase, DesignCase, DesignSample, DiscrepancyCase,
-    ExperimentsCase, ExtendCase, FidelityCase, FurtherTestsCase, ImageCase, LevelCase, Likelihood,
-    MaterialCase, MeasureCase, Microstructure, NoiseCase, OutputCase, Parameter, PrescribeCase,
-    PriorCase, QoiCase, SequentialCase, SimulationParts, SpecimenCase, SpecimenGeometry,
-    SurrogateCase, Target, TargetError, TestCase, Toe, TractionCase, VirtualCase,
+    ExperimentsCase, ExtendCase, FidelityCase, FreeParameterCase, FurtherTestsCase, ImageCase,
+    LevelCase, Likelihood, MaterialCase, MeasureCase, Microstructure, NoiseCase, OutputCase,
+    Parameter, PrescribeCase, PriorCase, QoiCase, SequentialCase, SimulationParts, SimulatorCase,
+    SpecimenCase, SpecimenGeometry, SurrogateCase, Target, TargetError, TestCase, Toe,
+    TractionCase, VirtualCase,
 };
 pub use cli::program;
 pub use coverage::{CoverageRow, CoverageStudy, Emulated, KnownStiffness, Laboratory, Setting};

@@ -104,7 +104,8 @@ impl<T> FromIterator<(Parameter, T)> for ByParameter<T> {
 impl<T: Serialize> Serialize for ByParameter<T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut tables = BTreeMap::<&str, Entries<'_, T>>::new();
-        for (parameter, value) in &self.0 {
+        // `[parameters]` has the values of free parameters
+        for (parameter, value) in self.0.iter().filter(|(parameter, _)| !parameter.is_free()) {
             let (table, key) = parameter.table_and_key();
             tables.entry(table).or_insert(Entries(Vec::new())).0.push((key, value));
         }

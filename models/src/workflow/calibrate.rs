@@ -63,7 +63,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     }
     let ids = specimen_ids(inputs)?;
     let names: Vec<&str> = ids.iter().map(String::as_str).collect();
-    let parameters = inputs.parameters()?;
+    let parameters = inputs.parameters_in_units()?;
     let units: Vec<Cow<'_, str>> = parameters.iter().map(|parameter| parameter.unit()).collect();
     let units: Vec<&str> = units.iter().map(|unit| &**unit).collect();
     let posterior = result.in_units(pce.outputs(), &names, &evidence.qois, &units);

@@ -7,8 +7,10 @@ use fem::{ReadOptions, StackHeader, TetMesh};
 
 use super::expected_cost::ExpectedCost;
 use super::inputs::Inputs;
+use super::measured_values::{check_measured, read_measured, without_curves};
 use super::mesh::grain_fraction;
 use super::mesh_scale::MeshSize;
+use super::run_source::ImportedRuns;
 use super::simulator::{Setup, Simulator};
 use super::specimen::{import_notes, imported_grains, imported_mesh};
 use super::specimen_checks::{InspectedSpecimens, inspect};
@@ -96,10 +98,12 @@ impl CaseCheck {
     }
 
     fn case(&mut self, file: &CaseFile) {
-        self.say("units", "mm, N, MPa, s, MPa s (viscosity), N/mm (toughness)");
         let case = &file.case;
-        let names: Vec<&str> = case.material.keys().map(String::as_str).collect();
-        self.say("materials", names.join(", "));
+        if case.is_built_in() {
+            self.say("units", "mm, N, MPa, s, MPa s (viscosity), N/mm (toughness)");
+            let names: Vec<&str> = case.material.keys().map(String::as_str).collect();
+            self.say("materials", names.join(", "));
+        }
         let test = &case.test;
         if let Some(displacement_mm) = test.displacement_mm {
             let steps = match test.steps {
@@ -126,6 +130,10 @@ impl CaseCheck {
     fn specimen(&mut self, file: &CaseFile) -> Option<MeshSize> {
         let geometry = file.geometry().ok()?;
         match &geometry {
+            SpecimenGeometry::Absent => {
+                self.source(file);
+                None
+            }
             SpecimenGeometry::Cylinder { radius_mm, height_mm, grains, .. } => {
                 let grains = match grains.as_ref().filter(|grains| grains.fraction > 0.0) {
                     Some(grains) => format!("{:.1} % of grains", 100.0 * grains.fraction),
@@ -179,6 +187,57 @@ impl CaseCheck {
         }
     }
 
+    /// Reports the source of runs from outside this program.
+    fn source(&mut self, file: &CaseFile) {
+        let case = &file.case;
+        if let Some(simulator) = &case.simulator {
+            let limit = match simulator.time_limit_s {
+                Some(limit) => format!("at most {limit} s a run"),
+                None => "no time limit".to_owned(),
+            };
+            let command = simulator.command.join(" ");
+            self.say("simulator", format!("{command}, which writes {}; {limit}", simulator.result));
+        }
+        let Some(import) = &case.design.import else { return };
+        let (path, prior) = (file.beside(import), case.whole_prior().unwrap_or_default());
+        let ranges = prior.iter().map(|(parameter, own)| (parameter.to_string(), own.range()));
+        // the check of the case reports a missing file
+        if !path.is_file() {
+            return;
+        }
+        match ImportedRuns::read(&path, &ranges.collect::<Vec<_>>(), &case.qoi.quantities) {
+            Ok(runs) => {
+                let text = format!(
+                    "{} imported from {}, {} outside the ranges of the priors",
+                    runs.records.len(),
+                    path.display(),
+                    runs.outside
+                );
+                self.say("runs", text);
+            }
+            Err(mistake) => self.fail(mistake),
+        }
+    }
+
+    /// Reports the measured quantities of a table, which are not computed from curves.
+    fn values(&mut self, file: &CaseFile, path: &Path) {
+        let quantities = &file.case.qoi.quantities;
+        let specimens = match read_measured(path, quantities) {
+            Ok(specimens) => specimens,
+            Err(mistake) => return self.fail(mistake),
+        };
+        let folder = file.path.parent().map_or_else(PathBuf::new, Path::to_owned);
+        let inputs = Inputs::new(file, &folder, Stage::that_writes);
+        let table = without_curves(&specimens);
+        self.table(path, &table, None);
+        if let Err(mistake) = inputs.chosen(table) {
+            return self.fail(mistake);
+        }
+        if let Err(mistake) = check_measured(path, quantities, &specimens) {
+            self.fail(mistake);
+        }
+    }
+
     /// Returns the size of an imported mesh. Reports the mesh, and reports materials or a test that do not suit the
     /// mesh.
     fn mesh(&mut self, file: &CaseFile, mesh_file: &Path, mesh: TetMesh) -> MeshSize {
@@ -216,6 +275,14 @@ impl CaseCheck {
         if let Some(specimens) = &experiments.virtual_specimens {
             let text = format!("{} virtual specimens, simulated first", specimens.specimens);
             self.say("specimens", text);
+            return;
+        }
+        if let Some(values) = &experiments.values {
+            let path = file.beside(values);
+            // the check of the case reports a missing file
+            if path.is_file() {
+                self.values(file, &path);
+            }
             return;
         }
         let path = match file.table() {
@@ -293,14 +360,17 @@ impl CaseCheck {
                 table
             }
         };
-        let size = size.unwrap_or_else(|| {
+        let size = size.or_else(|| {
+            if !file.case.is_built_in() {
+                return None;
+            }
             let text = "radius and height are compared with the image once it has been segmented";
             self.notes.push(text.to_owned());
             let mean_of = |size: fn(&Specimen) -> f64| {
                 mean(&table.specimens.iter().map(size).collect::<Vec<_>>())
             };
             let height_mm = mean_of(|specimen| specimen.height_mm);
-            MeshSize::of_cylinder([height_mm, mean_of(|specimen| specimen.radius_mm)])
+            Some(MeshSize::of_cylinder([height_mm, mean_of(|specimen| specimen.radius_mm)]))
         });
         let curve = |id: &str| recorded_file(path, id).unwrap_or_else(|_| path.to_owned());
         let names = SpecimenNames { table: path, curve: &curve };
@@ -316,7 +386,7 @@ impl CaseCheck {
     }
 
     /// Reports mean and range of each compared quantity over the specimens.
-    fn means(&mut self, file: &CaseFile, table: &SpecimenTable, mesh: MeshSize) {
+    fn means(&mut self, file: &CaseFile, table: &SpecimenTable, mesh: Option<MeshSize>) {
         let qoi = &file.case.qoi;
         let values = table.specimens.iter();
         let values = values.filter_map(|s| compared(s, mesh, qoi, &qoi.quantities).ok());

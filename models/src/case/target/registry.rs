@@ -22,6 +22,7 @@ pub struct Parameter {
 
 impl Parameter {
     /// Creates the parameter of a target. The path of the target must have a table and a key, as in `matrix.young_mpa`.
+    /// Only the free names of `[parameters]` have no table.
     pub fn new(target: impl Target) -> Self {
         Self { path: target.path().into(), target: Arc::new(target) }
     }
@@ -29,6 +30,19 @@ impl Parameter {
     /// Table and key of the path.
     pub(crate) fn table_and_key(&self) -> (&str, &str) {
         self.path.rsplit_once('.').unwrap_or(("", &self.path))
+    }
+
+    /// Whether the parameter is one of `[parameters]`, whose names are free.
+    pub(crate) fn is_free(&self) -> bool {
+        !self.path.contains('.')
+    }
+
+    /// Key of the case that has the prior of the parameter.
+    pub(crate) fn key_of_prior(&self) -> String {
+        match self.is_free() {
+            true => format!("parameters.{self}.prior"),
+            false => format!("prior.{self}"),
+        }
     }
 
     /// Returns label and unit; if `with_region`, the name of the region stands before the label.

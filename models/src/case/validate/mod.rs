@@ -3,6 +3,7 @@
 mod calibration;
 mod experiments;
 mod microstructure;
+mod outside;
 mod prior;
 mod simulation;
 
@@ -18,6 +19,7 @@ impl CaseFile {
     /// Names of the regions whose materials the case must give.
     fn regions(&self, geometry: &SpecimenGeometry) -> Vec<String> {
         match geometry {
+            SpecimenGeometry::Absent => Vec::new(),
             SpecimenGeometry::Mesh { regions, .. } => regions.keys().cloned().collect(),
             SpecimenGeometry::Cylinder { grains: None, .. } => vec!["matrix".into()],
             SpecimenGeometry::Image { labels: Some(rules), .. } => {
@@ -41,7 +43,7 @@ impl CaseFile {
                 None
             }
         };
-        if let Some(geometry) = &geometry {
+        if let Some(geometry) = geometry.as_ref().filter(|_| self.case.is_built_in()) {
             self.check_specimen(geometry, &mut mistakes);
             let regions = self.regions(geometry);
             regions.iter().for_each(|region| mistakes.note(self.check_region(region)));
@@ -52,10 +54,13 @@ impl CaseFile {
             };
             mistakes.note(self.check_used(&regions, waiting));
         }
-        for (region, material) in &self.case.material {
-            self.check_material(region, material, &mut mistakes);
+        if self.case.is_built_in() {
+            for (region, material) in &self.case.material {
+                self.check_material(region, material, &mut mistakes);
+            }
+            self.check_test(&mut mistakes);
         }
-        self.check_test(&mut mistakes);
+        outside::check_outside(self, &mut mistakes);
         self.check_calibration(&mut mistakes);
         if let Some(geometry) = &geometry {
             mistakes.note(self.check_microstructures(geometry));

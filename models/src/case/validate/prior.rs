@@ -62,7 +62,7 @@ impl CaseFile {
             )));
         }
         for (parameter, prior) in prior.iter() {
-            let key = format!("prior.{parameter}");
+            let key = parameter.key_of_prior();
             let checked = self
                 .check_distribution(&key, prior)
                 .and_then(|()| self.check_bounds(&key, parameter, &PriorBounds(prior.range())));
@@ -89,10 +89,19 @@ impl CaseFile {
         parameter: &Parameter,
         &PriorBounds([lower, upper]): &PriorBounds,
     ) -> Result<(), InputError> {
-        self.check_parameter(key, parameter)?;
         let value = format!("[{lower:?}, {upper:?}]");
-        for bound in [lower, upper] {
-            self.check_value(key, &value, parameter, bound)?;
+        // the case has no numbers that parameters of runs from outside could set
+        if self.case.is_built_in() {
+            // `check_outside` refuses free parameters
+            if parameter.is_free() {
+                return Ok(());
+            }
+            self.check_parameter(key, parameter)?;
+            for bound in [lower, upper] {
+                self.check_value(key, &value, parameter, bound)?;
+            }
+        } else if !(lower.is_finite() && upper.is_finite()) {
+            return Err(self.error(key, value, "must be finite", "Write [lower, upper]."));
         }
         if lower < upper {
             return Ok(());
