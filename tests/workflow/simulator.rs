@@ -315,6 +315,53 @@ fn interrupted_and_killed_ensembles_resume() {
     assert_eq!(text(&own), text(&other));
 }
 
+/// Several processes share the runs: each run is made once. A study of two priors makes the runs of each case.
+#[test]
+fn processes_and_studies_share_the_runs_of_a_program() {
+    let dir = folder(CASE, &format!("sleep 0.1\n{SOLVER}"));
+    let share = ["ensemble", "bar.toml", "--out", "results", "--threads", "1", "--share"];
+    let both = [0; 2].map(|_| start(dir.path(), &share));
+    for process in both {
+        let output = process.wait_with_output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+    assert_eq!((1..=10).map(|run| solved(dir.path(), run)).collect::<Vec<_>>(), [1; 10]);
+    let (code, _, err) = breccia(dir.path(), &["ensemble", "--out", "results"]);
+    assert_eq!(code, Some(0), "{err}");
+    assert_eq!((1..=10).map(|run| solved(dir.path(), run)).sum::<usize>(), 10);
+
+    let dir = folder(CASE, SOLVER);
+    let study = "base = \"bar.toml\"\n[[case]]\nname = \"wide\"\n[[case]]\nname = \"other\"\n\
+                 set.calibration = { seed = 8 }\n";
+    std::fs::write(dir.path().join("study.toml"), study).unwrap();
+    let (code, _, err) = breccia(dir.path(), &["study", "study.toml", "--out", "study"]);
+    assert_eq!(code, Some(0), "{err}");
+    // the cases have the same runs of the design; each has two runs of its own to confirm its mode
+    assert_eq!((3..=10).map(|run| solved(dir.path(), run)).sum::<usize>(), 8);
+    assert!(dir.path().join("study/report.html").is_file());
+}
+
+/// A prior that cuts the posterior is extended with further runs of the program.
+#[test]
+fn a_prior_with_a_free_name_is_extended() {
+    let narrow = CASE.replace("[1.0, 2.0]", "[1.0, 1.5]").replace("runs = 10", "runs = 6");
+    let dir = folder(&narrow, SOLVER);
+    let (_, err) = run(dir.path(), &["--accept-out-of-range"]);
+    let offer = "extend = [{ runs = 6, prior = { k1 = [1.5, 2.0] } }]";
+    assert!(err.contains(offer), "{err}");
+    let goal = "[further_tests]\nwidth90 = { k1 = 0.05 }\n";
+    std::fs::write(dir.path().join("bar.toml"), format!("{offer}\n{narrow}{goal}")).unwrap();
+    run(dir.path(), &[]);
+    let results = dir.path().join("results");
+    assert_eq!(table(&results.join("runs.csv")).len(), 12);
+    assert_eq!((3..=12).map(|run| solved(dir.path(), run)).collect::<Vec<_>>(), [1; 10]);
+    let [mean, sd] = exact();
+    let found = number(&row_of(&results, "summary.csv", "k1"), "mean");
+    assert!((found - mean).abs() < 0.2 * sd, "{found} {mean}");
+    let goals = table(&results.join("design_specimens.csv"));
+    assert!(goals.iter().any(|row| row["goal"] == "width90" && row["parameter"] == "k1"));
+}
+
 /// A program that writes curves is compared with measured curves, which are not scaled to any mesh.
 #[test]
 fn curves_of_a_program_are_compared_with_measured_curves() {
@@ -386,7 +433,7 @@ fn mistakes_are_named_with_their_remedy() {
         (
             "{ unit = \"MPa\", prior = [1.0, 2.0] }",
             "{ prior = [1.0, 2.0] }\nk2 = { prior = [0.0, 1.0] }",
-            ["parameters.k2.prior: has no placeholder", "Write {k2} in simulator.input"],
+            ["parameters.k2: has no placeholder", "Write {k2} in simulator.input"],
         ),
         ("\"bar.txt\"", "\"car.txt\"", ["simulator.input = car.txt", "is sought at"]),
         (

@@ -1,6 +1,6 @@
 //! `[parameters]`: calibrated parameters with free names, for runs that come from outside this program.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
 use super::PriorCase;
 use super::target::{FreeParameter, Parameter};
@@ -33,6 +33,17 @@ pub(super) fn is_unwritten(prior: &Option<PriorCase>) -> bool {
     prior.as_ref().is_none_or(|prior| {
         prior.parameters().len() > 0 && prior.parameters().all(Parameter::is_free)
     })
+}
+
+/// Serialises `[prior]` without the parameters of `[parameters]`.
+pub(super) fn write_prior<S: Serializer>(
+    prior: &Option<PriorCase>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    let all = prior.iter().flat_map(|prior| prior.iter());
+    let own = all.filter(|(parameter, _)| !parameter.is_free());
+    let own: PriorCase = own.map(|(parameter, own)| (parameter.clone(), *own)).collect();
+    own.serialize(serializer)
 }
 
 fn one() -> String {

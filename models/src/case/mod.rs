@@ -107,7 +107,11 @@ pub struct Case {
     #[serde(default)]
     pub qoi: QoiCase,
     /// Calibrated parameters with their priors; not needed for a single simulation. Includes those of `[parameters]`.
-    #[serde(default, skip_serializing_if = "free_parameters::is_unwritten")]
+    #[serde(
+        default,
+        skip_serializing_if = "free_parameters::is_unwritten",
+        serialize_with = "free_parameters::write_prior"
+    )]
     pub prior: Option<PriorCase>,
     /// Extensions of the prior. Each extension adds runs to the runs of `[design]`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

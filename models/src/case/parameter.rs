@@ -5,10 +5,12 @@ use std::fmt;
 use std::marker::PhantomData;
 
 use ::surrogate::{Input, SurrogateError};
-use serde::de::{DeserializeSeed, Error, MapAccess, Visitor};
+use serde::de::value::SeqAccessDeserializer;
+use serde::de::{DeserializeSeed, Error, IntoDeserializer, MapAccess, SeqAccess, Visitor};
+use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::target::{Parameter, TargetRegistry};
+use super::target::{FreeParameter, Parameter, TargetRegistry};
 use crate::prior::{Prior, PriorBounds};
 
 /// A value for each of several parameters, in the order of the parameters.
@@ -104,12 +106,20 @@ impl<T> FromIterator<(Parameter, T)> for ByParameter<T> {
 impl<T: Serialize> Serialize for ByParameter<T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut tables = BTreeMap::<&str, Entries<'_, T>>::new();
-        // `[parameters]` has the values of free parameters
-        for (parameter, value) in self.0.iter().filter(|(parameter, _)| !parameter.is_free()) {
-            let (table, key) = parameter.table_and_key();
-            tables.entry(table).or_insert(Entries(Vec::new())).0.push((key, value));
+        let mut map = serializer.serialize_map(None)?;
+        for (parameter, value) in &self.0 {
+            match parameter.table_and_key() {
+                // free parameters have no table
+                ("", name) => map.serialize_entry(name, value)?,
+                (table, key) => {
+                    tables.entry(table).or_insert(Entries(Vec::new())).0.push((key, value));
+                }
+            }
         }
-        tables.serialize(serializer)
+        for (table, entries) in &tables {
+            map.serialize_entry(table, entries)?;
+        }
+        map.end()
     }
 }
 
@@ -147,7 +157,8 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for Tables<T> {
     }
 }
 
-/// Reads the parameters of one table; for other types of value it reports the expected syntax.
+/// Reads the parameters of one table. A value in place of a table belongs to a parameter with a free name, which only
+/// `[parameters]` can declare.
 struct Table<'a, T>(&'a str, PhantomData<T>);
 
 impl<'de, T: Deserialize<'de>> DeserializeSeed<'de> for Table<'_, T> {
@@ -173,20 +184,32 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for Table<'_, T> {
         Ok(entries)
     }
 
-    fn visit_seq<A>(self, _: A) -> Result<Self::Value, A::Error>
+    fn visit_seq<A>(self, sequence: A) -> Result<Self::Value, A::Error>
     where
-        A: serde::de::SeqAccess<'de>,
+        A: SeqAccess<'de>,
     {
-        Err(A::Error::custom(
-            "a region is missing; expected a parameter with it, such as matrix.young_mpa",
-        ))
+        let value = T::deserialize(SeqAccessDeserializer::new(sequence))?;
+        Ok(vec![(FreeParameter::named(self.0), value)])
     }
 
-    fn visit_str<E: Error>(self, _: &str) -> Result<Self::Value, E> {
-        Err(E::custom(
-            "is no region; expected a parameter with its region, such as matrix.young_mpa",
-        ))
+    fn visit_f64<E: Error>(self, value: f64) -> Result<Self::Value, E> {
+        let value = T::deserialize(value.into_deserializer());
+        value.map(|value| vec![(FreeParameter::named(self.0), value)]).map_err(without_region)
     }
+
+    fn visit_i64<E: Error>(self, value: i64) -> Result<Self::Value, E> {
+        let value = T::deserialize(value.into_deserializer());
+        value.map(|value| vec![(FreeParameter::named(self.0), value)]).map_err(without_region)
+    }
+
+    fn visit_str<E: Error>(self, text: &str) -> Result<Self::Value, E> {
+        Err(without_region(text))
+    }
+}
+
+/// Creates the error of a value in the place of a region.
+fn without_region<E: Error>(_: impl fmt::Display) -> E {
+    E::custom("is no region; expected a parameter with its region, such as matrix.young_mpa")
 }
 
 /// Reads a key of a table and finds its parameter.
@@ -222,6 +245,19 @@ mod tests {
         for path in ["matrix.young", "young_mpa", "phase_field.length"] {
             assert!(path.parse::<Parameter>().is_err(), "{path}");
         }
+    }
+
+    #[test]
+    fn free_names_have_no_table() {
+        let text = "k1 = 0.5\nmatrix.young_mpa = 275.0\n";
+        let values: ByParameter<f64> = toml::from_str(text).unwrap();
+        assert_eq!(values.names().collect::<Vec<_>>(), ["k1", "matrix.young_mpa"]);
+        let again = toml::to_string(&values).unwrap();
+        assert_eq!(toml::from_str::<ByParameter<f64>>(&again).unwrap(), values);
+        let bounds: BoundsCase = toml::from_str("k1 = [2.0, 3.0]").unwrap();
+        assert_eq!(bounds.iter().next().unwrap().1.0, [2.0, 3.0]);
+        let error = toml::from_str::<PriorCase>("young_mpa = 3.0").unwrap_err().to_string();
+        assert!(error.contains("with its region"), "{error}");
     }
 
     #[test]

@@ -114,7 +114,8 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     }
     let draws =
         |name: &str| posterior.trace(&format!("theta[{name}]")).unwrap_or_default().concat();
-    warnings.extend(offers(&prior, &priors, &draws, fitted.report.rows));
+    let can_extend = !inputs.imports_runs();
+    warnings.extend(offers(&prior, &priors, &draws, fitted.report.rows, can_extend));
     warnings.iter().for_each(|warning| task.warn(warning));
     write_sampling(task, posterior)?;
     write_map(task, &prior, &result.map)?;

@@ -14,6 +14,11 @@
 //! | design | `posterior.csv`, `surrogate.json`, `experiments.csv`; runs and curves, for candidates with further quantities of existing curves | `design.csv` (`candidate,parameter,specimens,contraction,contraction_q05,contraction_q95,width90`), `design_specimens.csv` (`candidate,parameter,goal,value,specimens,limit`; `specimens` is empty if 1000 specimens do not reach the goal), `design/candidate-*.csv` (runs of each candidate, a [`surrogate::Dataset`]) |
 //! | report | the results of all other stages | `report.html` |
 //!
+//! The runs come from a source (`run_source/`, one file each): simulations of this program, a program of the user
+//! (`[simulator]`; a run works in `ensemble/*/work/run-*`), or an imported table (`imported_runs.csv`). Without a specimen of this
+//! program, the stages `segment` and `mesh` write nothing, `confirm` writes no fields and no second mesh, and runs without a
+//! curve have no file in `curves/`. `simulator/` and `experiments/values.csv` are copies of files that the case names.
+//!
 //! `breccia surfaces` writes the surface of each grain, `surfaces/grain-*.stl` and `surfaces.csv`. `breccia simulate`
 //! runs one simulation. Neither is a stage.
 //!

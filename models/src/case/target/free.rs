@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use super::definition::{SimulationParts, Target, TargetError};
+use super::registry::Parameter;
 
 /// Parameter with a free name. It is no number of the case.
 #[derive(Debug)]
@@ -11,6 +12,14 @@ pub(crate) struct FreeParameter {
     pub(crate) label: String,
     /// `1` without a unit.
     pub(crate) unit: String,
+}
+
+impl FreeParameter {
+    /// The parameter with this name, for tables that only name it.
+    pub(crate) fn named(name: &str) -> Parameter {
+        let [name, label] = [name, name].map(str::to_owned);
+        Parameter::new(Self { name, label, unit: "1".to_owned() })
+    }
 }
 
 impl Target for FreeParameter {

@@ -3,9 +3,9 @@
 //!
 //! In layers, lowest first:
 //! 1. `definition`: the interface of a target, and the parts of a case that it can change
-//! 2. `material`, `number`, `free`: targets that are constants of materials, targets that are other numbers of a case,
-//!    and parameters of a simulator outside this program
+//! 2. `material`, `number`: targets that are constants of materials, and targets that are other numbers of a case
 //! 3. `registry`: the registry, which finds the target of a path
+//! 4. `free`: parameters of a simulator outside this program
 
 mod definition;
 mod free;

@@ -37,14 +37,6 @@ impl Parameter {
         !self.path.contains('.')
     }
 
-    /// Key of the case that has the prior of the parameter.
-    pub(crate) fn key_of_prior(&self) -> String {
-        match self.is_free() {
-            true => format!("parameters.{self}.prior"),
-            false => format!("prior.{self}"),
-        }
-    }
-
     /// Returns label and unit; if `with_region`, the name of the region stands before the label.
     pub(crate) fn label_and_unit(&self, with_region: bool) -> String {
         let region = self.region().filter(|_| with_region);

@@ -271,7 +271,11 @@ fn check_placeholders(file: &CaseFile) -> Result<(), InputError> {
         Some(unused) => {
             let problem = "has no placeholder, so that no run depends on it";
             let help = format!("Write {{{unused}}} in simulator.input or in simulator.command.");
-            Err(file.error(&unused.key_of_prior(), "", problem, help))
+            let key = match unused.is_free() {
+                true => format!("parameters.{unused}"),
+                false => format!("prior.{unused}"),
+            };
+            Err(file.error(&key, "", problem, help))
         }
         None => Ok(()),
     }

@@ -62,7 +62,10 @@ impl CaseFile {
             )));
         }
         for (parameter, prior) in prior.iter() {
-            let key = parameter.key_of_prior();
+            let key = match self.case.parameters.contains_key(&parameter.to_string()) {
+                true => format!("parameters.{parameter}.prior"),
+                false => format!("prior.{parameter}"),
+            };
             let checked = self
                 .check_distribution(&key, prior)
                 .and_then(|()| self.check_bounds(&key, parameter, &PriorBounds(prior.range())));
@@ -90,18 +93,25 @@ impl CaseFile {
         &PriorBounds([lower, upper]): &PriorBounds,
     ) -> Result<(), InputError> {
         let value = format!("[{lower:?}, {upper:?}]");
+        if parameter.is_free() && !self.case.parameters.contains_key(&parameter.to_string()) {
+            let problem = "a parameter is named with its region";
+            let help = "Write matrix.young_mpa = … in place of young_mpa = …, grain.toughness_n_per_mm = … and so on. \
+                        Free names are declared in [parameters].";
+            return Err(self.error(key, value, problem, help));
+        }
         // the case has no numbers that parameters of runs from outside could set
-        if self.case.is_built_in() {
-            // `check_outside` refuses free parameters
-            if parameter.is_free() {
-                return Ok(());
+        if !self.case.is_built_in() {
+            if !(lower.is_finite() && upper.is_finite()) {
+                return Err(self.error(key, value, "must be finite", "Write [lower, upper]."));
             }
+        } else if parameter.is_free() {
+            // `check_outside` refuses free parameters of the built-in simulation
+            return Ok(());
+        } else {
             self.check_parameter(key, parameter)?;
             for bound in [lower, upper] {
                 self.check_value(key, &value, parameter, bound)?;
             }
-        } else if !(lower.is_finite() && upper.is_finite()) {
-            return Err(self.error(key, value, "must be finite", "Write [lower, upper]."));
         }
         if lower < upper {
             return Ok(());
