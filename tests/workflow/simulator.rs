@@ -484,10 +484,17 @@ fn mistakes_are_named_with_their_remedy() {
     std::fs::write(dir.path().join("bar.toml"), built_in).unwrap();
     let (_, told, err) = breccia(dir.path(), &["check", "bar.toml"]);
     assert!(format!("{told}{err}").contains("has a free name"), "{told}{err}");
-    let (code, _, err) = {
-        std::fs::write(dir.path().join("bar.toml"), CASE).unwrap();
-        breccia(dir.path(), &["simulate", "bar.toml", "--out", "one"])
-    };
+    // a single run tries the program
+    let bar = dir.path().join("bar.toml");
+    std::fs::write(&bar, CASE).unwrap();
+    let one = ["simulate", "bar.toml", "--out", "one"];
+    let (code, out, err) = breccia(dir.path(), &one);
+    assert_eq!(code, Some(0), "{err}");
+    assert!(err.contains("k1 = 1.5") && err.contains("extension_mm = 4.5"), "{out}{err}");
+    let result = dir.path().join(out.trim()).join("work/run-001/result.csv");
+    assert!(result.is_file(), "{}", result.display());
+    std::fs::write(&bar, CASE.replace("\"sh\"", "\"false\"")).unwrap();
+    let (code, _, err) = breccia(dir.path(), &one);
     assert_ne!(code, Some(0));
-    assert!(err.contains("[simulator]"), "{err}");
+    assert!(err.contains("the run failed: the program"), "{err}");
 }

@@ -106,6 +106,7 @@ mod segmented_grains;
 mod sequential;
 mod sharing;
 mod simulate;
+mod simulate_outside;
 mod simulator;
 mod sources;
 mod specimen;

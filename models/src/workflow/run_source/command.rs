@@ -50,12 +50,19 @@ pub(super) fn open(inputs: &Inputs<'_>) -> Result<Option<Box<dyn RunSource>>, Wo
         let text = String::from_utf8_lossy(&read(path)?).into_owned();
         Ok::<_, WorkflowError>((name_of(path), Template::parse(&text)))
     });
+    let mut case = case.clone();
+    // the program works in another folder; a program without a folder is sought in PATH
+    if Path::new(&case.command[0]).components().count() > 1 {
+        let from = inputs.case_path().with_file_name("").join(&case.command[0]);
+        let program = std::path::absolute(&from).map_err(|e| WorkflowError::io(&from, e))?;
+        case.command[0] = program.display().to_string();
+    }
     let files = case.files.iter().map(|path| Ok((name_of(path), read(path)?)));
     Ok(Some(Box::new(Program {
         input: input.transpose()?,
         arguments: case.command[1..].iter().map(|word| Template::parse(word)).collect(),
         files: files.collect::<Result<_, WorkflowError>>()?,
-        case: case.clone(),
+        case,
     })))
 }
 
