@@ -193,12 +193,12 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for Table<'_, T> {
     }
 
     fn visit_f64<E: Error>(self, value: f64) -> Result<Self::Value, E> {
-        let value = T::deserialize(value.into_deserializer());
+        let value: Result<T, E> = T::deserialize(value.into_deserializer());
         value.map(|value| vec![(FreeParameter::named(self.0), value)]).map_err(without_region)
     }
 
     fn visit_i64<E: Error>(self, value: i64) -> Result<Self::Value, E> {
-        let value = T::deserialize(value.into_deserializer());
+        let value: Result<T, E> = T::deserialize(value.into_deserializer());
         value.map(|value| vec![(FreeParameter::named(self.0), value)]).map_err(without_region)
     }
 
