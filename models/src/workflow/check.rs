@@ -5,12 +5,11 @@ use std::path::{Path, PathBuf};
 
 use fem::{ReadOptions, StackHeader, TetMesh};
 
+use super::check_outside::{measured_specimens, source_in_words};
 use super::expected_cost::ExpectedCost;
 use super::inputs::Inputs;
-use super::measured_values::{check_measured, read_measured, without_curves};
 use super::mesh::grain_fraction;
 use super::mesh_scale::MeshSize;
-use super::run_source::ImportedRuns;
 use super::simulator::{Setup, Simulator};
 use super::specimen::{import_notes, imported_grains, imported_mesh};
 use super::specimen_checks::{InspectedSpecimens, inspect};
@@ -131,7 +130,10 @@ impl CaseCheck {
         let geometry = file.geometry().ok()?;
         match &geometry {
             SpecimenGeometry::Absent => {
-                self.source(file);
+                match source_in_words(file) {
+                    Ok(lines) => self.understood.extend(lines),
+                    Err(mistake) => self.fail(mistake),
+                }
                 None
             }
             SpecimenGeometry::Cylinder { radius_mm, height_mm, grains, .. } => {
@@ -187,57 +189,6 @@ impl CaseCheck {
         }
     }
 
-    /// Reports the source of runs from outside this program.
-    fn source(&mut self, file: &CaseFile) {
-        let case = &file.case;
-        if let Some(simulator) = &case.simulator {
-            let limit = match simulator.time_limit_s {
-                Some(limit) => format!("at most {limit} s a run"),
-                None => "no time limit".to_owned(),
-            };
-            let command = simulator.command.join(" ");
-            self.say("simulator", format!("{command}, which writes {}; {limit}", simulator.result));
-        }
-        let Some(import) = &case.design.import else { return };
-        let (path, prior) = (file.beside(import), case.whole_prior().unwrap_or_default());
-        let ranges = prior.iter().map(|(parameter, own)| (parameter.to_string(), own.range()));
-        // the check of the case reports a missing file
-        if !path.is_file() {
-            return;
-        }
-        match ImportedRuns::read(&path, &ranges.collect::<Vec<_>>(), &case.qoi.quantities) {
-            Ok(runs) => {
-                let text = format!(
-                    "{} imported from {}, {} outside the ranges of the priors",
-                    runs.records.len(),
-                    path.display(),
-                    runs.outside
-                );
-                self.say("runs", text);
-            }
-            Err(mistake) => self.fail(mistake),
-        }
-    }
-
-    /// Reports the measured quantities of a table, which are not computed from curves.
-    fn values(&mut self, file: &CaseFile, path: &Path) {
-        let quantities = &file.case.qoi.quantities;
-        let specimens = match read_measured(path, quantities) {
-            Ok(specimens) => specimens,
-            Err(mistake) => return self.fail(mistake),
-        };
-        let folder = file.path.parent().map_or_else(PathBuf::new, Path::to_owned);
-        let inputs = Inputs::new(file, &folder, Stage::that_writes);
-        let table = without_curves(&specimens);
-        self.table(path, &table, None);
-        if let Err(mistake) = inputs.chosen(table) {
-            return self.fail(mistake);
-        }
-        if let Err(mistake) = check_measured(path, quantities, &specimens) {
-            self.fail(mistake);
-        }
-    }
-
     /// Returns the size of an imported mesh. Reports the mesh, and reports materials or a test that do not suit the
     /// mesh.
     fn mesh(&mut self, file: &CaseFile, mesh_file: &Path, mesh: TetMesh) -> MeshSize {
@@ -281,7 +232,10 @@ impl CaseCheck {
             let path = file.beside(values);
             // the check of the case reports a missing file
             if path.is_file() {
-                self.values(file, &path);
+                match measured_specimens(file, &path) {
+                    Ok(table) => self.table(&path, &table, None),
+                    Err(mistake) => self.fail(mistake),
+                }
             }
             return;
         }

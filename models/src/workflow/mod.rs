@@ -48,6 +48,7 @@
 mod adoption;
 mod calibrate;
 mod check;
+mod check_outside;
 mod closed_form;
 mod confirm;
 mod content_hash;
