@@ -47,8 +47,9 @@ fn confirm_outside(task: &Task<'_>) -> Result<String, WorkflowError> {
     if source.points().is_some() {
         return Ok("imported runs cannot be repeated at the mode: nothing to confirm".to_owned());
     }
-    let manifest = task.inputs.manifest();
     let Points { names, runs } = Points::read(task)?;
+    // includes the files that the points were read from
+    let manifest = task.inputs.manifest();
     let named = NamedRuns {
         folder: "confirm",
         manifest: &manifest,

@@ -6,13 +6,13 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use super::super::{breccia, number, start, table, without_seconds};
-use super::{CASE, SOLVER, exact, folder, row_of, run, solved, work};
+use super::{CASE, SOLVER, check_posterior, folder, run, solved, work};
 
 /// Runs that fail, hang or write nothing useful are recorded with their reasons, and the others are calibrated. Other limits
 /// repeat the failed runs alone.
 #[test]
 fn failing_and_hanging_runs_are_left_out_and_tried_again_under_other_limits() {
-    let bad = "case $2 in 2) echo 'no convergence in step 7'; exit 3;; 4) sleep 60;; 5) exit 0;; \
+    let bad = "case $2 in 3) echo 'no convergence in step 7'; exit 3;; 4) sleep 60;; 5) exit 0;; \
                6) echo extension_mm > result.csv; exit;; 7) echo strain > result.csv; echo 1 >> result.csv; exit;; esac\n";
     let trouble = format!("{bad}{SOLVER}").replace("case", "echo try >> \"$MARKS/tries-$2\"\ncase");
     let case = CASE
@@ -32,34 +32,32 @@ fn failing_and_hanging_runs_are_left_out_and_tried_again_under_other_limits() {
         "0 lines of values",
         "there is no extension_mm among the results strain",
         "(2 attempts of at most 1.5 s)",
-        "run-002-2",
+        "run-003-2",
     ] {
         assert!(failed.contains(part), "{part}: {failed}");
     }
     let of = |file: &str| -> Vec<String> {
         table(&results.join(file)).into_iter().map(|row| row["run"].clone()).collect()
     };
-    assert_eq!(of("runs.csv"), ["1", "3", "8", "9", "10", "11", "12", "13", "14"]);
+    assert_eq!(of("runs.csv"), ["1", "2", "8", "9", "10", "11", "12", "13", "14"]);
     let tries = |run: usize| {
         let text = std::fs::read_to_string(dir.path().join(format!("marks/tries-{run}"))).unwrap();
         text.lines().count()
     };
-    assert_eq!([2, 4, 5].map(tries), [2, 2, 2]);
+    assert_eq!([3, 4, 5].map(tries), [2, 2, 2]);
     assert_eq!([8, 14].map(tries), [1, 1]);
     let warnings = std::fs::read_to_string(results.join("warnings.txt")).unwrap();
     assert!(warnings.contains("5 of 14 runs"), "{warnings}");
-    let [mean, sd] = exact();
-    let found = number(&row_of(&results, "summary.csv", "k1"), "mean");
-    assert!((found - mean).abs() < 0.2 * sd, "{found} {mean}");
+    check_posterior(&results);
 
     // with a longer limit and one attempt, the failed runs are made once more, and no other run
     let longer = case.replace("time_limit_s = 1.5\nretries = 1", "time_limit_s = 2.0");
     std::fs::write(dir.path().join("bar.toml"), longer).unwrap();
     run(dir.path(), &["--threads", "2"]);
-    assert_eq!([2, 4, 5].map(tries), [3, 3, 3]);
+    assert_eq!([3, 4, 5].map(tries), [3, 3, 3]);
     assert_eq!([8, 14].map(tries), [1, 1]);
     run(dir.path(), &["--threads", "2"]);
-    assert_eq!([2, 4, 5].map(tries), [3, 3, 3]);
+    assert_eq!([3, 4, 5].map(tries), [3, 3, 3]);
 }
 
 fn wait_for(what: &str, condition: impl Fn() -> bool) {
@@ -111,7 +109,8 @@ fn interrupted_and_killed_ensembles_resume() {
     let finished: BTreeSet<usize> = (1..=4).filter(|&run| solved(dir.path(), run) > 0).collect();
     assert_eq!(finished.len(), 4);
     run(dir.path(), &["--threads", "2"]);
-    assert_eq!((1..=3).map(|run| solved(dir.path(), run)).collect::<Vec<_>>()[0], 1);
+    // the killed and the interrupted process may have begun runs 3 and 5; confirming runs have the numbers 1 and 2
+    assert_eq!([1, 2, 4].map(|run| solved(dir.path(), run)), [2, 2, 1]);
     assert_eq!(std::fs::read_to_string(of_user).unwrap(), "mine");
 
     let whole = folder(CASE, SOLVER);
