@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use super::super::{breccia, number, start, table, without_seconds};
+use super::super::{breccia, start, table, without_seconds};
 use super::{CASE, SOLVER, check_posterior, folder, run, solved, work};
 
 /// Runs that fail, hang or write nothing useful are recorded with their reasons, and the others are calibrated. Other limits

@@ -1,7 +1,7 @@
 //! Runs of a program that are shared by processes and studies, extended, or curves.
 
 use super::super::{breccia, number, start, table};
-use super::{CASE, SOLVER, check_posterior, folder, run, solved};
+use super::{CASE, SOLVER, check_posterior, folder, row_of, run, solved};
 
 /// Several processes share the runs: each run is made once. A study of two priors makes the runs of each case.
 #[test]
