@@ -150,8 +150,13 @@ fn a_program_is_calibrated_and_its_posterior_is_the_exact_one() {
     assert_eq!(text("bar.txt"), format!("# {{k1}} in MPa\nk1 = {k1}\n"));
     assert_eq!(text("program-output.txt"), format!("k1 = {k1} is solved\n"));
     let report = std::fs::read_to_string(results.join("report.html")).unwrap();
-    for part in ["k1 (MPa)", "extension_mm", "Confirming simulation", "with the program sh.", "B-3"]
-    {
+    for part in [
+        "k1 (MPa)",
+        "extension_mm",
+        "Confirming simulation",
+        "with the command sh solver.sh {input} {run}.",
+        "B-3",
+    ] {
         assert!(report.contains(part), "{part}");
     }
     assert!(!report.contains("finite elements"));

@@ -110,9 +110,10 @@ fn outside(case: &Case) -> Option<String> {
     if case.design.import.is_some() {
         return Some("The simulations were made outside of Breccia and imported.".to_owned());
     }
-    let program = Path::new(case.simulator.as_ref()?.command.first()?);
-    let name = program.file_name().unwrap_or(program.as_os_str()).display();
-    Some(format!("Each specimen was simulated with the program {name}."))
+    let (program, words) = case.simulator.as_ref()?.command.split_first()?;
+    let name = Path::new(program).file_name().unwrap_or_default().display().to_string();
+    let command = [&[name][..], words].concat().join(" ");
+    Some(format!("Each specimen was simulated with the command {command}."))
 }
 
 /// A choice as the case file names it.
