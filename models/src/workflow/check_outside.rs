@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::WorkflowError;
 use super::inputs::Inputs;
 use super::measured_values::{check_measured, read_measured, without_curves};
-use super::run_source::ImportedRuns;
+use super::run_sources::ImportedRuns;
 use super::stage::Stage;
 use crate::case::CaseFile;
 use crate::error::InputError;

@@ -13,7 +13,7 @@ use super::inputs::Inputs;
 use super::level_runs::Runner;
 use super::levels::Level;
 use super::microstructures::Microstructures;
-use super::run_source::source_of;
+use super::run_sources::source_of;
 use super::simulator::{quantities, recorded};
 use super::specimen_stiffness::with_stiffness_ratio;
 use super::stage::Stage;

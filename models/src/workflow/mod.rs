@@ -14,7 +14,7 @@
 //! | design | `posterior.csv`, `surrogate.json`, `experiments.csv`; runs and curves, for candidates with further quantities of existing curves | `design.csv` (`candidate,parameter,specimens,contraction,contraction_q05,contraction_q95,width90`), `design_specimens.csv` (`candidate,parameter,goal,value,specimens,limit`; `specimens` is empty if 1000 specimens do not reach the goal), `design/candidate-*.csv` (runs of each candidate, a [`surrogate::Dataset`]) |
 //! | report | the results of all other stages | `report.html` |
 //!
-//! The runs come from a source (`run_source/`, one file each): simulations of this program, a program of the user
+//! The runs come from a source (`run_sources/`, one file each): simulations of this program, a program of the user
 //! (`[simulator]`; a run works in `ensemble/*/work/run-*`), or an imported table (`imported_runs.csv`). Without a specimen of this
 //! program, the stages `segment` and `mesh` write nothing, `confirm` writes no fields and no second mesh, and runs without a
 //! curve have no file in `curves/`. `simulator/` and `experiments/values.csv` are copies of files that the case names.
@@ -101,6 +101,7 @@ mod resolution;
 mod rule;
 mod rules;
 mod run_source;
+mod run_sources;
 mod runs;
 mod segment;
 mod segmented_grains;

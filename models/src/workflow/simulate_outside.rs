@@ -9,7 +9,8 @@ use ppl::Univariate;
 
 use super::WorkflowError;
 use super::inputs::Inputs;
-use super::run_source::{RequestedRuns, source_of};
+use super::run_source::RequestedRuns;
+use super::run_sources::source_of;
 use super::runs::{NamedRuns, place};
 use super::simulator::quantities;
 use super::stage::Stage;

@@ -69,7 +69,6 @@ impl Qoi for TableColumn {
 #[cfg(test)]
 mod tests {
     use super::super::Quantity;
-    use super::*;
 
     #[test]
     fn any_column_is_a_quantity_by_its_prefixed_name() {

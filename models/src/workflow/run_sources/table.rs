@@ -6,17 +6,17 @@ use fem::{RunEnd, RunRecord, RunStatus, Sensitivities};
 
 use super::super::WorkflowError;
 use super::super::inputs::Inputs;
-use super::definition::{RequestedRuns, RunSource};
+use super::super::run_source::{RequestedRuns, RunSource};
 use crate::error::InputError;
 use crate::qoi::Quantity;
 use crate::table::{CsvTable, TableRow};
 
 /// Runs of an imported table.
-pub(in crate::workflow) struct ImportedRuns {
+pub(crate) struct ImportedRuns {
     /// The runs whose parameters are in the ranges of the priors.
-    pub(in crate::workflow) records: Vec<RunRecord>,
+    pub(crate) records: Vec<RunRecord>,
     /// Number of runs outside the ranges.
-    pub(in crate::workflow) outside: usize,
+    pub(crate) outside: usize,
 }
 
 /// Opens the source, if the case has `design.import`.
@@ -41,7 +41,7 @@ impl ImportedRuns {
     ///
     /// # Errors
     /// Fails if a column is missing, an entry is not a number, or no run is in the ranges.
-    pub(in crate::workflow) fn read(
+    pub(crate) fn read(
         file: &Path,
         ranges: &[(String, [f64; 2])],
         quantities: &[Quantity],

@@ -2,23 +2,21 @@
 //! [`SOURCES`].
 //!
 //! In layers, lowest first:
-//! 1. `definition`: the interface of a source
-//! 2. `process`, `result_file`: a program of the user with a time limit, and the file that it writes
-//! 3. `built_in`, `command`, `table`: the sources
-//! 4. this module: the list of the sources
+//! 1. `process`, `result_file`: a program of the user with a time limit, and the file that it writes
+//! 2. `built_in`, `command`, `table`: the sources
+//! 3. this module: the list of the sources
 
 mod built_in;
 mod command;
-mod definition;
 mod process;
 mod result_file;
 mod table;
 
-pub(super) use definition::{RequestedRuns, RunSource};
 pub(super) use table::ImportedRuns;
 
 use super::WorkflowError;
 use super::inputs::Inputs;
+use super::run_source::RunSource;
 
 /// Opens the source if the case has it. Reads everything that identifies the runs of the source, and nothing else.
 type Open = fn(&Inputs<'_>) -> Result<Option<Box<dyn RunSource>>, WorkflowError>;

@@ -2,16 +2,16 @@
 
 use fem::RunRecord;
 
-use super::super::WorkflowError;
-use super::super::inputs::Inputs;
-use super::super::levels::Level;
-use super::super::microstructures::Microstructures;
-use super::super::runs::NamedRuns;
-use super::super::task::Task;
+use super::WorkflowError;
+use super::inputs::Inputs;
+use super::levels::Level;
+use super::microstructures::Microstructures;
+use super::runs::NamedRuns;
+use super::task::Task;
 
 /// Source of the runs of a case: something that returns a record for each point of the parameters. The record has a
 /// curve, from which quantities are computed, or quantities by name.
-pub(in crate::workflow) trait RunSource: Sync {
+pub(super) trait RunSource: Sync {
     /// Points of the runs that exist; `None` if the source computes a run at any point, so that the design of the case
     /// places the runs.
     fn points(&self) -> Option<Vec<Vec<f64>>> {
@@ -55,12 +55,12 @@ pub(in crate::workflow) trait RunSource: Sync {
 }
 
 /// Runs that a source returns.
-pub(in crate::workflow) struct RequestedRuns<'a> {
-    pub(in crate::workflow) task: &'a Task<'a>,
+pub(super) struct RequestedRuns<'a> {
+    pub(super) task: &'a Task<'a>,
     /// Mesh level of the runs; only the built-in source has levels.
-    pub(in crate::workflow) level: Option<&'a Level<'a>>,
+    pub(super) level: Option<&'a Level<'a>>,
     /// Specimens of the runs; `None` if all runs have the same specimen.
-    pub(in crate::workflow) specimens: Option<&'a Microstructures>,
+    pub(super) specimens: Option<&'a Microstructures>,
     /// The runs with their folder.
-    pub(in crate::workflow) named: NamedRuns<'a>,
+    pub(super) named: NamedRuns<'a>,
 }

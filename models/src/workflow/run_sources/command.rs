@@ -11,8 +11,8 @@ use fem::{End, FemError, Outcome, RunInput, RunRecord, RunStatus};
 
 use super::super::WorkflowError;
 use super::super::inputs::Inputs;
+use super::super::run_source::{RequestedRuns, RunSource};
 use super::super::runs::run_jobs;
-use super::definition::{RequestedRuns, RunSource};
 use super::process::{ProcessEnd, run_process};
 use super::result_file::{ProgramResult, read_result};
 use crate::case::{SimulatorCase, Template, Value};

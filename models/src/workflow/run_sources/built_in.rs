@@ -8,9 +8,9 @@ use super::super::WorkflowError;
 use super::super::images;
 use super::super::inputs::Inputs;
 use super::super::microstructures::Microstructures;
+use super::super::run_source::{RequestedRuns, RunSource};
 use super::super::runs::run_named;
 use super::super::simulator::Simulator;
-use super::definition::{RequestedRuns, RunSource};
 
 /// The simulated tests of a case.
 struct BuiltIn;
