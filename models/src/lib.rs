@@ -50,9 +50,9 @@ pub use breccia_calibration::{
     Goal, Groups, HomogeneousCylinder, InputError, Needed, PeakForce, PeakedCurve, Pooling,
     Population, PostPeakSlope, Prior, PriorBounds, PriorFamily, PriorKey, Qoi, QoiError,
     QoiRegistry, Qois, Quantity, ReadOptions, RelativeForce, Separator, Slope, Specimen,
-    SpecimenTable, Specimens, TestAtDraw, TestCurve, TestGroup, Trend, Unit, calibrate,
-    calibrate_after, calibrate_groups, calibration_on, calibration_over_groups, hyperelastic,
-    tension,
+    SpecimenTable, Specimens, TableColumn, TestAtDraw, TestCurve, TestGroup, Trend, Unit,
+    calibrate, calibrate_after, calibrate_groups, calibration_on, calibration_over_groups,
+    hyperelastic, tension,
 };
 use breccia_calibration::{
     budget, curve_check, error, experiment, fracture, further_test, predicted_curve, prior, qoi,
@@ -61,11 +61,11 @@ use breccia_calibration::{
 pub use case::{
     AdaptiveCase, ArcLengthCase, BoundsCase, ByParameter, CalibrationCase, CandidateCase, Case,
     CaseFile, ConditionsCase, ConfirmCase, DesignCase, DesignSample, DiscrepancyCase,
-    ExperimentsCase, ExtendCase, FidelityCase, FurtherTestsCase, HardeningCase, HardeningTable,
-    ImageCase, InterfaceCase, LevelCase, Likelihood, MaterialCase, MeasureCase, Microstructure,
-    NoiseCase, OutputCase, Parameter, PlasticCase, PrescribeCase, PriorCase, QoiCase,
-    SequentialCase, SimulationParts, SpecimenCase, SpecimenGeometry, SurrogateCase, Target,
-    TargetError, TestCase, Toe, TractionCase, VirtualCase, YieldRow,
+    ExperimentsCase, ExtendCase, FidelityCase, FreeParameterCase, FurtherTestsCase, HardeningCase,
+    HardeningTable, ImageCase, InterfaceCase, LevelCase, Likelihood, MaterialCase, MeasureCase,
+    Microstructure, NoiseCase, OutputCase, Parameter, PlasticCase, PrescribeCase, PriorCase,
+    QoiCase, SequentialCase, SimulationParts, SimulatorCase, SpecimenCase, SpecimenGeometry,
+    SurrogateCase, Target, TargetError, TestCase, Toe, TractionCase, VirtualCase, YieldRow,
 };
 pub use cli::program;
 pub use coverage::{CoverageRow, CoverageStudy, Emulated, KnownStiffness, Laboratory, Setting};

@@ -13,6 +13,7 @@ mod quadrature;
 mod quantities;
 mod sequential;
 mod sharing;
+mod simulator;
 mod stages;
 mod study;
 

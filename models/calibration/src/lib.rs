@@ -70,6 +70,6 @@ pub use prior::{Prior, PriorBounds, PriorFamily, PriorKey};
 pub use qoi::{
     CurveRates, DisplacementAtPeak, EnergyToPeak, Extent, ForceAt, HomogeneousCylinder, PeakForce,
     PeakedCurve, PostPeakSlope, Qoi, QoiError, QoiRegistry, Qois, Quantity, RelativeForce, Slope,
-    Unit,
+    TableColumn, Unit,
 };
 pub use record::{Compression, Decimal, Encoding, ReadOptions, Separator};

@@ -7,7 +7,8 @@
 //! 3. `curve`, `definition`: a curve with its peak, and the interface of a quantity
 //! 4. `slope`, `peak_force`, `displacement_at_peak`, `energy_to_peak`: quantities up to the peak
 //! 5. `post_peak_slope`, `relative_force`, `force_at`: quantities of the branch past the peak and of the shape
-//! 6. `quantity`, `qois`: the registry, and quantities of one curve
+//! 6. `table_column`: numbers that are reported without a curve
+//! 7. `quantity`, `qois`: the registry, and quantities of one curve
 
 mod curve;
 mod definition;
@@ -28,6 +29,7 @@ mod quantity;
 mod reading;
 mod relative_force;
 mod slope;
+mod table_column;
 mod unit;
 
 pub use curve::{CurveRates, PeakedCurve};
@@ -44,4 +46,5 @@ pub use qois::Qois;
 pub use quantity::{QoiRegistry, Quantity};
 pub use relative_force::RelativeForce;
 pub use slope::Slope;
+pub use table_column::TableColumn;
 pub use unit::Unit;

@@ -1,6 +1,7 @@
 //! Settings of the calibration, except the settings of its simulations: quantities of interest, surrogate, sampler.
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 use ::surrogate::{DesignMethod, OrderRule, SurrogateError, Terms};
 use serde::{Deserialize, Serialize};
@@ -28,6 +29,9 @@ pub struct QoiCase {
 pub struct DesignCase {
     /// Number of simulations.
     pub runs: usize,
+    /// Table of finished runs, parameters and quantities, in place of simulations.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub import: Option<PathBuf>,
     /// Seed of the design.
     pub seed: u64,
     /// Sampling method that fills the ranges of the priors.
@@ -252,7 +256,10 @@ impl DiscrepancyCase {
     /// Covariance of the relative error (quantities × quantities) for quantities with the given column names; `None` if
     /// there is no error.
     pub(crate) fn covariance(&self, columns: &[String]) -> Option<Vec<Vec<f64>>> {
-        let percent = |column: &String| self.percent.get(&Quantity::of_column(column)?);
+        let percent = |column: &String| {
+            let mut all = self.percent.iter();
+            all.find_map(|(quantity, percent)| (quantity.column() == **column).then_some(percent))
+        };
         let variance = |column| (0.01 * percent(column).unwrap_or(&0.0)).powi(2);
         let entry = |i: usize, j: usize| if i == j { variance(&columns[i]) } else { 0.0 };
         let size = columns.len();
@@ -298,6 +305,7 @@ impl Default for DesignCase {
     fn default() -> Self {
         Self {
             runs: 100,
+            import: None,
             seed: 1,
             method: DesignMethod::LatinHypercube,
             sample: DesignSample::default(),

@@ -8,6 +8,7 @@ mod conditions;
 mod excerpt;
 mod experiments;
 mod fidelity;
+mod free_parameters;
 mod further;
 #[cfg(test)]
 mod fuzz;
@@ -23,7 +24,9 @@ mod parameter;
 mod plastic;
 mod read;
 mod simulation;
+mod simulator;
 mod target;
+mod template;
 #[cfg(test)]
 mod tests;
 mod validate;
@@ -48,6 +51,7 @@ pub(crate) use changed::changed_keys;
 pub use conditions::{ConditionsCase, MeasureCase, PrescribeCase, TractionCase};
 pub use experiments::{ExperimentsCase, NoiseCase, Toe, VirtualCase};
 pub use fidelity::{FidelityCase, LevelCase};
+pub use free_parameters::FreeParameterCase;
 pub(crate) use further::PRESENT;
 pub use further::{CandidateCase, FurtherTestsCase};
 pub use geometry::SpecimenGeometry;
@@ -60,8 +64,10 @@ pub use parameter::{BoundsCase, ByParameter, PriorCase};
 pub use plastic::{HardeningCase, HardeningTable, PlasticCase, YieldRow};
 pub use read::CaseFile;
 pub use simulation::{AdaptiveCase, ArcLengthCase, OutputCase, TestCase};
+pub use simulator::SimulatorCase;
 pub use target::{Parameter, SimulationParts, Target, TargetError};
 pub(crate) use target::{Property, TargetRegistry};
+pub(crate) use template::{Template, Value};
 
 /// A case: the simulations, the calibrated parameters, and the experiments.
 ///
@@ -74,9 +80,11 @@ pub(crate) use target::{Property, TargetRegistry};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Case {
-    /// Geometry and mesh.
+    /// Geometry and mesh; absent if the runs come from outside this program.
+    #[serde(default, skip_serializing_if = "SpecimenCase::is_absent")]
     pub specimen: SpecimenCase,
     /// Parameters of each region of the mesh.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub material: BTreeMap<String, MaterialCase>,
     /// Interfaces between regions with their own toughness, by the names of the regions, as in `matrix-grain`.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
@@ -85,6 +93,7 @@ pub struct Case {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub phase_field: Option<PhaseField>,
     /// The test: its time and steps, and the platens.
+    #[serde(default, skip_serializing_if = "TestCase::is_absent")]
     pub test: TestCase,
     /// Boundary conditions that replace the platens; for a single simulation only.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -95,11 +104,21 @@ pub struct Case {
     /// Files that a single simulation writes.
     #[serde(default)]
     pub output: OutputCase,
+    /// A program of the user that computes the runs in place of the built-in test.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub simulator: Option<SimulatorCase>,
+    /// Calibrated parameters with free names, for runs that come from outside this program.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub parameters: BTreeMap<String, FreeParameterCase>,
     /// Definitions of the quantities of interest of a curve.
     #[serde(default)]
     pub qoi: QoiCase,
-    /// Calibrated parameters with their priors; not needed for a single simulation.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    /// Calibrated parameters with their priors; not needed for a single simulation. Includes those of `[parameters]`.
+    #[serde(
+        default,
+        skip_serializing_if = "free_parameters::is_unwritten",
+        serialize_with = "free_parameters::write_prior"
+    )]
     pub prior: Option<PriorCase>,
     /// Extensions of the prior. Each extension adds runs to the runs of `[design]`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -183,7 +202,59 @@ pub struct SpecimenCase {
     pub surfaces: BTreeMap<String, PhysicalGroups>,
 }
 
+impl SpecimenCase {
+    /// Whether no key of the table is given.
+    pub(crate) fn is_absent(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+impl Default for SpecimenCase {
+    /// A table without keys.
+    fn default() -> Self {
+        Self {
+            radius_mm: None,
+            height_mm: None,
+            spacing_mm: None,
+            order: order(),
+            grain_mode: GrainMode::default(),
+            homogenisation: Homogenisation::default(),
+            elements_across: elements_across(),
+            min_dihedral_deg: min_dihedral(),
+            grains: None,
+            scan: None,
+            image: None,
+            stl: None,
+            mesh: None,
+            regions: BTreeMap::new(),
+            surfaces: BTreeMap::new(),
+        }
+    }
+}
+
 impl Case {
+    /// Whether the runs are tests that this program simulates: neither `[simulator]` nor `design.import` is given.
+    pub(crate) fn is_built_in(&self) -> bool {
+        self.simulator.is_none() && self.design.import.is_none()
+    }
+
+    /// Adds the parameters of `[parameters]` to the calibrated parameters.
+    fn add_free_parameters(&mut self) {
+        if self.parameters.is_empty() {
+            return;
+        }
+        let prior = self.prior.get_or_insert_default();
+        for (name, own) in &self.parameters {
+            prior.insert(own.parameter(name), own.prior);
+        }
+    }
+
+    /// Calibrated parameter with this path.
+    pub(crate) fn parameter(&self, path: &str) -> Option<&Parameter> {
+        let mut all = self.prior.iter().flat_map(|prior| prior.parameters());
+        all.find(|parameter| parameter.to_string() == path)
+    }
+
     /// Quantities that are compared between specimens and simulations.
     pub(crate) fn compared(&self) -> Vec<Quantity> {
         match self.calibration.likelihood {

@@ -5,10 +5,11 @@ use std::fmt;
 use std::marker::PhantomData;
 
 use ::surrogate::{Input, SurrogateError};
-use serde::de::{DeserializeSeed, Error, MapAccess, Visitor};
+use serde::de::value::SeqAccessDeserializer;
+use serde::de::{DeserializeSeed, Error, IntoDeserializer, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::target::{Parameter, TargetRegistry};
+use super::target::{FreeParameter, Parameter, TargetRegistry};
 use crate::prior::{Prior, PriorBounds};
 
 /// A value for each of several parameters, in the order of the parameters.
@@ -105,9 +106,10 @@ impl<T: Serialize> Serialize for ByParameter<T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut tables = Entries(Vec::new());
         for (parameter, value) in &self.0 {
+            // free parameters have no table
             let (table, key) = parameter.table_and_key();
-            let table = table.split('.').fold(&mut tables, Entries::table);
-            table.0.push((key, Entry::Value(value)));
+            let names = table.split('.').filter(|name| !name.is_empty());
+            names.fold(&mut tables, Entries::table).0.push((key, Entry::Value(value)));
         }
         tables.serialize(serializer)
     }
@@ -178,7 +180,8 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for Tables<T> {
     }
 }
 
-/// Reads the parameters of one table; for other types of value it reports the expected syntax.
+/// Reads the parameters of one table. A value in place of a table belongs to a parameter with a free name, which only
+/// `[parameters]` can declare.
 struct Table<'a, T>(&'a str, PhantomData<T>);
 
 impl<'de, T: Deserialize<'de>> DeserializeSeed<'de> for Table<'_, T> {
@@ -209,20 +212,32 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for Table<'_, T> {
         Ok(entries)
     }
 
-    fn visit_seq<A>(self, _: A) -> Result<Self::Value, A::Error>
+    fn visit_seq<A>(self, sequence: A) -> Result<Self::Value, A::Error>
     where
-        A: serde::de::SeqAccess<'de>,
+        A: SeqAccess<'de>,
     {
-        Err(A::Error::custom(
-            "a region is missing; expected a parameter with it, such as matrix.young_mpa",
-        ))
+        let value = T::deserialize(SeqAccessDeserializer::new(sequence))?;
+        Ok(vec![(FreeParameter::named(self.0), value)])
     }
 
-    fn visit_str<E: Error>(self, _: &str) -> Result<Self::Value, E> {
-        Err(E::custom(
-            "is no region; expected a parameter with its region, such as matrix.young_mpa",
-        ))
+    fn visit_f64<E: Error>(self, value: f64) -> Result<Self::Value, E> {
+        let value: Result<T, E> = T::deserialize(value.into_deserializer());
+        value.map(|value| vec![(FreeParameter::named(self.0), value)]).map_err(without_region)
     }
+
+    fn visit_i64<E: Error>(self, value: i64) -> Result<Self::Value, E> {
+        let value: Result<T, E> = T::deserialize(value.into_deserializer());
+        value.map(|value| vec![(FreeParameter::named(self.0), value)]).map_err(without_region)
+    }
+
+    fn visit_str<E: Error>(self, text: &str) -> Result<Self::Value, E> {
+        Err(without_region(text))
+    }
+}
+
+/// Creates the error of a value in the place of a region.
+fn without_region<E: Error>(_: impl fmt::Display) -> E {
+    E::custom("is no region; expected a parameter with its region, such as matrix.young_mpa")
 }
 
 /// What a key of a table names.
@@ -276,6 +291,19 @@ mod tests {
         ] {
             assert!(path.parse::<Parameter>().is_err(), "{path}");
         }
+    }
+
+    #[test]
+    fn free_names_have_no_table() {
+        let text = "k1 = 0.5\nmatrix.young_mpa = 275.0\n";
+        let values: ByParameter<f64> = toml::from_str(text).unwrap();
+        assert_eq!(values.names().collect::<Vec<_>>(), ["k1", "matrix.young_mpa"]);
+        let again = toml::to_string(&values).unwrap();
+        assert_eq!(toml::from_str::<ByParameter<f64>>(&again).unwrap(), values);
+        let bounds: BoundsCase = toml::from_str("k1 = [2.0, 3.0]").unwrap();
+        assert_eq!(bounds.iter().next().unwrap().1.0, [2.0, 3.0]);
+        let error = toml::from_str::<PriorCase>("young_mpa = 3.0").unwrap_err().to_string();
+        assert!(error.contains("with its region"), "{error}");
     }
 
     #[test]

@@ -54,6 +54,7 @@ impl CaseFile {
         let mut mistakes: Vec<InputError> =
             read.errors.iter().map(|error| explain(error, text, path)).collect();
         let Some(mut case) = read.case.take() else { return (None, mistakes) };
+        case.add_free_parameters();
         if let Some(v) = case.experiments.as_mut().and_then(|e| e.virtual_specimens.as_mut()) {
             v.complete();
         }
@@ -95,10 +96,13 @@ impl CaseFile {
         })
     }
 
-    /// Whether the text is a study: a study has the key `base` and no table `specimen`.
+    /// Whether the text is a study: a study has the key `base` and neither a table `specimen` nor `simulator`.
     pub(crate) fn is_study(text: &str) -> bool {
         let table: Option<toml::Table> = text.parse().ok();
-        table.is_some_and(|table| table.contains_key("base") && !table.contains_key("specimen"))
+        let of_cases = ["specimen", "simulator"];
+        table.is_some_and(|table| {
+            table.contains_key("base") && !of_cases.iter().any(|key| table.contains_key(*key))
+        })
     }
 
     /// Returns the built-in default case.
@@ -279,8 +283,8 @@ fn locate(text: &str, span: Range<usize>) -> (String, String) {
 mod tests {
     use super::*;
     use crate::case::{
-        AdaptiveCase, ArcLengthCase, ConditionsCase, ImageCase, InterfaceCase, MeasureCase,
-        PrescribeCase, TractionCase,
+        AdaptiveCase, ArcLengthCase, ConditionsCase, FreeParameterCase, ImageCase, InterfaceCase,
+        MeasureCase, PrescribeCase, SimulatorCase, TractionCase,
     };
     use crate::record::{Compression, Decimal, Encoding, ReadOptions, Separator};
 
@@ -345,9 +349,25 @@ mod tests {
             remove_rigid_motions: true,
             measure: MeasureCase { surface: surface(), direction: [0.0; 3] },
         });
+        full.design.import = Some("runs.csv".into());
+        full.simulator = Some(SimulatorCase {
+            command: vec!["solver".into()],
+            input: Some("deck.inp".into()),
+            files: vec!["mesh.inc".into()],
+            result: "result.csv".into(),
+            time_limit_s: Some(600.0),
+            retries: 1,
+        });
+        let parameter = FreeParameterCase {
+            unit: "MPa".into(),
+            label: Some("k₁".into()),
+            prior: crate::prior::Prior::uniform(1.0, 2.0),
+        };
+        full.parameters.insert("k1".into(), parameter);
         full.confirm.second_spacing_mm = Some(0.5);
         let experiments = full.experiments.as_mut().unwrap();
         experiments.table = Some("specimens.csv".into());
+        experiments.values = Some("measured.csv".into());
         experiments.group = Some("50C".into());
         experiments.read = Some(ReadOptions {
             separator: Some(Separator::Semicolon),
@@ -484,7 +504,7 @@ mod tests {
         assert!(part.contains("expected a whole number"), "{part}");
         let three = message(&with("[250.0, 300.0]", "[250.0, 300.0, 1.0]"));
         assert!(three.contains("young_mpa") && three.contains("[lower, upper]"), "{three}");
-        assert!(message("").starts_with("case.toml:1: "), "{}", message(""));
+        assert!(message("").contains("specimen: is missing"), "{}", message(""));
         let broken = message(&with("radius_mm = 2.5", "radius_mm = 2,5"));
         assert!(broken.contains("specimen.radius_mm"), "{broken}");
     }

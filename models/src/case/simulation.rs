@@ -75,7 +75,30 @@ pub struct OutputCase {
     pub checkpoint_every: u32,
 }
 
+impl Default for TestCase {
+    /// A table without keys.
+    fn default() -> Self {
+        Self {
+            displacement_mm: None,
+            duration_s: one_second(),
+            steps: None,
+            adaptive: None,
+            arc_length: None,
+            platens: Platens::default(),
+            friction: 0.0,
+            slip_velocity_mm_per_s: slip_velocity(),
+            drag_mpa_s_per_mm: 0.0,
+            stop_below_peak: None,
+        }
+    }
+}
+
 impl TestCase {
+    /// Whether no key of the table is given.
+    pub(crate) fn is_absent(&self) -> bool {
+        *self == Self::default()
+    }
+
     /// Returns duration, step control and stopping criterion of the test.
     pub(crate) fn schedule(&self) -> Schedule {
         Schedule {

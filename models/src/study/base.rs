@@ -8,13 +8,16 @@ use crate::case::{CaseFile, merge, remove};
 use crate::error::InputError;
 
 /// Keys of a case whose values are files or folders.
-const FILES: [&str; 6] = [
+const FILES: [&str; 9] = [
     "specimen.mesh",
     "specimen.stl.surfaces",
     "specimen.image.stack",
     "specimen.image.labels",
     "specimen.image.region.mask",
+    "simulator.input",
+    "design.import",
     "experiments.table",
+    "experiments.values",
 ];
 
 /// The base case as written in the file, without defaults, because defaults may depend on the changed keys.
@@ -37,11 +40,19 @@ impl Base {
             let first = keys.next().and_then(|key| written.get_mut(key));
             absolute(&path, keys.fold(first, |value, key| value?.get_mut(key)));
         }
-        let images = ["specimen", "image", "further_stacks"];
-        let first = written.get_mut(images[0]);
-        let images = images[1..].iter().fold(first, |value, key| value?.get_mut(key));
-        for image in images.and_then(Value::as_array_mut).into_iter().flatten() {
-            absolute(&path, Some(image));
+        for list in [&["specimen", "image", "further_stacks"][..], &["simulator", "files"]] {
+            let first = written.get_mut(list[0]);
+            let files = list[1..].iter().fold(first, |value, key| value?.get_mut(key));
+            for file in files.and_then(Value::as_array_mut).into_iter().flatten() {
+                absolute(&path, Some(file));
+            }
+        }
+        let command = written.get_mut("simulator").and_then(|table| table.get_mut("command"));
+        let program = command.and_then(|command| command.get_mut(0));
+        // a program without a folder is sought in PATH
+        let has_folder = |own: &str| Path::new(own).components().count() > 1;
+        if program.as_ref().and_then(|own| own.as_str()).is_some_and(has_folder) {
+            absolute(&path, program);
         }
         let further = written.get_mut("further_tests").and_then(|table| table.get_mut("candidate"));
         for candidate in further.and_then(Value::as_array_mut).into_iter().flatten() {
@@ -136,5 +147,15 @@ mod tests {
             let named = key.split('.').fold(&table, |value, key| &value[key]);
             assert_eq!(named.as_str().map(Path::new), Some(&*expected), "{key}");
         }
+        let text = "simulator = { command = [\"./own\", \"own\"], files = [\"own\"] }\n";
+        std::fs::write(dir.path().join("cases/base.toml"), text).unwrap();
+        let base = Base::read(&dir.path().join("study.toml"), Path::new("cases/base.toml")).0;
+        let simulator = &base.unwrap().0["simulator"];
+        let named = [&simulator["command"][0], &simulator["command"][1], &simulator["files"][0]];
+        let own = Some(&*expected);
+        assert_eq!(
+            named.map(|own| own.as_str().map(Path::new)),
+            [own, Some(Path::new("own")), own]
+        );
     }
 }

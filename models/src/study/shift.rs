@@ -270,6 +270,7 @@ pub(super) fn with_specimens(dir: &Path, setting: &StudySetting, case: &StudyCas
         let toe = file.case.experiments.as_ref().map(|e| e.toe).unwrap_or_default();
         file.case.experiments = Some(ExperimentsCase {
             table: Some(folder.join("experiments/specimens.csv")),
+            values: None,
             group: None,
             toe,
             read: None,

@@ -63,7 +63,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     }
     let ids = specimen_ids(inputs)?;
     let names: Vec<&str> = ids.iter().map(String::as_str).collect();
-    let parameters = inputs.parameters()?;
+    let parameters = inputs.parameters_in_units()?;
     let units: Vec<Cow<'_, str>> = parameters.iter().map(|parameter| parameter.unit()).collect();
     let units: Vec<&str> = units.iter().map(|unit| &**unit).collect();
     let posterior = result.in_units(pce.outputs(), &names, &evidence.qois, &units);
@@ -114,7 +114,8 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     }
     let draws =
         |name: &str| posterior.trace(&format!("theta[{name}]")).unwrap_or_default().concat();
-    warnings.extend(offers(&prior, &priors, &draws, fitted.report.rows));
+    let can_extend = !inputs.imports_runs();
+    warnings.extend(offers(&prior, &priors, &draws, fitted.report.rows, can_extend));
     warnings.iter().for_each(|warning| task.warn(warning));
     write_sampling(task, posterior)?;
     write_map(task, &prior, &result.map)?;

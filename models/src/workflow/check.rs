@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use fem::{ReadOptions, StackHeader, TetMesh};
 
+use super::check_outside::{measured_specimens, source_in_words};
 use super::expected_cost::ExpectedCost;
 use super::inputs::Inputs;
 use super::mesh::grain_fraction;
@@ -96,10 +97,12 @@ impl CaseCheck {
     }
 
     fn case(&mut self, file: &CaseFile) {
-        self.say("units", "mm, N, MPa, s, MPa s (viscosity), N/mm (toughness)");
         let case = &file.case;
-        let names: Vec<&str> = case.material.keys().map(String::as_str).collect();
-        self.say("materials", names.join(", "));
+        if case.is_built_in() {
+            self.say("units", "mm, N, MPa, s, MPa s (viscosity), N/mm (toughness)");
+            let names: Vec<&str> = case.material.keys().map(String::as_str).collect();
+            self.say("materials", names.join(", "));
+        }
         for (name, interface) in &case.interface {
             let (toughness, width) = (interface.toughness_n_per_mm, interface.width_mm);
             let text = format!("{name}: toughness {toughness} N/mm, in a band of {width} mm");
@@ -131,6 +134,13 @@ impl CaseCheck {
     fn specimen(&mut self, file: &CaseFile) -> Option<MeshSize> {
         let geometry = file.geometry().ok()?;
         match &geometry {
+            SpecimenGeometry::Absent => {
+                match source_in_words(file) {
+                    Ok(lines) => self.understood.extend(lines),
+                    Err(mistake) => self.fail(mistake),
+                }
+                None
+            }
             SpecimenGeometry::Cylinder { radius_mm, height_mm, grains, .. } => {
                 let grains = match grains.as_ref().filter(|grains| grains.fraction > 0.0) {
                     Some(grains) => format!("{:.1} % of grains", 100.0 * grains.fraction),
@@ -223,6 +233,17 @@ impl CaseCheck {
             self.say("specimens", text);
             return;
         }
+        if let Some(values) = &experiments.values {
+            let path = file.beside(values);
+            // the check of the case reports a missing file
+            if path.is_file() {
+                match measured_specimens(file, &path) {
+                    Ok(table) => self.table(&path, &table, None),
+                    Err(mistake) => self.fail(mistake),
+                }
+            }
+            return;
+        }
         let path = match file.table() {
             Ok(Some(path)) => path,
             Ok(None) => return,
@@ -298,14 +319,17 @@ impl CaseCheck {
                 table
             }
         };
-        let size = size.unwrap_or_else(|| {
+        let size = size.or_else(|| {
+            if !file.case.is_built_in() {
+                return None;
+            }
             let text = "radius and height are compared with the image once it has been segmented";
             self.notes.push(text.to_owned());
             let mean_of = |size: fn(&Specimen) -> f64| {
                 mean(&table.specimens.iter().map(size).collect::<Vec<_>>())
             };
             let height_mm = mean_of(|specimen| specimen.height_mm);
-            MeshSize::of_cylinder([height_mm, mean_of(|specimen| specimen.radius_mm)])
+            Some(MeshSize::of_cylinder([height_mm, mean_of(|specimen| specimen.radius_mm)]))
         });
         let curve = |id: &str| recorded_file(path, id).unwrap_or_else(|_| path.to_owned());
         let names = SpecimenNames { table: path, curve: &curve };
@@ -321,7 +345,7 @@ impl CaseCheck {
     }
 
     /// Reports mean and range of each compared quantity over the specimens.
-    fn means(&mut self, file: &CaseFile, table: &SpecimenTable, mesh: MeshSize) {
+    fn means(&mut self, file: &CaseFile, table: &SpecimenTable, mesh: Option<MeshSize>) {
         let qoi = &file.case.qoi;
         let values = table.specimens.iter();
         let values = values.filter_map(|s| compared(s, mesh, qoi, &qoi.quantities).ok());

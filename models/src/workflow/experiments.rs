@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::WorkflowError;
 use super::files::SPECIMENS;
+use super::measured_values::write_measured;
 use super::mesh_scale::{MeshScale, MeshSize};
 use super::runs::run_ensemble;
 use super::simulator::{Simulator, recorded};
@@ -24,12 +25,20 @@ use crate::virtual_specimen::VirtualSpecimen;
 
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let inputs = &task.inputs;
+    if let Some(values) = inputs.measured_values() {
+        return write_measured(task, &values);
+    }
     let table = match inputs.are_specimens_virtual()? {
         true => test_virtual_specimens(task)?,
         false => inputs.specimen_table()?,
     };
-    let mesh = gmsh::read(inputs.file("mesh.msh")?, &gmsh::GmshNames::default())?;
-    let mesh = MeshSize::of(&mesh);
+    let mesh = match inputs.is_built_in() {
+        true => {
+            let mesh = gmsh::read(inputs.file("mesh.msh")?, &gmsh::GmshNames::default())?;
+            Some(MeshSize::of(&mesh))
+        }
+        false => None,
+    };
     let comparison = Comparison { mesh, qoi: inputs.qoi() };
     let table = checked(task, inputs.chosen(table)?, mesh)?;
     let mut rows = table
@@ -51,9 +60,9 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     Ok(format!("{} specimens", table.specimens.len()))
 }
 
-/// Size of the mesh, and the quantities that are compared between specimens and simulations.
+/// Size of the mesh, if there is one, and the quantities that are compared between specimens and simulations.
 struct Comparison<'a> {
-    mesh: MeshSize,
+    mesh: Option<MeshSize>,
     qoi: &'a QoiCase,
 }
 

@@ -16,8 +16,8 @@ use super::specimen::{Scanned, Source};
 use crate::case::{
     ByParameter, CalibrationCase, CandidateCase, Case, CaseFile, ConditionsCase, ConfirmCase,
     DesignCase, ExtendCase, FidelityCase, FurtherTestsCase, ImageCase, InterfaceCase, MaterialCase,
-    Microstructure, NoiseCase, Parameter, PriorCase, QoiCase, SequentialCase, SpecimenGeometry,
-    SurrogateCase, TestCase, Toe, VirtualCase,
+    Microstructure, NoiseCase, Parameter, PriorCase, QoiCase, SequentialCase, SimulatorCase,
+    SpecimenGeometry, SurrogateCase, TestCase, Toe, VirtualCase,
 };
 use crate::experiment::SpecimenTable;
 use crate::prior::Prior;
@@ -128,6 +128,7 @@ parts! {
     test: test => TestCase;
     conditions: conditions => Option<ConditionsCase>;
     solver: solver => SolverOptions;
+    simulator: simulator => Option<SimulatorCase>;
     qoi: qoi => QoiCase;
     prior_table: prior => Option<PriorCase>;
     extend: extend => Vec<ExtendCase>;
@@ -202,6 +203,42 @@ impl Inputs<'_> {
             ranks: None,
             derivatives: false,
         }
+    }
+
+    /// Returns `[simulator]`, if the case has it. Records only the keys that change the result of a run.
+    pub(super) fn simulator_of_runs(&self) -> Option<&SimulatorCase> {
+        let simulator = self.file.case.simulator.as_ref()?;
+        for key in ["command", "input", "files", "result"] {
+            self.reads(&format!("simulator.{key}"));
+        }
+        Some(simulator)
+    }
+
+    /// Whether this program simulates the runs. Records the source of the runs if it is outside this program.
+    pub(super) fn is_built_in(&self) -> bool {
+        let is_built_in = self.file.case.is_built_in();
+        if !is_built_in {
+            self.simulator();
+            self.reads("design.import");
+        }
+        is_built_in
+    }
+
+    /// Whether the runs are imported, so that no further run can be made.
+    pub(super) fn imports_runs(&self) -> bool {
+        !self.is_built_in() && self.file.case.design.import.is_some()
+    }
+
+    /// Path of a file that the case names; records its content.
+    pub(super) fn named_file(&self, path: &Path) -> PathBuf {
+        self.reads_file(&path.to_string_lossy())
+    }
+
+    /// Path of the table of measured quantities, if the case has one in place of curves.
+    pub(super) fn measured_values(&self) -> Option<PathBuf> {
+        let path = self.file.case.experiments.as_ref()?.values.as_ref()?;
+        self.reads("experiments.values");
+        Some(self.named_file(path))
     }
 
     /// The geometry of the specimen.
@@ -307,6 +344,14 @@ impl Inputs<'_> {
     /// Returns the priors without extensions. Their ranges are the box of the runs of `[design]`.
     pub(super) fn first_prior(&self) -> Result<&PriorCase, WorkflowError> {
         self.prior_table().as_ref().ok_or_else(|| self.missing_prior())
+    }
+
+    /// The calibrated parameters, with the units of free parameters.
+    pub(super) fn parameters_in_units(&self) -> Result<Vec<Parameter>, WorkflowError> {
+        if !self.file.case.parameters.is_empty() {
+            self.reads("parameters");
+        }
+        self.parameters()
     }
 
     /// The calibrated parameters.

@@ -13,6 +13,7 @@ use super::inputs::Inputs;
 use super::level_runs::Runner;
 use super::levels::Level;
 use super::microstructures::Microstructures;
+use super::run_sources::source_of;
 use super::simulator::{quantities, recorded};
 use super::specimen_stiffness::with_stiffness_ratio;
 use super::stage::Stage;
@@ -113,7 +114,9 @@ impl Study<'_> {
         let mut levels = Level::all(&self.task.inputs, 0)?;
         let mut level = levels.swap_remove(0);
         level.manifest += &kept;
-        let runner = Runner { task: self.task, names: &names, specimens: Some(&packings) };
+        let source = source_of(&self.task.inputs)?;
+        let specimens = Some(&packings);
+        let runner = Runner { task: self.task, source: &*source, names: &names, specimens };
         let run = |(i, inputs): (usize, &Vec<f64>)| RunInput { id: i + 1, inputs: inputs.clone() };
         let records =
             runner.run(&level, &points.iter().enumerate().map(run).collect::<Vec<_>>(), true)?;

@@ -14,6 +14,11 @@
 //! | design | `posterior.csv`, `surrogate.json`, `experiments.csv`; runs and curves, for candidates with further quantities of existing curves | `design.csv` (`candidate,parameter,specimens,contraction,contraction_q05,contraction_q95,width90`), `design_specimens.csv` (`candidate,parameter,goal,value,specimens,limit`; `specimens` is empty if 1000 specimens do not reach the goal), `design/candidate-*.csv` (runs of each candidate, a [`surrogate::Dataset`]) |
 //! | report | the results of all other stages | `report.html` |
 //!
+//! The runs come from a source (`run_sources/`, one file each): simulations of this program, a program of the user
+//! (`[simulator]`; a run works in `ensemble/*/work/run-*`), or an imported table (`imported_runs.csv`). Without a specimen of this
+//! program, the stages `segment` and `mesh` write nothing, `confirm` writes no fields and no second mesh, and runs without a
+//! curve have no file in `curves/`. `simulator/` and `experiments/values.csv` are copies of files that the case names.
+//!
 //! `breccia surfaces` writes the surface of each grain, `surfaces/grain-*.stl` and `surfaces.csv`. `breccia simulate`
 //! runs one simulation. Neither is a stage.
 //!
@@ -43,6 +48,7 @@
 mod adoption;
 mod calibrate;
 mod check;
+mod check_outside;
 mod closed_form;
 mod confirm;
 mod content_hash;
@@ -77,6 +83,7 @@ mod levels;
 mod locks;
 mod made_on;
 mod map_fields;
+mod measured_values;
 mod mesh;
 mod mesh_error;
 mod mesh_scale;
@@ -93,12 +100,15 @@ mod report;
 mod resolution;
 mod rule;
 mod rules;
+mod run_source;
+mod run_sources;
 mod runs;
 mod segment;
 mod segmented_grains;
 mod sequential;
 mod sharing;
 mod simulate;
+mod simulate_outside;
 mod simulator;
 mod sources;
 mod specimen;

@@ -42,6 +42,11 @@ pub(super) fn write_predicted_curves(
     posterior: &Posterior,
     evidence: &Evidence,
 ) -> Result<Option<String>, WorkflowError> {
+    let has_curves = task.inputs.is_built_in()
+        || !task.inputs.imports_runs() && task.inputs.measured_values().is_none();
+    if !has_curves {
+        return Ok(None);
+    }
     let found = match predicted(&task.inputs, pce, posterior, evidence) {
         Ok(found) => found,
         Err(reason) => {

@@ -16,7 +16,7 @@ use crate::case::{
     TargetError, TestCase,
 };
 use crate::experiment::TestCurve;
-use crate::qoi::Qois;
+use crate::qoi::{Qois, Quantity};
 
 /// Parts of a case that define a simulation, except for the mesh.
 #[derive(Clone, Copy)]
@@ -313,11 +313,24 @@ fn interfaces(parts: &SimulationParts, regions: &[String]) -> Vec<fem::Interface
 pub(super) fn quantities(record: &RunRecord, qoi: &QoiCase) -> Result<Vec<f64>, String> {
     match &record.status {
         RunStatus::Failed(reason) => Err(format!("failed: {reason}")),
+        RunStatus::Finished if record.curve.is_empty() => reported(record, qoi),
         RunStatus::Finished => {
             Qois::values_of(&recorded(&record.curve), qoi.slope_fraction, &qoi.quantities)
                 .map_err(|error| format!("unusable: {error}"))
         }
     }
+}
+
+/// Quantities that a run without a curve reports by name.
+fn reported(record: &RunRecord, qoi: &QoiCase) -> Result<Vec<f64>, String> {
+    let value = |quantity: &Quantity| {
+        let column = quantity.column();
+        record.values.get(&*column).copied().ok_or_else(|| {
+            let known: Vec<&str> = record.values.keys().map(String::as_str).collect();
+            format!("unusable: there is no {column} among the results {}", known.join(", "))
+        })
+    };
+    qoi.quantities.iter().map(value).collect()
 }
 
 /// Derivatives of the quantities of interest with respect to the parameters of the force derivatives (quantities ×

@@ -40,7 +40,7 @@ pub(super) struct InspectedSpecimens {
 pub(super) fn checked(
     task: &Task<'_>,
     table: SpecimenTable,
-    mesh: MeshSize,
+    mesh: Option<MeshSize>,
 ) -> Result<SpecimenTable, WorkflowError> {
     let file = task.path(SPECIMENS);
     let curve = |id: &str| task.path("experiments/curves").join(format!("{id}.csv"));
@@ -53,7 +53,7 @@ pub(super) fn checked(
     mistakes.into_iter().next().map_or(Ok(table), |mistake| Err(mistake.into()))
 }
 
-/// Checks whether specimens can be compared with a mesh of the given size: number, sizes, rates, curves and quantities,
+/// Checks whether specimens can be compared with a mesh of the given size, or without a mesh: number, sizes, rates, curves and quantities,
 /// and whether the quantities are plausible for the materials of the case.
 ///
 /// # Errors
@@ -61,7 +61,7 @@ pub(super) fn checked(
 pub(super) fn inspect(
     inputs: &Inputs<'_>,
     mut table: SpecimenTable,
-    mesh: MeshSize,
+    mesh: Option<MeshSize>,
     names: &SpecimenNames<'_>,
     accept_out_of_range: bool,
 ) -> Result<InspectedSpecimens, WorkflowError> {
@@ -72,19 +72,20 @@ pub(super) fn inspect(
         let problem = "is the only specimen";
         mistakes.push(InputError::new(names.table, "specimen", &only.id, problem, help));
     }
-    mistakes.extend(table.specimens.iter().flat_map(|own| far_sizes(own, mesh, names.table)));
-
     let mut notes = Notes::default();
     let are_virtual = inputs.are_specimens_virtual()?;
-    mistakes.extend(check_rates(
-        inputs.test(),
-        &table,
-        mesh.height_mm,
-        are_virtual,
-        names.curve,
-        &mut notes,
-    ));
-    note_sizes(&table, mesh, &mut notes);
+    if let Some(mesh) = mesh {
+        mistakes.extend(table.specimens.iter().flat_map(|own| far_sizes(own, mesh, names.table)));
+        mistakes.extend(check_rates(
+            inputs.test(),
+            &table,
+            mesh.height_mm,
+            are_virtual,
+            names.curve,
+            &mut notes,
+        ));
+        note_sizes(&table, mesh, &mut notes);
+    }
     let (qoi, correct) = (inputs.qoi(), inputs.toe() == Toe::Correct);
     let mut toes = Vec::new();
     for specimen in &mut table.specimens {
@@ -124,7 +125,7 @@ pub(super) fn inspect(
         let text = format!("the curves begin to carry load at {low:.4} to {high:.4} mm: {done}");
         notes.say("load", &text);
     }
-    if !are_virtual {
+    if let Some(mesh) = mesh.filter(|_| !are_virtual) {
         let distance = far_from_closed_form(inputs, &table, mesh, names);
         match distance {
             Some((specimen, mistake)) if accept_out_of_range => {

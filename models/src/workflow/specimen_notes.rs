@@ -84,7 +84,7 @@ impl Notes {
 /// forces are scaled because its radius differs.
 pub(super) fn note_sizes(table: &SpecimenTable, mesh: MeshSize, notes: &mut Notes) {
     for specimen in &table.specimens {
-        let scale = MeshScale::of(specimen, mesh);
+        let scale = MeshScale::of(specimen, Some(mesh));
         if scale.displacement != 1.0 {
             let text = format!(
                 "is {} mm high, the mesh {:.4} mm: its displacements are scaled by {:.4}",

@@ -82,7 +82,11 @@ pub fn status(dir: &Path) -> Result<Vec<StageStatus>, WorkflowError> {
     let of = |stage: &'static Stage| {
         let runs = match stage.share {
             // the number of runs is unknown until the inputs of the runs exist
-            Some(_) => progress(&inputs(), dir).ok().map(|levels| counts(&levels)),
+            Some(_) => {
+                let levels = progress(&inputs(), dir).ok();
+                // imported runs are not computed
+                levels.filter(|levels| !levels.is_empty()).map(|levels| counts(&levels))
+            }
             None => None,
         };
         let state = state(stage, &records, &inputs(), &freshness, dir, runs.as_ref());

@@ -164,7 +164,8 @@ impl<'a> LoadStepper<'a> {
         let RunState { curve, fields, reactions, .. } = self.increments.state;
         let fields = self.whole.unwrap_or(fields);
         let end = self.end.unwrap_or(End::Interrupted);
-        Outcome { curve, sensitivities, end, fields, reactions, contact, effort, machine }
+        let values = BTreeMap::new();
+        Outcome { curve, sensitivities, values, end, fields, reactions, contact, effort, machine }
     }
 
     /// Takes steps until the next point of the curve is reached.

@@ -74,6 +74,11 @@ pub trait Qoi: Debug + Send + Sync + 'static {
         true
     }
 
+    /// Whether the quantity is computed from a curve. Other quantities stand in columns of tables.
+    fn is_of_curve(&self) -> bool {
+        true
+    }
+
     /// Part of the curve that the quantity is computed from.
     fn extent(&self) -> Extent {
         Extent::ToPeak

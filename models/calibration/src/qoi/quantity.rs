@@ -15,6 +15,7 @@ use super::peak_force::PeakForce;
 use super::post_peak_slope::PostPeakSlope;
 use super::relative_force::RelativeForce;
 use super::slope::Slope;
+use super::table_column::TableColumn;
 use super::unit::Unit;
 
 /// A quantity of interest that a calibration compares. Clones share the quantity; two values are equal if their names
@@ -158,6 +159,8 @@ impl QoiRegistry {
             .with_qoi(PostPeakSlope)
             .with_family("force-at-50-percent", RelativeForce::of_name, RelativeForce::of_column)
             .with_family("force-at-0.05-mm", ForceAt::of_name, ForceAt::of_column)
+            // the column alone does not show that it is one of these quantities
+            .with_family("column:deflection_mm", TableColumn::of_name, |_| None)
     }
 
     /// Adds a quantity. If its name is taken, the earlier quantity keeps the name.
@@ -191,8 +194,8 @@ impl QoiRegistry {
 
     /// Returns the quantity with this name in a case. Words may also be joined by `_`.
     pub fn named(&self, name: &str) -> Option<Quantity> {
-        let name = name.replace('_', "-");
-        self.entries.iter().find_map(|entry| (entry.named)(&name))
+        let named = |name: &str| self.entries.iter().find_map(|entry| (entry.named)(name));
+        named(name).or_else(|| named(&name.replace('_', "-")))
     }
 
     /// Makes this the registry of the process. Returns `false` if the process has one already.

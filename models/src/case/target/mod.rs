@@ -6,8 +6,10 @@
 //! 2. `material`, `inelastic`, `interface`, `number`: targets that are constants of materials, toughnesses of interfaces,
 //!    and other numbers of a case
 //! 3. `registry`: the registry, which finds the target of a path
+//! 4. `free`: parameters of a simulator outside this program
 
 mod definition;
+mod free;
 mod inelastic;
 mod interface;
 mod material;
@@ -15,6 +17,7 @@ mod number;
 mod registry;
 
 pub use definition::{SimulationParts, Target, TargetError};
+pub(crate) use free::FreeParameter;
 pub(crate) use material::Property;
 pub use registry::Parameter;
 pub(crate) use registry::TargetRegistry;

@@ -24,6 +24,7 @@ pub struct Parameter {
 
 impl Parameter {
     /// Creates the parameter of a target. The path of the target must have a table and a key, as in `matrix.young_mpa`.
+    /// Only the free names of `[parameters]` have no table.
     pub fn new(target: impl Target) -> Self {
         Self { path: target.path().into(), target: Arc::new(target) }
     }
@@ -31,6 +32,11 @@ impl Parameter {
     /// Table and key of the path.
     pub(crate) fn table_and_key(&self) -> (&str, &str) {
         self.path.rsplit_once('.').unwrap_or(("", &self.path))
+    }
+
+    /// Whether the parameter is one of `[parameters]`, whose names are free.
+    pub(crate) fn is_free(&self) -> bool {
+        !self.path.contains('.')
     }
 
     /// Returns label and unit; if `with_region`, the name of the region stands before the label.

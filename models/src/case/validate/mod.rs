@@ -4,6 +4,7 @@ mod calibration;
 mod experiments;
 mod interface;
 mod microstructure;
+mod outside;
 mod prior;
 mod simulation;
 
@@ -21,6 +22,7 @@ impl CaseFile {
     /// Names of the regions whose materials the case must give.
     fn regions(&self, geometry: &SpecimenGeometry) -> Vec<String> {
         match geometry {
+            SpecimenGeometry::Absent => Vec::new(),
             SpecimenGeometry::Mesh { regions, .. } => regions.keys().cloned().collect(),
             SpecimenGeometry::Cylinder { grains: None, .. } => vec!["matrix".into()],
             SpecimenGeometry::Image { labels: Some(rules), .. } => {
@@ -44,7 +46,7 @@ impl CaseFile {
                 None
             }
         };
-        if let Some(geometry) = &geometry {
+        if let Some(geometry) = geometry.as_ref().filter(|_| self.case.is_built_in()) {
             self.check_specimen(geometry, &mut mistakes);
             let regions = self.regions(geometry);
             regions.iter().for_each(|region| mistakes.note(self.check_region(region)));
@@ -55,8 +57,11 @@ impl CaseFile {
             };
             mistakes.note(self.check_used(&regions, waiting));
         }
-        for (region, material) in &self.case.material {
-            self.check_material(region, material, &mut mistakes);
+        if self.case.is_built_in() {
+            for (region, material) in &self.case.material {
+                self.check_material(region, material, &mut mistakes);
+            }
+            self.check_test(&mut mistakes);
         }
         for (name, own) in &self.case.interface {
             if let Err(wrong) = check_interface(&self.case, name, own) {
@@ -64,7 +69,7 @@ impl CaseFile {
                 mistakes.note(Err(self.error(&key, value, problem, help)));
             }
         }
-        self.check_test(&mut mistakes);
+        outside::check_outside(self, &mut mistakes);
         self.check_calibration(&mut mistakes);
         if let Some(geometry) = &geometry {
             mistakes.note(self.check_microstructures(geometry));

@@ -63,7 +63,10 @@ impl CaseFile {
             )));
         }
         for (parameter, prior) in prior.iter() {
-            let key = format!("prior.{parameter}");
+            let key = match self.case.parameters.contains_key(&parameter.to_string()) {
+                true => format!("parameters.{parameter}.prior"),
+                false => format!("prior.{parameter}"),
+            };
             let checked = self
                 .check_distribution(&key, prior)
                 .and_then(|()| self.check_bounds(&key, parameter, &PriorBounds(prior.range())));
@@ -90,10 +93,26 @@ impl CaseFile {
         parameter: &Parameter,
         &PriorBounds([lower, upper]): &PriorBounds,
     ) -> Result<(), InputError> {
-        self.check_parameter(key, parameter)?;
         let value = format!("[{lower:?}, {upper:?}]");
-        for bound in [lower, upper] {
-            self.check_value(key, &value, parameter, bound)?;
+        if parameter.is_free() && !self.case.parameters.contains_key(&parameter.to_string()) {
+            let problem = "a parameter is named with its region";
+            let help = "Write matrix.young_mpa = … in place of young_mpa = …, grain.toughness_n_per_mm = … and so on. \
+                        Free names are declared in [parameters].";
+            return Err(self.error(key, value, problem, help));
+        }
+        // the case has no numbers that parameters of runs from outside could set
+        if !self.case.is_built_in() {
+            if !(lower.is_finite() && upper.is_finite()) {
+                return Err(self.error(key, value, "must be finite", "Write [lower, upper]."));
+            }
+        } else if parameter.is_free() {
+            // `check_outside` refuses free parameters of the built-in simulation
+            return Ok(());
+        } else {
+            self.check_parameter(key, parameter)?;
+            for bound in [lower, upper] {
+                self.check_value(key, &value, parameter, bound)?;
+            }
         }
         if lower < upper {
             return Ok(());

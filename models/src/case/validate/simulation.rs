@@ -13,7 +13,7 @@ const MOST_TETS: f64 = 2e7;
 impl CaseFile {
     pub(super) fn check_specimen(&self, geometry: &SpecimenGeometry, mistakes: &mut Mistakes) {
         let (size, meshing) = match geometry {
-            SpecimenGeometry::Mesh { .. } => return,
+            SpecimenGeometry::Mesh { .. } | SpecimenGeometry::Absent => return,
             SpecimenGeometry::Cylinder { radius_mm, height_mm, grains, scan, meshing } => {
                 let size = [Some(*radius_mm), Some(*height_mm)];
                 self.check_size(size, mistakes);

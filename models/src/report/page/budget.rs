@@ -14,14 +14,17 @@ pub(super) struct Budget<'a> {
     sources: Vec<&'a str>,
     /// Label of each parameter with its sources and their shares.
     parameters: &'a [(String, Vec<(String, f64)>)],
+    /// Whether the runs come from outside this program.
+    is_outside: bool,
 }
 
 pub(super) fn collect(results: &Results) -> Option<Budget<'_>> {
     let sources = sources(&results.budget);
-    (!sources.is_empty()).then_some(Budget { sources, parameters: &results.budget })
+    let is_outside = results.methods.as_ref().is_some_and(|methods| methods.outside.is_some());
+    (!sources.is_empty()).then_some(Budget { sources, parameters: &results.budget, is_outside })
 }
 
-pub(super) fn show(Budget { sources, parameters }: &Budget<'_>) -> Markup {
+pub(super) fn show(Budget { sources, parameters, is_outside }: &Budget<'_>) -> Markup {
     let header = html! {
         th { "share of the variance" }
         @for source in sources {
@@ -50,7 +53,10 @@ pub(super) fn show(Budget { sources, parameters }: &Budget<'_>) -> Markup {
                     " Discrepancy: error of the model that the case states; it is not estimated from \
                      the data."
                 }
-                @if !sources.contains(&"mesh") {
+                @if *is_outside {
+                    " The intervals do not include an error of the simulator, unless it is stated in \
+                     [calibration.discrepancy]."
+                } @else if !sources.contains(&"mesh") {
                     " The intervals do not include the error of the mesh, which the section on the confirming \
                      simulation estimates."
                 }

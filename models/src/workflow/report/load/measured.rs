@@ -18,6 +18,15 @@ pub(super) fn curve(inputs: &Inputs<'_>, name: &str) -> Result<Points, WorkflowE
     Ok(from_the_origin(&read_curve(inputs.file(name)?)?))
 }
 
+/// A simulated curve; empty for a simulation that has quantities and no curve.
+pub(super) fn curve_if_there(inputs: &Inputs<'_>, name: &str) -> Result<Points, WorkflowError> {
+    // the built-in simulation always writes the curve
+    match inputs.case().is_built_in() || inputs.file_if_there(name).is_some() {
+        true => curve(inputs, name),
+        false => Ok(Points::new()),
+    }
+}
+
 /// A curve that starts at the origin; recorded curves start with the first step.
 fn from_the_origin(points: &[CurvePoint]) -> Points {
     let steps = points.iter().map(|p| (p.displacement_mm, p.force_n));
@@ -48,7 +57,9 @@ pub(super) fn ensemble(
     for i in 0..data.len() {
         let note = |name: &str| data.note(i, name).unwrap_or_default();
         results.ensemble_seconds += note("seconds").parse().unwrap_or(0.0);
-        results.ensemble.push(curve(inputs, &format!("curves/run-{:0>3}.csv", note("run")))?);
+        let name = format!("curves/run-{:0>3}.csv", note("run"));
+        let points = curve_if_there(inputs, &name)?;
+        results.ensemble.extend((!points.is_empty()).then_some(points));
     }
     let path = inputs.file("failed_runs.csv")?;
     for row in CsvTable::read(&path, &["run", "seconds", "reason"])?.rows() {
@@ -63,7 +74,9 @@ pub(super) fn ensemble_so_far(inputs: &Inputs<'_>, results: &mut Results) {
     let Ok((runs, meshes)) = so_far(inputs) else { return };
     for (record, values) in runs.usable() {
         results.ensemble_seconds += record.seconds;
-        results.ensemble.push(from_the_origin(&record.curve));
+        if !record.curve.is_empty() {
+            results.ensemble.push(from_the_origin(&record.curve));
+        }
         results.qois.iter_mut().zip(values).for_each(|(qoi, value)| qoi.ensemble.push(*value));
     }
     for (record, reason) in runs.failed() {
@@ -85,6 +98,9 @@ pub(super) fn experiments(
     quantities: &[Quantity],
     results: &mut Results,
 ) -> Result<(), WorkflowError> {
+    if inputs.measured_values().is_some() {
+        return without_curves(inputs, quantities, results);
+    }
     let table = inputs.chosen(inputs.specimen_table()?)?;
     let path = inputs.file("experiments.csv")?;
     let used = CsvTable::read(&path, &["id", MeshScale::COLUMNS[0]])?;
@@ -99,8 +115,7 @@ pub(super) fn experiments(
         results.specimens.push(SpecimenFacts {
             id: specimen.id.clone(),
             group: specimen.group.clone(),
-            height_mm: specimen.height_mm,
-            radius_mm: specimen.radius_mm,
+            size_mm: Some([specimen.height_mm, specimen.radius_mm]),
             values: values.collect::<Result<_, _>>()?,
         });
         if scale.displacement != 1.0 {
@@ -121,6 +136,25 @@ pub(super) fn experiments(
         let points = curve.displacement_mm.into_iter().zip(curve.force_n);
         let is_shown = |p: &(f64, f64)| end == 0.0 || p.0 <= 1.05 * end;
         results.experiments.push((specimen.id, points.filter(is_shown).collect()));
+    }
+    Ok(())
+}
+
+/// Loads the quantities of specimens that have no curves.
+fn without_curves(
+    inputs: &Inputs<'_>,
+    quantities: &[Quantity],
+    results: &mut Results,
+) -> Result<(), WorkflowError> {
+    let path = inputs.file("experiments.csv")?;
+    for row in CsvTable::read(&path, &["id", "group"])?.rows() {
+        let values = quantities.iter().map(|quantity| row.number(&quantity.column()));
+        results.specimens.push(SpecimenFacts {
+            id: row.text("id").to_owned(),
+            group: row.text("group").to_owned(),
+            size_mm: None,
+            values: values.collect::<Result<_, _>>()?,
+        });
     }
     Ok(())
 }
