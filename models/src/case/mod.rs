@@ -14,11 +14,13 @@ mod fuzz;
 mod geometry;
 mod image;
 mod labels;
+mod machine;
 mod material;
 mod mistakes;
 mod overlay;
 mod own_data;
 mod parameter;
+mod program;
 mod read;
 mod simulation;
 mod target;
@@ -50,10 +52,12 @@ pub(crate) use further::PRESENT;
 pub use further::{CandidateCase, FurtherTestsCase};
 pub use geometry::SpecimenGeometry;
 pub use image::ImageCase;
+pub use machine::MachineCase;
 pub use material::MaterialCase;
 pub(crate) use mistakes::Mistakes;
 pub(crate) use overlay::{merge, remove};
 pub use parameter::{BoundsCase, ByParameter, PriorCase};
+pub use program::ProgramPointCase;
 pub use read::CaseFile;
 pub use simulation::{AdaptiveCase, ArcLengthCase, OutputCase, TestCase};
 pub use target::{Parameter, SimulationParts, Target, TargetError};
@@ -79,6 +83,9 @@ pub struct Case {
     pub phase_field: Option<PhaseField>,
     /// The test: its time and steps, and the platens.
     pub test: TestCase,
+    /// The testing machine.
+    #[serde(default, skip_serializing_if = "MachineCase::is_empty")]
+    pub machine: MachineCase,
     /// Boundary conditions that replace the platens; for a single simulation only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub conditions: Option<ConditionsCase>,
@@ -185,10 +192,18 @@ impl Case {
         }
     }
 
+    /// Inserts the default values that depend on other keys.
+    fn complete(&mut self) {
+        self.test.complete();
+        if let Some(v) = self.experiments.as_mut().and_then(|e| e.virtual_specimens.as_mut()) {
+            v.complete();
+        }
+    }
+
     /// Returns the parts of the case that calibrated parameters can change.
     pub(crate) fn parts(&self) -> SimulationParts {
-        let Self { material, phase_field, test, .. } = self.clone();
-        SimulationParts { material, phase_field, test }
+        let Self { material, phase_field, test, machine, .. } = self.clone();
+        SimulationParts { material, phase_field, test, machine }
     }
 
     /// Returns the prior with the ranges of all extensions. These ranges are the bounds of the surrogate's inputs.

@@ -54,9 +54,7 @@ impl CaseFile {
         let mut mistakes: Vec<InputError> =
             read.errors.iter().map(|error| explain(error, text, path)).collect();
         let Some(mut case) = read.case.take() else { return (None, mistakes) };
-        if let Some(v) = case.experiments.as_mut().and_then(|e| e.virtual_specimens.as_mut()) {
-            v.complete();
-        }
+        case.complete();
         let mut file = Self { path: path.to_owned(), case };
         let found = file.validate().into_iter().filter(|mistake| !read.explains(mistake));
         mistakes.extend(found.map(|mistake| with_excerpt(mistake, text, path)));
@@ -263,7 +261,7 @@ mod tests {
     use super::*;
     use crate::case::{
         AdaptiveCase, ArcLengthCase, ConditionsCase, ImageCase, MeasureCase, PrescribeCase,
-        TractionCase,
+        ProgramPointCase, TractionCase,
     };
     use crate::record::{Compression, Decimal, Encoding, ReadOptions, Separator};
 
@@ -308,6 +306,16 @@ mod tests {
         full.specimen.regions.insert("matrix".into(), 1.into());
         full.specimen.surfaces.insert("top".into(), 1.into());
         full.test.steps = Some(44);
+        let point = ProgramPointCase {
+            time_s: 1.0,
+            displacement_mm: Some(0.1),
+            force_n: Some(1.0),
+            steps: Some(4),
+        };
+        full.test.program = Some(vec![point]);
+        full.test.temperature_celsius = Some(50.0);
+        full.machine.compliance_mm_per_n = Some(1e-5);
+        full.machine.force_offset_n = Some(0.5);
         full.test.stop_below_peak = Some(0.1);
         full.test.adaptive = Some(AdaptiveCase { first: 0.01, largest: 0.025 });
         full.test.arc_length = Some(ArcLengthCase { step: 0.025, release_n_mm: 0.001 });
@@ -369,7 +377,7 @@ mod tests {
         let text = "[specimen]\nradius_mm = 2.5\nheight_mm = 4\nspacing_mm = 0.7\n\
                     [material.matrix]\nyoung_mpa = 275\npoisson = 0.25\n[test]\ndisplacement_mm = 0.2\n";
         let case = CaseFile::parse(text, Path::new("case.toml")).unwrap().case;
-        assert_eq!((case.specimen.order, case.test.duration_s), (fem::Order::Quadratic, 1.0));
+        assert_eq!((case.specimen.order, case.test.duration_s), (fem::Order::Quadratic, Some(1.0)));
         assert_eq!(case.material["matrix"].residual_stiffness, 0.01);
         assert_eq!((case.design.runs, case.qoi.slope_fraction), (100, 0.3));
     }

@@ -99,7 +99,7 @@ impl ClosedForm {
                     field: (field.model, field.length_mm),
                     toughness: bounds(Property::Toughness, own),
                     viscosity: bounds(Property::Viscosity, material.viscosity_mpa_s),
-                    velocity: displacement_mm / setup.test.duration_s,
+                    velocity: displacement_mm / setup.test.duration_s(),
                 });
             Some(Self { young: bounds(Property::Young, own), damage })
         };

@@ -15,7 +15,7 @@ use super::sources::{Origin, Sources};
 use super::specimen::{Scanned, Source};
 use crate::case::{
     ByParameter, CalibrationCase, CandidateCase, Case, CaseFile, ConditionsCase, ConfirmCase,
-    DesignCase, ExtendCase, FidelityCase, FurtherTestsCase, ImageCase, MaterialCase,
+    DesignCase, ExtendCase, FidelityCase, FurtherTestsCase, ImageCase, MachineCase, MaterialCase,
     Microstructure, NoiseCase, Parameter, PriorCase, QoiCase, SequentialCase, SpecimenGeometry,
     SurrogateCase, TestCase, Toe, VirtualCase,
 };
@@ -125,6 +125,7 @@ parts! {
     material: material => BTreeMap<String, MaterialCase>;
     phase_field: phase_field => Option<PhaseField>;
     test: test => TestCase;
+    machine: machine => MachineCase;
     conditions: conditions => Option<ConditionsCase>;
     solver: solver => SolverOptions;
     qoi: qoi => QoiCase;
@@ -305,6 +306,19 @@ impl Inputs<'_> {
     /// Returns the priors without extensions. Their ranges are the box of the runs of `[design]`.
     pub(super) fn first_prior(&self) -> Result<&PriorCase, WorkflowError> {
         self.prior_table().as_ref().ok_or_else(|| self.missing_prior())
+    }
+
+    /// Properties of the machine that records of specimens are corrected by: those that no prior calibrates.
+    pub(super) fn known_machine(&self) -> MachineCase {
+        self.machine().without(self.calibrated_machine())
+    }
+
+    /// Properties of the machine that are calibrated, with arbitrary values.
+    fn calibrated_machine(&self) -> MachineCase {
+        self.reads("prior.machine");
+        let prior = self.file.case.prior.iter().flat_map(PriorCase::names);
+        let names: Vec<String> = prior.collect();
+        MachineCase::of_inputs(names.iter().map(|name| (name.as_str(), 0.0)))
     }
 
     /// The calibrated parameters.

@@ -19,6 +19,7 @@ impl CaseFile {
         mistakes.note(self.check_quantities(&case.qoi.quantities));
         mistakes.note(self.check_curve_percent(&case.qoi.curve_percent));
         mistakes.note(self.check_reach());
+        mistakes.note(self.check_branches());
         if let Some(prior) = &case.prior {
             self.check_prior(prior, mistakes);
         }
@@ -98,7 +99,8 @@ impl CaseFile {
     /// # Errors
     /// If the number is too small. The error names the key and an allowed value.
     pub(crate) fn check_steps(&self) -> Result<(), InputError> {
-        let steps = self.case.test.steps;
+        // the segments of a load program need no peak each
+        let steps = self.case.test.steps.filter(|_| self.case.test.program.is_none());
         steps.map_or(Ok(()), |steps| self.check_number_of_steps("test.steps", steps))
     }
 
@@ -156,13 +158,19 @@ impl CaseFile {
                 return Err(self.error("test.stop_below_peak", stop.to_string(), problem, help));
             }
         }
-        let Some(end) = test.displacement_mm else { return Ok(()) };
+        let program_end = test.load_program().ok().flatten().map(|program| program.largest_mm());
+        let Some(end) = test.displacement_mm.or(program_end) else { return Ok(()) };
         let is_beyond = |quantity: &&Quantity| match quantity.extent() {
             Extent::Displacement(displacement_mm) => displacement_mm > end.abs(),
             _ => false,
         };
         compared.iter().find(is_beyond).map_or(Ok(()), |quantity| {
-            let problem = format!("lies beyond the end of the test, test.displacement_mm = {end}");
+            let key = if program_end.is_some() {
+                "largest displacement of test.program"
+            } else {
+                "test.displacement_mm"
+            };
+            let problem = format!("lies beyond the end of the test, {key} = {end}");
             let help = "Name a displacement before all peaks, which every run reaches.";
             Err(self.error("qoi.quantities", quantity.to_string(), problem, help))
         })

@@ -2,8 +2,10 @@
 
 mod calibration;
 mod experiments;
+mod machine;
 mod microstructure;
 mod prior;
+mod program;
 mod simulation;
 
 use fem::VOID;
@@ -56,6 +58,7 @@ impl CaseFile {
             self.check_material(region, material, &mut mistakes);
         }
         self.check_test(&mut mistakes);
+        self.check_machine(&mut mistakes);
         self.check_calibration(&mut mistakes);
         if let Some(geometry) = &geometry {
             mistakes.note(self.check_microstructures(geometry));

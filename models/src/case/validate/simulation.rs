@@ -198,9 +198,20 @@ impl CaseFile {
         let Case { phase_field, test, solver, .. } = &self.case;
         mistakes.note(self.check_drive());
         mistakes.note(self.check_stepping());
+        self.check_program(mistakes);
         self.check_platens(mistakes);
+        if let Some(celsius) = test.temperature_celsius {
+            let help = "It is the temperature of the specimen during the test.";
+            let key = "test.temperature_celsius";
+            mistakes.note(self.within(key, celsius, -273.15, 5000.0, "°C", help));
+        }
         let field = phase_field.as_ref().map_or(Ok(()), PhaseField::validate);
-        for checked in [field, test.schedule().validate(), solver.validate()] {
+        let schedule = match test.program {
+            // the checks of the program report its mistakes
+            Some(_) => test.compression(None).map_or(Ok(()), |test| test.schedule.validate()),
+            None => test.schedule(None).validate(),
+        };
+        for checked in [field, schedule, solver.validate()] {
             mistakes.note(self.accepted(checked));
         }
     }
@@ -246,11 +257,13 @@ impl CaseFile {
             ))
         };
         match (&case.conditions, case.test.displacement_mm) {
+            (None, None) if case.test.program.is_some() => Ok(()),
             (None, None) => Err(self.error(
                 "test.displacement_mm",
                 "",
                 "is missing",
-                "Add how far the top platen moves, or a table [conditions] that says what acts.",
+                "Add how far the top platen moves, a load program in test.program, or a table [conditions] that says what \
+                 acts.",
             )),
             (None, Some(displacement_mm)) => self.within(
                 "test.displacement_mm",

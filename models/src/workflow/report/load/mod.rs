@@ -97,13 +97,13 @@ pub(in crate::workflow) fn load_done(
         confirmed::predictive(inputs, quantities, &mut results.qois)?;
     }
     if done("confirm") {
-        results.map_curve = measured::curve(inputs, "curves/map.csv")?;
-        results.baseline_curve = Some(measured::curve(inputs, "curves/baseline.csv")?);
+        results.map_curve = measured::confirmed(inputs, "map")?;
+        results.baseline_curve = Some(measured::confirmed(inputs, "baseline")?);
         results.damage = confirmed::damage(inputs)?;
         results.notes.extend(notes::mesh_errors(inputs, quantities)?);
         confirmed::at_the_mode(inputs, quantities, &mut results.qois)?;
         for k in 1..=case.confirm.draws {
-            let draw = measured::curve(inputs, &format!("curves/draw-{k}.csv"))?;
+            let draw = measured::confirmed(inputs, &format!("draw-{k}"))?;
             results.posterior_curves.push(draw);
         }
     }
