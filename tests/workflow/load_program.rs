@@ -158,3 +158,58 @@ fn a_load_program_is_calibrated_from_quantities_of_its_branches() {
     assert_ne!(code, Some(0));
     assert!(format!("{printed}{err}").contains("test.program states"), "{printed}{err}");
 }
+
+/// The case at constant speed, with a compliance of the machine that is unknown: up to a third of the specimen's.
+fn compliant() -> String {
+    let start = CASE.find("[test]").unwrap();
+    let end = CASE.find("[prior]").unwrap();
+    let test = "[test]\ndisplacement_mm = 0.22\nsteps = 44\nstop_below_peak = 0.1\n[machine]\nforce_offset_n = 0.7\n";
+    format!("{}{test}{}", &CASE[..start], &CASE[end..])
+        .replace("[design]", "machine.compliance_mm_per_n = [0.0, 3e-4]\n[design]")
+        .replace("matrix.viscosity_mpa_s = 0.3 }", "matrix.viscosity_mpa_s = 0.3, machine.compliance_mm_per_n = 1e-4 }")
+        .replace("runs = 16", "runs = 24")
+}
+
+#[test]
+fn an_unknown_compliance_is_a_nuisance_parameter() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("case.toml"), compliant()).unwrap();
+    let (code, _, err) = breccia(dir.path(), &["run", "case.toml", "--out", "results"]);
+    assert_eq!(code, Some(0), "{err}");
+    let results = dir.path().join("results");
+    let runs = table(&results.join("runs.csv"));
+    assert_eq!(runs.len(), 24);
+    for row in &runs {
+        let curve = table(&results.join(format!("curves/run-{:0>3}.csv", row["run"])));
+        let column = |name: &str| curve.iter().map(|row| number(row, name)).collect::<Vec<f64>>();
+        let [u, f] = ["displacement_mm", "force_N"].map(column);
+        let top = (0..f.len()).max_by(|&a, &b| f[a].total_cmp(&f[b])).unwrap();
+        // the files have the curves of the specimens; the machine adds C F to the displacement, and leaves the force
+        let compliance = number(row, "machine.compliance_mm_per_n");
+        let recorded = u[top] + compliance * f[top];
+        let found = number(row, "displacement_at_peak_mm");
+        assert!((found / recorded - 1.0).abs() < 0.03, "{found} {recorded} {row:?}");
+        assert!((number(row, "peak_force_N") / f[top] - 1.0).abs() < 0.01, "{row:?}");
+    }
+    let summary = table(&results.join("summary.csv"));
+    for (parameter, truth) in
+        [("matrix.young_mpa", 275.0), ("matrix.viscosity_mpa_s", 0.3), ("machine.compliance_mm_per_n", 1e-4)]
+    {
+        let row = summary.iter().find(|row| row["parameter"] == parameter).unwrap();
+        let (mean, sd) = (number(row, "mean"), number(row, "sd"));
+        assert!((mean - truth).abs() < 4.0 * sd, "{parameter}: {mean} ± {sd}");
+    }
+    // the offset is a known number: the specimens are corrected by it, and the compliance is not corrected
+    let checks = table(&results.join("curve_checks.csv"));
+    let machine: Vec<_> = checks.iter().filter(|row| row["finding"] == "machine").collect();
+    assert_eq!(machine.len(), 4, "{checks:?}");
+    assert!(machine.iter().all(|row| number(row, "value") == 0.0), "{machine:?}");
+    // derivatives with respect to the machine do not exist
+    let text = compliant().replace("runs = 24", "runs = 24\nderivatives = true");
+    std::fs::write(dir.path().join("derivatives.toml"), text).unwrap();
+    let (code, _, err) = breccia(dir.path(), &["run", "derivatives.toml", "--out", "derivatives"]);
+    assert_ne!(code, Some(0));
+    for part in ["machine.compliance_mm_per_n", "no constant of a material"] {
+        assert!(err.contains(part), "{part:?} is not in {err}");
+    }
+}

@@ -185,7 +185,9 @@ fn a_run_resumes_within_a_hold_with_the_same_bits() {
     for interrupted_after in [6, 9, 12] {
         let checkpoint = at(&format!("after-{interrupted_after}"));
         let mut first = problem.resume(&checkpoint).expect("a run");
-        (0..interrupted_after).for_each(|_| drop(first.step()));
+        for _ in 0..interrupted_after {
+            first.step();
+        }
         drop(first);
         let resumed = problem.run_resumable(&checkpoint, &mut ()).expect("resumed");
         assert_eq!(resumed.curve, whole.curve, "{interrupted_after}");

@@ -186,7 +186,9 @@ impl InspectedCurve {
             weight: Weight::Warning,
         });
         let TestCurve { displacement_mm, force_n, time_s, .. } = &mut self.prepared;
-        [displacement_mm, force_n, time_s].map(|values| values.truncate(farthest + 1));
+        for values in [displacement_mm, force_n, time_s] {
+            values.truncate(farthest + 1);
+        }
     }
 }
 

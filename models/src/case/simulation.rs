@@ -98,6 +98,17 @@ impl TestCase {
         }
     }
 
+    /// Speed of the platen while it first moves, mm/s; `None` if the platen does not move.
+    pub(crate) fn first_speed_mm_per_s(&self) -> Option<f64> {
+        let Some(points) = self.program.as_deref() else {
+            return Some(self.displacement_mm? / self.duration_s());
+        };
+        let ends = points.iter().map(|point| (point.time_s, point.displacement_mm.unwrap_or(0.0)));
+        let starts = [(0.0, 0.0)].into_iter().chain(ends.clone());
+        let speeds = starts.zip(ends).map(|(from, to)| (to.1 - from.1) / (to.0 - from.0));
+        speeds.into_iter().find(|speed| *speed > 0.0)
+    }
+
     /// Number of equal load steps of the whole test; `None` if a step size adapts. `steps` replaces the number of load
     /// steps of the case.
     pub(crate) fn load_steps(&self, steps: Option<u32>) -> Option<u32> {
