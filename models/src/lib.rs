@@ -43,14 +43,14 @@ mod virtual_specimen;
 mod workflow;
 
 pub use breccia_calibration::{
-    Belief, Calibration, CalibrationError, Compression, CurveRates, Decimal, DisplacementAtPeak,
-    Encoding, EnergyToPeak, Evidence, Expected, Extent, ForceAt, ForceAtTime, FurtherTest,
-    FurtherTestError, Goal, Groups, HomogeneousCylinder, HysteresisEnergy, InputError, Machine,
-    Needed, PeakForce, PeakedCurve, Pooling, Population, PostPeakSlope, Prior, PriorBounds,
-    PriorFamily, PriorKey, Qoi, QoiError, QoiRegistry, Qois, Quantity, ReadOptions, RelativeForce,
-    RelaxedFraction, Separator, Slope, Specimen, SpecimenTable, Specimens, TestAtDraw, TestCurve,
-    TestGroup, Trend, Unit, UnloadingSlope, calibrate, calibrate_after, calibrate_groups,
-    calibration, calibration_on, calibration_over_groups, hyperelastic, tension,
+    Belief, Branch, BranchKind, Calibration, CalibrationError, Compression, CurveRates, Decimal,
+    DisplacementAtPeak, Encoding, EnergyToPeak, Evidence, Expected, Extent, ForceAt, ForceAtTime,
+    FurtherTest, FurtherTestError, Goal, Groups, HomogeneousCylinder, HysteresisEnergy, InputError,
+    Machine, Needed, PeakForce, PeakedCurve, Pooling, Population, PostPeakSlope, Prior,
+    PriorBounds, PriorFamily, PriorKey, Qoi, QoiError, QoiRegistry, Qois, Quantity, ReadOptions,
+    RelativeForce, RelaxedFraction, Separator, Slope, Specimen, SpecimenTable, Specimens,
+    TestAtDraw, TestCurve, TestGroup, Trend, Unit, UnloadingSlope, calibrate, calibrate_after,
+    calibrate_groups, calibration, calibration_on, calibration_over_groups, hyperelastic, tension,
 };
 use breccia_calibration::{
     budget, curve_check, error, experiment, fracture, further_test, machine, predicted_curve,

@@ -166,7 +166,10 @@ fn compliant() -> String {
     let test = "[test]\ndisplacement_mm = 0.22\nsteps = 44\nstop_below_peak = 0.1\n[machine]\nforce_offset_n = 0.7\n";
     format!("{}{test}{}", &CASE[..start], &CASE[end..])
         .replace("[design]", "machine.compliance_mm_per_n = [0.0, 3e-4]\n[design]")
-        .replace("matrix.viscosity_mpa_s = 0.3 }", "matrix.viscosity_mpa_s = 0.3, machine.compliance_mm_per_n = 1e-4 }")
+        .replace(
+            "matrix.viscosity_mpa_s = 0.3 }",
+            "matrix.viscosity_mpa_s = 0.3, machine.compliance_mm_per_n = 1e-4 }",
+        )
         .replace("runs = 16", "runs = 24")
 }
 
@@ -192,9 +195,11 @@ fn an_unknown_compliance_is_a_nuisance_parameter() {
         assert!((number(row, "peak_force_N") / f[top] - 1.0).abs() < 0.01, "{row:?}");
     }
     let summary = table(&results.join("summary.csv"));
-    for (parameter, truth) in
-        [("matrix.young_mpa", 275.0), ("matrix.viscosity_mpa_s", 0.3), ("machine.compliance_mm_per_n", 1e-4)]
-    {
+    for (parameter, truth) in [
+        ("matrix.young_mpa", 275.0),
+        ("matrix.viscosity_mpa_s", 0.3),
+        ("machine.compliance_mm_per_n", 1e-4),
+    ] {
         let row = summary.iter().find(|row| row["parameter"] == parameter).unwrap();
         let (mean, sd) = (number(row, "mean"), number(row, "sd"));
         assert!((mean - truth).abs() < 4.0 * sd, "{parameter}: {mean} ± {sd}");

@@ -9,6 +9,8 @@ use std::ops::Range;
 
 /// Part of a segment at each end that the least-squares line of the segment omits.
 const OMITTED: f64 = 0.1;
+/// Fewest steps between readings of a segment with a least-squares line.
+const FEWEST: usize = 4;
 
 /// Kind of a branch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -121,8 +123,12 @@ impl Straight {
         Self { time_s: from.0, displacement_mm: from.1, speed }
     }
 
-    /// Least-squares line through the readings of a segment without its ends; `None` for fewer than two different times.
+    /// Least-squares line through the readings of a segment without its ends; `None` for a few readings or a single time.
     fn of(time_s: &[f64], u: &[f64], from: usize, to: usize) -> Option<Self> {
+        // noise decides the line of a few readings
+        if to - from < FEWEST {
+            return None;
+        }
         let omitted = ((to - from) as f64 * OMITTED).ceil() as usize;
         let (from, to) = match to - from > 2 * omitted + 1 {
             true => (from + omitted, to - omitted),

@@ -10,8 +10,8 @@ use serde::{Deserialize, Serialize};
 
 use super::program::ProgramPointCase;
 
-/// `[test]`: the top platen moves down at constant speed or follows a load program, unless [`ConditionsCase`](crate::ConditionsCase) replaces the
-/// platens.
+/// `[test]`: the top platen moves down at constant speed or follows a load program, unless
+/// [`ConditionsCase`](crate::ConditionsCase) replaces the platens.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TestCase {
@@ -155,9 +155,12 @@ impl TestCase {
     /// Returns duration, step control and stopping criterion of a test without load program. `steps` replaces the
     /// number of load steps of the case.
     pub(crate) fn schedule(&self, steps: Option<u32>) -> Schedule {
-        let mut schedule = Schedule::fixed(self.duration_s(), 1);
-        schedule.steps = steps.map_or_else(|| self.steps_by(), |steps| Arc::new(FixedSteps(steps)));
-        Schedule { stop_below_peak: self.stop_below_peak, ..schedule }
+        let steps: Arc<dyn StepController> = match steps {
+            Some(steps) => Arc::new(FixedSteps(steps)),
+            None => self.steps_by(),
+        };
+        let stop_below_peak = self.stop_below_peak;
+        Schedule { steps, stop_below_peak, ..Schedule::fixed(self.duration_s(), 1) }
     }
 
     /// Usual load steps of a segment of the load program.

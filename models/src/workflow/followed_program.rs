@@ -118,7 +118,7 @@ mod tests {
         let mistakes = check_programs(&test, &table, 4.4, &curve, &mut notes);
         assert_eq!(mistakes.len(), 1, "{mistakes:?}");
         let message = mistakes[0].to_string();
-        for part in ["other.csv", "0.1000 mm at 0.5 s", "states 0.2000 mm"] {
+        for part in ["other.csv", "0.1000 mm at 2 s", "states 0.2000 mm"] {
             assert!(message.contains(part), "{part:?} is not in {message:?}");
         }
         assert!(matches!(notes.warnings(), [only] if only.starts_with("near has")));

@@ -72,7 +72,7 @@ impl LoadProgram {
                 return refuse(
                     "time_s",
                     time_s,
-                    "later than the point before it, which starts at 0 s",
+                    "later than the point before it (the program starts at 0 s)",
                 );
             }
             if time_s - before_s < SHORTEST * duration_s {

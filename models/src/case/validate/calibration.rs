@@ -3,6 +3,7 @@
 use ::surrogate::OrderRule;
 
 use super::super::{CaseFile, DiscrepancyCase, Likelihood, Mistakes, SequentialCase};
+use super::program::check_branches;
 use crate::error::InputError;
 use crate::qoi::{Extent, Quantity, RelativeForce};
 
@@ -19,7 +20,7 @@ impl CaseFile {
         mistakes.note(self.check_quantities(&case.qoi.quantities));
         mistakes.note(self.check_curve_percent(&case.qoi.curve_percent));
         mistakes.note(self.check_reach());
-        mistakes.note(self.check_branches());
+        mistakes.note(check_branches(self));
         if let Some(prior) = &case.prior {
             self.check_prior(prior, mistakes);
         }

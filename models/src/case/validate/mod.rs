@@ -12,6 +12,7 @@ use fem::VOID;
 
 use super::{CaseFile, Mistakes, SpecimenGeometry};
 use crate::error::{InputError, closest};
+use machine::check_machine;
 
 /// Regions that may have a material although the specimen does not have the region.
 const USUAL_REGIONS: [&str; 2] = ["matrix", "grain"];
@@ -58,7 +59,7 @@ impl CaseFile {
             self.check_material(region, material, &mut mistakes);
         }
         self.check_test(&mut mistakes);
-        self.check_machine(&mut mistakes);
+        check_machine(self, &mut mistakes);
         self.check_calibration(&mut mistakes);
         if let Some(geometry) = &geometry {
             mistakes.note(self.check_microstructures(geometry));

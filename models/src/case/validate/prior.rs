@@ -4,6 +4,7 @@ use fem::FemError;
 use ppl::Univariate;
 
 use super::super::{Case, CaseFile, Mistakes, Parameter, PriorCase, SimulationParts, TargetError};
+use super::machine::check_machine;
 use crate::error::InputError;
 use crate::prior::{Prior, PriorBounds};
 
@@ -140,7 +141,7 @@ impl CaseFile {
         let mut mistakes = Mistakes::default();
         let file = Self { path: self.path.clone(), case };
         file.check_test(&mut mistakes);
-        file.check_machine(&mut mistakes);
+        check_machine(&file, &mut mistakes);
         match mistakes.into_vec().into_iter().next() {
             Some(InputError { problem, help, .. }) => refuse(problem, &help),
             None => Ok(()),

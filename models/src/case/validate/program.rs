@@ -9,132 +9,129 @@ use crate::qoi::{Extent, Quantity};
 /// Largest number of points of a load program; a larger number is assumed to be a measured curve.
 const MOST_POINTS: usize = 1000;
 
-impl CaseFile {
-    /// Checks the load program, and refuses keys that a load program replaces or does not allow.
-    pub(super) fn check_program(&self, mistakes: &mut Mistakes) {
-        let Some(points) = &self.case.test.program else { return };
-        mistakes.note(self.check_beside_program());
-        let help = "List points in the order of time: program = [{ time_s = 1.0, displacement_mm = 0.1 }, …].";
-        let count = points.len();
-        if count == 0 || count > MOST_POINTS {
-            let problem = format!("has {count} points: 1 to {MOST_POINTS} are allowed");
-            mistakes.note(Err(self.error("test.program", "", problem, help)));
-            return;
-        }
-        let mut is_complete = true;
-        for (k, point) in points.iter().enumerate() {
-            let checked = self.check_point(k, point);
-            is_complete &= checked.is_ok();
-            mistakes.note(checked);
-        }
-        if is_complete {
-            mistakes.note(self.check_order());
-        }
+/// Checks the load program, and refuses keys that a load program replaces or does not allow.
+pub(super) fn check_program(file: &CaseFile, mistakes: &mut Mistakes) {
+    let Some(points) = &file.case.test.program else { return };
+    mistakes.note(check_beside_program(file));
+    let help =
+        "List points in the order of time: program = [{ time_s = 1.0, displacement_mm = 0.1 }, …].";
+    let count = points.len();
+    if count == 0 || count > MOST_POINTS {
+        let problem = format!("has {count} points: 1 to {MOST_POINTS} are allowed");
+        mistakes.note(Err(file.error("test.program", "", problem, help)));
+        return;
     }
-
-    /// Refuses keys that a load program replaces or does not allow.
-    fn check_beside_program(&self) -> Result<(), InputError> {
-        let Case { test, conditions, experiments, .. } = &self.case;
-        let replaced =
-            "The program states displacement and time: remove this key, or remove test.program.";
-        let corrects = experiments.as_ref().is_some_and(|e| e.toe == Toe::Correct);
-        let refused = [
-            (test.displacement_mm.is_some(), "test.displacement_mm", replaced),
-            (test.duration_s.is_some(), "test.duration_s", replaced),
-            (
-                test.arc_length.is_some(),
-                "test.arc_length",
-                "The arc-length method needs constant speed: remove this key, and use steps or adaptive.",
-            ),
-            (
-                conditions.is_some(),
-                "conditions",
-                "Conditions replace the platens that the program moves: remove one of the two.",
-            ),
-            (
-                corrects,
-                "experiments.toe",
-                "The time of a curve cannot be counted from a corrected origin: write toe = \"report\".",
-            ),
-        ];
-        let refused = refused.into_iter().find(|(is_given, ..)| *is_given);
-        refused.map_or(Ok(()), |(_, key, help)| {
-            Err(self.error(key, "", "is given beside test.program", help))
-        })
+    let mut is_complete = true;
+    for (k, point) in points.iter().enumerate() {
+        let checked = check_point(file, k, point);
+        is_complete &= checked.is_ok();
+        mistakes.note(checked);
     }
-
-    fn check_point(&self, k: usize, point: &ProgramPointCase) -> Result<(), InputError> {
-        let key = |name: &str| format!("test.program[{k}].{name}");
-        let ProgramPointCase { displacement_mm, force_n, steps, .. } = *point;
-        if let Some(force_n) = force_n {
-            let help = "Give displacement_mm in place of force_n. A load cell's force can be compared by a \
-                        quantity such as force-at-10-s.";
-            let problem = "states a force, and the platen is controlled by displacement only";
-            return Err(self.error(&key("force_n"), force_n.to_string(), problem, help));
-        }
-        let Some(displacement_mm) = displacement_mm else {
-            let help =
-                "Add the displacement of the top platen at this time; the start is 0 mm at 0 s.";
-            return Err(self.error(&key("displacement_mm"), "", "is missing", help));
-        };
-        let most_mm = self.case.specimen.height_mm.map_or(1e3, |height_mm| 0.5 * height_mm);
-        let help = "It is how far the top platen has moved down: at most half the height.";
-        self.within(&key("displacement_mm"), displacement_mm, 0.0, most_mm, "mm", help)?;
-        let Some(steps) = steps else { return Ok(()) };
-        let help = "It is the number of equal load steps up to this point.";
-        self.within(&key("steps"), f64::from(steps), 1.0, 1e6, "steps", help)
+    if is_complete {
+        mistakes.note(check_order(file));
     }
+}
 
-    /// Checks the order of the times with the checks of `fem`.
-    fn check_order(&self) -> Result<(), InputError> {
-        let Err(error) = self.case.test.load_program() else { return Ok(()) };
-        let FemError::OutOfRange { entity, field, value, requirement } = error else {
-            let help = "breccia init writes a case that explains every key.";
-            return Err(self.error("test.program", "", error.to_string(), help));
-        };
-        let number = entity.rsplit("point ").next().and_then(|number| number.parse::<usize>().ok());
-        let key = match number {
-            Some(number) => format!("test.program[{}].{field}", number - 1),
-            None => "test.program".to_owned(),
-        };
-        let help = match field {
-            "time_s" => "Times count from the start of the test and increase from point to point.",
-            _ => "Let the platen press the specimen at one point at least.",
-        };
-        Err(self.error(&key, value.to_string(), format!("must be {requirement}"), help))
+/// Refuses keys that a load program replaces or does not allow.
+fn check_beside_program(file: &CaseFile) -> Result<(), InputError> {
+    let Case { test, conditions, experiments, .. } = &file.case;
+    let replaced =
+        "The program states displacement and time: remove this key, or remove test.program.";
+    let corrects = experiments.as_ref().is_some_and(|e| e.toe == Toe::Correct);
+    let refused = [
+        (test.displacement_mm.is_some(), "test.displacement_mm", replaced),
+        (test.duration_s.is_some(), "test.duration_s", replaced),
+        (
+            test.arc_length.is_some(),
+            "test.arc_length",
+            "The arc-length method needs constant speed: remove this key, and use steps or adaptive.",
+        ),
+        (
+            conditions.is_some(),
+            "conditions",
+            "Conditions replace the platens that the program moves: remove one of the two.",
+        ),
+        (
+            corrects,
+            "experiments.toe",
+            "The time of a curve cannot be counted from a corrected origin: write toe = \"report\".",
+        ),
+    ];
+    let refused = refused.into_iter().find(|(is_given, ..)| *is_given);
+    refused.map_or(Ok(()), |(_, key, help)| {
+        Err(file.error(key, "", "is given beside test.program", help))
+    })
+}
+
+fn check_point(file: &CaseFile, k: usize, point: &ProgramPointCase) -> Result<(), InputError> {
+    let key = |name: &str| format!("test.program[{k}].{name}");
+    let ProgramPointCase { displacement_mm, force_n, steps, .. } = *point;
+    if let Some(force_n) = force_n {
+        let help = "Give displacement_mm in place of force_n. A load cell's force can be compared by a \
+                    quantity such as force-at-10-s.";
+        let problem = "states a force, and the platen is controlled by displacement only";
+        return Err(file.error(&key("force_n"), force_n.to_string(), problem, help));
     }
+    let Some(displacement_mm) = displacement_mm else {
+        let help = "Add the displacement of the top platen at this time; the start is 0 mm at 0 s.";
+        return Err(file.error(&key("displacement_mm"), "", "is missing", help));
+    };
+    let most_mm = file.case.specimen.height_mm.map_or(1e3, |height_mm| 0.5 * height_mm);
+    let help = "It is how far the top platen has moved down: at most half the height.";
+    file.within(&key("displacement_mm"), displacement_mm, 0.0, most_mm, "mm", help)?;
+    let Some(steps) = steps else { return Ok(()) };
+    let help = "It is the number of equal load steps up to this point.";
+    file.within(&key("steps"), f64::from(steps), 1.0, 1e6, "steps", help)
+}
 
-    /// Refuses a quantity that needs a time, a hold or an unloading that the test does not have.
-    pub(super) fn check_branches(&self) -> Result<(), InputError> {
-        let test = &self.case.test;
-        let Ok(program) = test.load_program() else {
-            // another check reports the invalid program
-            return Ok(());
-        };
-        let program = program.as_ref();
-        let refuse = |quantity: &Quantity, problem: &str, help: &str| {
-            Err(self.error("qoi.quantities", quantity.to_string(), problem, help))
-        };
-        for quantity in &self.case.compared() {
-            match quantity.extent() {
-                Extent::Time(time_s) if time_s > test.duration_s() => {
-                    let problem =
-                        format!("lies beyond the end of the test, {} s", test.duration_s());
-                    return refuse(quantity, &problem, "Name a time that every run reaches.");
-                }
-                Extent::Hold if !program.is_some_and(has_hold) => {
-                    let help = "Add two points with the same displacement_mm to test.program.";
-                    return refuse(quantity, "needs a hold, and the test has none", help);
-                }
-                Extent::Unloading if !program.is_some_and(has_unloading) => {
-                    let help = "Add a point with a smaller displacement_mm to test.program.";
-                    return refuse(quantity, "needs an unloading, and the test has none", help);
-                }
-                _ => {}
+/// Checks the order of the times with the checks of `fem`.
+fn check_order(file: &CaseFile) -> Result<(), InputError> {
+    let Err(error) = file.case.test.load_program() else { return Ok(()) };
+    let FemError::OutOfRange { entity, field, value, requirement } = error else {
+        let help = "breccia init writes a case that explains every key.";
+        return Err(file.error("test.program", "", error.to_string(), help));
+    };
+    let number = entity.rsplit("point ").next().and_then(|number| number.parse::<usize>().ok());
+    let key = match number {
+        Some(number) => format!("test.program[{}].{field}", number - 1),
+        None => "test.program".to_owned(),
+    };
+    let help = match field {
+        "time_s" => "Times count from the start of the test and increase from point to point.",
+        _ => "Let the platen press the specimen at one point at least.",
+    };
+    Err(file.error(&key, value.to_string(), format!("must be {requirement}"), help))
+}
+
+/// Refuses a quantity that needs a time, a hold or an unloading that the test does not have.
+pub(super) fn check_branches(file: &CaseFile) -> Result<(), InputError> {
+    let test = &file.case.test;
+    let Ok(program) = test.load_program() else {
+        // another check reports the invalid program
+        return Ok(());
+    };
+    let program = program.as_ref();
+    let refuse = |quantity: &Quantity, problem: &str, help: &str| {
+        Err(file.error("qoi.quantities", quantity.to_string(), problem, help))
+    };
+    for quantity in &file.case.compared() {
+        match quantity.extent() {
+            Extent::Time(time_s) if time_s > test.duration_s() => {
+                let problem = format!("lies beyond the end of the test, {} s", test.duration_s());
+                return refuse(quantity, &problem, "Name a time that every run reaches.");
             }
+            Extent::Hold if !program.is_some_and(has_hold) => {
+                let help = "Add two points with the same displacement_mm to test.program.";
+                return refuse(quantity, "needs a hold, and the test has none", help);
+            }
+            Extent::Unloading if !program.is_some_and(has_unloading) => {
+                let help = "Add a point with a smaller displacement_mm to test.program.";
+                return refuse(quantity, "needs an unloading, and the test has none", help);
+            }
+            _ => {}
         }
-        Ok(())
     }
+    Ok(())
 }
 
 fn changes(program: &LoadProgram) -> impl Iterator<Item = [f64; 2]> {

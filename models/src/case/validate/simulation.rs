@@ -5,6 +5,7 @@ use fem::{FemError, Packing, PhaseField, Platens, Segmentation};
 use super::super::{
     Case, CaseFile, ConditionsCase, MaterialCase, Mistakes, Property, SpecimenGeometry,
 };
+use super::program::check_program;
 use crate::error::InputError;
 
 /// Largest number of tetrahedra; a larger number is assumed to be a typing error in the spacing.
@@ -198,7 +199,7 @@ impl CaseFile {
         let Case { phase_field, test, solver, .. } = &self.case;
         mistakes.note(self.check_drive());
         mistakes.note(self.check_stepping());
-        self.check_program(mistakes);
+        check_program(self, mistakes);
         self.check_platens(mistakes);
         if let Some(celsius) = test.temperature_celsius {
             let help = "It is the temperature of the specimen during the test.";

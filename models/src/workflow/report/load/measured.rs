@@ -24,7 +24,7 @@ pub(super) fn confirmed(inputs: &Inputs<'_>, label: &str) -> Result<Points, Work
     let row = runs.named("run", label)?;
     let calibrated = [MachineCase::COMPLIANCE, MachineCase::FORCE_OFFSET].into_iter();
     let calibrated = calibrated.filter(|column| runs.has_column(column));
-    let machine = calibrated.map(|column| Ok((column, row.number(column)?)));
+    let machine = calibrated.map(|column| row.number(column).map(|value| (column, value)));
     let machine = machine.collect::<Result<Vec<_>, InputError>>()?;
     Ok(points_of(recorded_with(machine, &points)))
 }
