@@ -140,8 +140,9 @@ pub use operator::CellStress;
 pub use parallel::{Communicator, RankLost, Ranks};
 pub use problem::{
     AdaptiveSteps, ArcLength, Checkpoint, CompressionTest, CurvePoint, CurveWriter, End,
-    Evaluation, FixedSteps, Friction, Interface, LoadStepper, MaterialParameter, Observer, Outcome,
-    Platens, Problem, ProblemBuilder, ProblemWarning, Progress, Schedule, Sensitivities, Step,
-    StepController, read_curve, write_curve,
+    Evaluation, FixedSteps, Friction, Interface, LoadProgram, LoadStepper, MaterialParameter,
+    Observer, Outcome, Platens, Problem, ProblemBuilder, ProblemWarning, ProgramPoint,
+    ProgramSteps, Progress, Schedule, SegmentSteps, Sensitivities, Step, StepController,
+    read_curve, write_curve,
 };
 pub use solve::{Effort, LinearScheme, Scheme, SolverOptions};

@@ -72,7 +72,7 @@ impl Simulation {
         let run = self.test.with_materials(materials(x).to_vec())?.run(&mut ());
         let points = run.curve.iter().map(|p| (p.displacement_mm, p.force_n));
         let (displacement_mm, force_n) = [(0.0, 0.0)].into_iter().chain(points).unzip();
-        let q = Qois::of(&TestCurve { displacement_mm, force_n }, 0.3)?;
+        let q = Qois::of(&TestCurve::new(displacement_mm, force_n), 0.3)?;
         let found = [q.slope_n_per_mm, q.peak_force_n, q.displacement_at_peak_mm];
         writeln!(lock()?.1, "{},{};", key(x), key(&found))?;
         lock()?.0.insert(key(x), found);

@@ -9,7 +9,7 @@
 //! let file = CaseFile::default_case();                      // what `breccia init` writes
 //! let displacement_mm: Vec<f64> = (0..=20).map(|i| 0.01 * i as f64).collect();
 //! let force_n = displacement_mm.iter().map(|u| 2000.0 * u - 10_000.0 * u * u).collect();
-//! let curve = TestCurve { displacement_mm, force_n };
+//! let curve = TestCurve::new(displacement_mm, force_n);
 //! let qois = Qois::of(&curve, file.case.qoi.slope_fraction)?;
 //! assert!((qois.peak_force_n - 100.0).abs() < 1e-9);
 //! # Ok::<(), models::QoiError>(())
@@ -45,27 +45,29 @@ mod virtual_specimen;
 mod workflow;
 
 pub use breccia_calibration::{
-    Belief, Calibration, CalibrationError, Compression, CurveRates, Decimal, DisplacementAtPeak,
-    Encoding, EnergyToPeak, Evidence, Expected, Extent, ForceAt, FurtherTest, FurtherTestError,
-    Goal, Groups, HomogeneousCylinder, InputError, Needed, PeakForce, PeakedCurve, Pooling,
-    Population, PostPeakSlope, Prior, PriorBounds, PriorFamily, PriorKey, Qoi, QoiError,
-    QoiRegistry, Qois, Quantity, ReadOptions, RelativeForce, Separator, Slope, Specimen,
-    SpecimenTable, Specimens, TableColumn, TestAtDraw, TestCurve, TestGroup, Trend, Unit,
-    calibrate, calibrate_after, calibrate_groups, calibration_on, calibration_over_groups,
-    hyperelastic, tension,
+    Belief, Branch, BranchKind, Calibration, CalibrationError, Compression, CurveRates, Decimal,
+    DisplacementAtPeak, Encoding, EnergyToPeak, Evidence, Expected, Extent, ForceAt, ForceAtTime,
+    FurtherTest, FurtherTestError, Goal, Groups, HomogeneousCylinder, HysteresisEnergy, InputError,
+    Machine, Needed, PeakForce, PeakedCurve, Pooling, Population, PostPeakSlope, Prior,
+    PriorBounds, PriorFamily, PriorKey, Qoi, QoiError, QoiRegistry, Qois, Quantity, ReadOptions,
+    RelativeForce, RelaxedFraction, Separator, Slope, Specimen, SpecimenTable, Specimens,
+    TableColumn, TestAtDraw, TestCurve, TestGroup, Trend, Unit, UnloadingSlope, calibrate,
+    calibrate_after, calibrate_groups, calibration_on, calibration_over_groups, hyperelastic,
+    tension,
 };
 use breccia_calibration::{
-    budget, curve_check, error, experiment, fracture, further_test, predicted_curve, prior, qoi,
-    record, specimen_files, table, table_format,
+    budget, curve_check, error, experiment, fracture, further_test, machine, predicted_curve,
+    prior, qoi, record, specimen_files, table, table_format,
 };
 pub use case::{
     AdaptiveCase, ArcLengthCase, BoundsCase, ByParameter, CalibrationCase, CandidateCase, Case,
     CaseFile, ConditionsCase, ConfirmCase, DesignCase, DesignSample, DiscrepancyCase,
     ExperimentsCase, ExtendCase, FidelityCase, FreeParameterCase, FurtherTestsCase, HardeningCase,
-    HardeningTable, ImageCase, InterfaceCase, LevelCase, Likelihood, MaterialCase, MeasureCase,
-    Microstructure, NoiseCase, OutputCase, Parameter, PlasticCase, PrescribeCase, PriorCase,
-    QoiCase, SequentialCase, SimulationParts, SimulatorCase, SpecimenCase, SpecimenGeometry,
-    SurrogateCase, Target, TargetError, TestCase, Toe, TractionCase, VirtualCase, YieldRow,
+    HardeningTable, ImageCase, InterfaceCase, LevelCase, Likelihood, MachineCase, MaterialCase,
+    MeasureCase, Microstructure, NoiseCase, OutputCase, Parameter, PlasticCase, PrescribeCase,
+    PriorCase, ProgramPointCase, QoiCase, SequentialCase, SimulationParts, SimulatorCase,
+    SpecimenCase, SpecimenGeometry, SurrogateCase, Target, TargetError, TestCase, Toe,
+    TractionCase, VirtualCase, YieldRow,
 };
 pub use cli::program;
 pub use coverage::{CoverageRow, CoverageStudy, Emulated, KnownStiffness, Laboratory, Setting};

@@ -8,6 +8,7 @@ mod fidelity;
 mod further_tests;
 mod images;
 mod labels;
+mod load_program;
 mod own_data;
 mod quadrature;
 mod quantities;

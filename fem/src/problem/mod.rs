@@ -4,7 +4,7 @@
 //! The modules, in the order of their layers:
 //!
 //! 1. `curve`: points of a curve, its file, the end of a run
-//! 2. `control`: schedules and step controllers
+//! 2. `control`: schedules, load programs and step controllers
 //! 3. `interface`: bands with their own toughness around surfaces between regions
 //! 4. `parameter`: material parameters of sensitivities
 //! 5. `definition`: input data, discretisation, warnings
@@ -33,7 +33,10 @@ mod stepping;
 pub(crate) use definition::Fingerprint;
 
 pub use compression_test::{CompressionTest, Friction, Platens};
-pub use control::{AdaptiveSteps, ArcLength, FixedSteps, Progress, Schedule, Step, StepController};
+pub use control::{
+    AdaptiveSteps, ArcLength, FixedSteps, LoadProgram, ProgramPoint, ProgramSteps, Progress,
+    Schedule, SegmentSteps, Step, StepController,
+};
 pub use curve::{CurvePoint, CurveWriter, End, Outcome, Sensitivities, read_curve, write_curve};
 pub use definition::ProblemWarning;
 pub use evaluation::Evaluation;

@@ -25,6 +25,7 @@ mod manufactured;
 mod mixture;
 mod notched_plate;
 mod platen_tolerance;
+mod program;
 mod rate_independent;
 mod reference_cylinder;
 mod refusals;

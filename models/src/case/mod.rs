@@ -16,12 +16,14 @@ mod geometry;
 mod image;
 mod interface;
 mod labels;
+mod machine;
 mod material;
 mod mistakes;
 mod overlay;
 mod own_data;
 mod parameter;
 mod plastic;
+mod program;
 mod read;
 mod simulation;
 mod simulator;
@@ -57,11 +59,13 @@ pub use further::{CandidateCase, FurtherTestsCase};
 pub use geometry::SpecimenGeometry;
 pub use image::ImageCase;
 pub use interface::InterfaceCase;
+pub use machine::MachineCase;
 pub use material::MaterialCase;
 pub(crate) use mistakes::Mistakes;
 pub(crate) use overlay::{merge, remove};
 pub use parameter::{BoundsCase, ByParameter, PriorCase};
 pub use plastic::{HardeningCase, HardeningTable, PlasticCase, YieldRow};
+pub use program::ProgramPointCase;
 pub use read::CaseFile;
 pub use simulation::{AdaptiveCase, ArcLengthCase, OutputCase, TestCase};
 pub use simulator::SimulatorCase;
@@ -95,6 +99,9 @@ pub struct Case {
     /// The test: its time and steps, and the platens.
     #[serde(default, skip_serializing_if = "TestCase::is_absent")]
     pub test: TestCase,
+    /// The testing machine.
+    #[serde(default, skip_serializing_if = "MachineCase::is_empty")]
+    pub machine: MachineCase,
     /// Boundary conditions that replace the platens; for a single simulation only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub conditions: Option<ConditionsCase>,
@@ -263,10 +270,19 @@ impl Case {
         }
     }
 
+    /// Inserts the default values that depend on other keys.
+    fn complete(&mut self) {
+        self.add_free_parameters();
+        self.test.complete();
+        if let Some(v) = self.experiments.as_mut().and_then(|e| e.virtual_specimens.as_mut()) {
+            v.complete();
+        }
+    }
+
     /// Returns the parts of the case that calibrated parameters can change.
     pub(crate) fn parts(&self) -> SimulationParts {
-        let Self { material, interface, phase_field, test, .. } = self.clone();
-        SimulationParts { material, interface, phase_field, test }
+        let Self { material, interface, phase_field, test, machine, .. } = self.clone();
+        SimulationParts { material, interface, phase_field, test, machine }
     }
 
     /// Returns the prior with the ranges of all extensions. These ranges are the bounds of the surrogate's inputs.

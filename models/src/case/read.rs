@@ -54,10 +54,7 @@ impl CaseFile {
         let mut mistakes: Vec<InputError> =
             read.errors.iter().map(|error| explain(error, text, path)).collect();
         let Some(mut case) = read.case.take() else { return (None, mistakes) };
-        case.add_free_parameters();
-        if let Some(v) = case.experiments.as_mut().and_then(|e| e.virtual_specimens.as_mut()) {
-            v.complete();
-        }
+        case.complete();
         let mut file = Self { path: path.to_owned(), case };
         mistakes.extend(file.read_hardening().into_iter().map(|m| with_excerpt(m, text, path)));
         let found = file.validate().into_iter().filter(|mistake| !read.explains(mistake));
@@ -284,7 +281,7 @@ mod tests {
     use super::*;
     use crate::case::{
         AdaptiveCase, ArcLengthCase, ConditionsCase, FreeParameterCase, ImageCase, InterfaceCase,
-        MeasureCase, PrescribeCase, SimulatorCase, TractionCase,
+        MeasureCase, PrescribeCase, ProgramPointCase, SimulatorCase, TractionCase,
     };
     use crate::record::{Compression, Decimal, Encoding, ReadOptions, Separator};
 
@@ -331,6 +328,16 @@ mod tests {
         let interface = InterfaceCase { toughness_n_per_mm: 0.001, width_mm: 0.1 };
         full.interface.insert("matrix-grain".into(), interface);
         full.test.steps = Some(44);
+        let point = ProgramPointCase {
+            time_s: 1.0,
+            displacement_mm: Some(0.1),
+            force_n: Some(1.0),
+            steps: Some(4),
+        };
+        full.test.program = Some(vec![point]);
+        full.test.temperature_celsius = Some(50.0);
+        full.machine.compliance_mm_per_n = Some(1e-5);
+        full.machine.force_offset_n = Some(0.5);
         full.test.stop_below_peak = Some(0.1);
         full.test.adaptive = Some(AdaptiveCase { first: 0.01, largest: 0.025 });
         full.test.arc_length = Some(ArcLengthCase { step: 0.025, release_n_mm: 0.001 });
@@ -408,7 +415,7 @@ mod tests {
         let text = "[specimen]\nradius_mm = 2.5\nheight_mm = 4\nspacing_mm = 0.7\n\
                     [material.matrix]\nyoung_mpa = 275\npoisson = 0.25\n[test]\ndisplacement_mm = 0.2\n";
         let case = CaseFile::parse(text, Path::new("case.toml")).unwrap().case;
-        assert_eq!((case.specimen.order, case.test.duration_s), (fem::Order::Quadratic, 1.0));
+        assert_eq!((case.specimen.order, case.test.duration_s), (fem::Order::Quadratic, Some(1.0)));
         assert_eq!(case.material["matrix"].residual_stiffness, 0.01);
         assert_eq!((case.design.runs, case.qoi.slope_fraction), (100, 0.3));
     }

@@ -15,9 +15,12 @@ use super::specimen::{import_notes, imported_grains, imported_mesh};
 use super::specimen_checks::{InspectedSpecimens, inspect};
 use super::specimen_quantities::{SpecimenNames, compared};
 use super::stage::Stage;
-use crate::case::{CaseFile, SpecimenGeometry};
+use crate::case::{CaseFile, ProgramPointCase, SpecimenGeometry};
 use crate::experiment::{Specimen, SpecimenTable};
 use crate::specimen_files::{SpecimenFiles, recorded_file};
+
+/// Largest number of points of a load program that are printed.
+const MOST_POINTS: usize = 8;
 
 /// Result of the check of a case and its files.
 #[derive(Clone, Debug, Default)]
@@ -109,13 +112,16 @@ impl CaseCheck {
             self.say("interface", text);
         }
         let test = &case.test;
+        if let Some(program) = &test.program {
+            self.say("test", described(program, test.steps));
+        }
         if let Some(displacement_mm) = test.displacement_mm {
             let steps = match test.steps {
                 Some(steps) => format!("{steps} load steps"),
                 None => "adaptive load steps".to_owned(),
             };
-            let rate = displacement_mm / test.duration_s;
-            let duration_s = test.duration_s;
+            let rate = displacement_mm / test.duration_s();
+            let duration_s = test.duration_s();
             let text = format!(
                 "compression by {displacement_mm} mm in {duration_s} s ({rate:.4} mm/s), {steps}"
             );
@@ -372,6 +378,21 @@ impl CaseCheck {
             self.say("prior", format!("{parameter}: {prior}{unit}"));
         }
     }
+}
+
+/// Describes a load program by its first points.
+fn described(program: &[ProgramPointCase], steps: Option<u32>) -> String {
+    let text = |point: &ProgramPointCase| {
+        let displacement_mm = point.displacement_mm.unwrap_or(f64::NAN);
+        let steps = point.steps.or(steps).map(|steps| format!(" in {steps} steps"));
+        format!("{displacement_mm} mm at {} s{}", point.time_s, steps.unwrap_or_default())
+    };
+    let first: Vec<String> = program.iter().take(MOST_POINTS).map(text).collect();
+    let rest = match program.len().saturating_sub(MOST_POINTS) {
+        0 => String::new(),
+        more => format!(", and {more} points more"),
+    };
+    format!("load program: {}{rest}", first.join(", "))
 }
 
 fn mean(values: &[f64]) -> f64 {

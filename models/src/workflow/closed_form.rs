@@ -85,7 +85,7 @@ impl ClosedForm {
     /// Creates the closed form of the softest phase of a case, with the bounds of the calibrated parameters; `None` if
     /// the test has no platens.
     pub(super) fn of(setup: &Setup<'_>, bounds: &BoundsCase) -> Option<Self> {
-        let displacement_mm = setup.test.displacement_mm?;
+        let speed = setup.test.first_speed_mm_per_s()?;
         let phase = |(region, material): (&String, &MaterialCase)| {
             let own = material.in_fem().ok()?.elasticity.young_mpa();
             let bounds = |property: Property, own: f64| {
@@ -99,7 +99,7 @@ impl ClosedForm {
                     field: (field.model, field.length_mm),
                     toughness: bounds(Property::Toughness, own),
                     viscosity: bounds(Property::Viscosity, material.viscosity_mpa_s),
-                    velocity: displacement_mm / setup.test.duration_s,
+                    velocity: speed,
                 });
             Some(Self { young: bounds(Property::Young, own), damage })
         };

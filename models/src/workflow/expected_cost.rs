@@ -147,7 +147,7 @@ fn on_specimen(case: &Case, count: usize, what: &str) -> Runs {
         what: what.to_owned(),
         spacing_mm: case.specimen.spacing_mm.unwrap_or(f64::NAN),
         order: case.specimen.order,
-        steps: case.test.steps,
+        steps: case.test.load_steps(None),
     }
 }
 
@@ -164,7 +164,7 @@ fn calibration(case: &Case) -> Vec<Runs> {
             what,
             spacing_mm: level.spacing_mm,
             order: level.order.unwrap_or(case.specimen.order),
-            steps: level.steps.or(case.test.steps),
+            steps: case.test.load_steps(level.steps),
         });
         count = level.repeats;
         what = "of them repeated on the next mesh".to_owned();

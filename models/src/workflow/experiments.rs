@@ -10,7 +10,7 @@ use super::files::SPECIMENS;
 use super::measured_values::write_measured;
 use super::mesh_scale::{MeshScale, MeshSize};
 use super::runs::run_ensemble;
-use super::simulator::{Simulator, recorded};
+use super::simulator::{Simulator, recorded_run};
 use super::specimen::packed_mesh;
 use super::specimen_checks::checked;
 use super::specimen_images::{scan, stiffness_ratios};
@@ -19,7 +19,7 @@ use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
 use crate::case::{ByParameter, Parameter, QoiCase, SpecimenGeometry};
 use crate::error::InputError;
-use crate::experiment::{Specimen, SpecimenTable};
+use crate::experiment::{Specimen, SpecimenTable, TestCurve};
 use crate::qoi::Qois;
 use crate::virtual_specimen::VirtualSpecimen;
 
@@ -165,6 +165,14 @@ fn write_specimens(
 ) -> Result<SpecimenTable, WorkflowError> {
     let (group, noise) = (task.inputs.group()?, task.inputs.noise()?);
     let scanned = *task.inputs.scans()?;
+    let machine = task.inputs.known_machine().machine();
+    let quantities = &task.inputs.qoi().quantities;
+    let needs_time =
+        task.inputs.test().program.is_some() || quantities.iter().any(|q| q.needs_time());
+    let timed = |curve: TestCurve| match needs_time {
+        true => curve,
+        false => TestCurve { time_s: Vec::new(), ..curve },
+    };
     let image = |id: &str| scanned.then(|| format!("scans/{id}.tif").into());
     let measured = specimens.iter().zip(records).map(|(v, record)| Specimen {
         id: v.id.clone(),
@@ -174,7 +182,7 @@ fn write_specimens(
         slope_fraction: None,
         image: image(&v.id),
         rate_mm_per_s: None,
-        curve: v.measure(&recorded(&record.curve), noise),
+        curve: timed(v.measure(&machine.record(&recorded_run(record)), noise)),
     });
     let table = SpecimenTable { specimens: measured.collect() };
     let files = table.to_files().map_err(|e| WorkflowError::io(&task.path(SPECIMENS), e))?;
@@ -199,7 +207,7 @@ fn write_bias(
 ) -> Result<(), WorkflowError> {
     let qoi = task.inputs.qoi();
     let qois = |record: &RunRecord| {
-        Qois::values_of(&recorded(&record.curve), qoi.slope_fraction, &qoi.quantities)
+        Qois::values_of(&recorded_run(record), qoi.slope_fraction, &qoi.quantities)
             .map_err(|e| WorkflowError::Unusable(format!("the comparison of the two meshes: {e}")))
     };
     let (coarse, fine) = (qois(runs[0])?, qois(runs[1])?);

@@ -15,9 +15,9 @@ use super::sources::{Origin, Sources};
 use super::specimen::{Scanned, Source};
 use crate::case::{
     ByParameter, CalibrationCase, CandidateCase, Case, CaseFile, ConditionsCase, ConfirmCase,
-    DesignCase, ExtendCase, FidelityCase, FurtherTestsCase, ImageCase, InterfaceCase, MaterialCase,
-    Microstructure, NoiseCase, Parameter, PriorCase, QoiCase, SequentialCase, SimulatorCase,
-    SpecimenGeometry, SurrogateCase, TestCase, Toe, VirtualCase,
+    DesignCase, ExtendCase, FidelityCase, FurtherTestsCase, ImageCase, InterfaceCase, MachineCase,
+    MaterialCase, Microstructure, NoiseCase, Parameter, PriorCase, QoiCase, SequentialCase,
+    SimulatorCase, SpecimenGeometry, SurrogateCase, TestCase, Toe, VirtualCase,
 };
 use crate::experiment::SpecimenTable;
 use crate::prior::Prior;
@@ -126,6 +126,7 @@ parts! {
     interface: interface => BTreeMap<String, InterfaceCase>;
     phase_field: phase_field => Option<PhaseField>;
     test: test => TestCase;
+    machine: machine => MachineCase;
     conditions: conditions => Option<ConditionsCase>;
     solver: solver => SolverOptions;
     simulator: simulator => Option<SimulatorCase>;
@@ -352,6 +353,19 @@ impl Inputs<'_> {
             self.reads("parameters");
         }
         self.parameters()
+    }
+
+    /// Properties of the machine that records of specimens are corrected by: those that no prior calibrates.
+    pub(super) fn known_machine(&self) -> MachineCase {
+        self.machine().without(self.calibrated_machine())
+    }
+
+    /// Properties of the machine that are calibrated, with arbitrary values.
+    fn calibrated_machine(&self) -> MachineCase {
+        self.reads("prior.machine");
+        let prior = self.file.case.prior.iter().flat_map(PriorCase::names);
+        let names: Vec<String> = prior.collect();
+        MachineCase::of_inputs(names.iter().map(|name| (name.as_str(), 0.0)))
     }
 
     /// The calibrated parameters.

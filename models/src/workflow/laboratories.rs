@@ -13,8 +13,9 @@ use super::inputs::Inputs;
 use super::level_runs::Runner;
 use super::levels::Level;
 use super::microstructures::Microstructures;
+use super::preparation::Preparation;
 use super::run_sources::source_of;
-use super::simulator::{quantities, recorded};
+use super::simulator::{quantities, recorded_run};
 use super::specimen_stiffness::with_stiffness_ratio;
 use super::stage::Stage;
 use super::stiffness::STIFFNESS_RATIO;
@@ -192,8 +193,13 @@ impl Study<'_> {
         let points: Vec<Vec<f64>> = drawn.iter().map(|v| v.parameters.clone()).collect();
         let seeds = drawn.iter().map(|v| v.packing_seed).collect();
         let (records, ratios) = self.records(&points, seeds)?;
+        let (machine, preparation) = (inputs.known_machine().machine(), Preparation::of(inputs));
         let measured = drawn.iter().zip(&records).map(|(specimen, record)| {
-            let curve = specimen.measure(&recorded(&record.curve), inputs.noise()?);
+            let reading = specimen.measure(&machine.record(&recorded_run(record)), inputs.noise()?);
+            let curve = match inputs.test().program.is_some() {
+                true => preparation.apply(&reading, qoi.slope_fraction).0,
+                false => machine.specimen(&reading),
+            };
             Qois::values_of(&curve, qoi.slope_fraction, &qoi.quantities).map_err(|error| {
                 let message = format!("a specimen of laboratory {}: {error}", record.id);
                 WorkflowError::Unusable(message)

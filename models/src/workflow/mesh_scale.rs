@@ -87,10 +87,7 @@ mod tests {
     use super::*;
 
     fn specimen(height_mm: f64, radius_mm: f64, factor: f64) -> Specimen {
-        let curve = TestCurve {
-            displacement_mm: vec![0.0, 0.1 * height_mm],
-            force_n: vec![0.0, factor * 7.0],
-        };
+        let curve = TestCurve::new(vec![0.0, 0.1 * height_mm], vec![0.0, factor * 7.0]);
         Specimen {
             id: "S-1".into(),
             height_mm,

@@ -3,17 +3,16 @@
 use std::collections::BTreeMap;
 use std::iter;
 use std::path::Path;
-use std::sync::Arc;
 
 use fem::{
-    CompressionTest, ComputeDevice, CurvePoint, End, FemError, FixedSteps, Homogenisation, Order,
-    Outcome, PhaseField, Problem, Ranks, RunRecord, RunStatus, SolverOptions, TetMesh, Unsupported,
+    ComputeDevice, CurvePoint, End, FemError, Homogenisation, Order, Outcome, PhaseField, Problem,
+    Ranks, RunRecord, RunStatus, SolverOptions, TetMesh, Unsupported,
 };
 
 use super::WorkflowError;
 use crate::case::{
-    CaseFile, ConditionsCase, InterfaceCase, MaterialCase, Parameter, QoiCase, SimulationParts,
-    TargetError, TestCase,
+    CaseFile, ConditionsCase, InterfaceCase, MachineCase, MaterialCase, Parameter, QoiCase,
+    SimulationParts, TargetError, TestCase,
 };
 use crate::experiment::TestCurve;
 use crate::qoi::{Qois, Quantity};
@@ -29,7 +28,8 @@ pub(super) struct Setup<'a> {
     pub(super) interface: &'a BTreeMap<String, InterfaceCase>,
     pub(super) phase_field: Option<&'a PhaseField>,
     pub(super) test: &'a TestCase,
-    /// Number of equal load steps; `None` for the load steps of the test.
+    /// Number of equal load steps, with a load program of each segment without steps of its own; `None` for the load
+    /// steps of the test.
     pub(super) steps: Option<u32>,
     pub(super) conditions: Option<&'a ConditionsCase>,
     pub(super) solver: SolverOptions,
@@ -126,6 +126,7 @@ impl Simulator {
             interface: setup.interface.clone(),
             phase_field: setup.phase_field.copied(),
             test: setup.test.clone(),
+            machine: MachineCase::default(),
         };
         let is_idle = |name: &&String| regions_of(name, &parts, &mesh.regions).is_none();
         for name in parts.interface.keys().filter(is_idle) {
@@ -176,7 +177,10 @@ impl Simulator {
                 let mut values = values.to_vec();
                 values[i] = value;
                 let shifted = self.parts_at(&values)?;
-                match (&shifted.phase_field, &shifted.test) == (&parts.phase_field, &parts.test) {
+                let others = |parts: &SimulationParts| {
+                    (parts.phase_field, parts.test.clone(), parts.machine)
+                };
+                match others(&shifted) == others(&parts) {
                     true => Ok((in_fem(&shifted, regions)?, interfaces(&shifted, regions))),
                     false => {
                         Err(unsupported(parameter, "is no constant of a material", NO_DERIVATIVE))
@@ -226,7 +230,7 @@ impl Simulator {
 
     /// The fraction of the test that is done.
     pub(super) fn fraction_done(&self, point: &CurvePoint) -> f64 {
-        point.time_s / self.parts.test.duration_s
+        point.time_s / self.parts.test.duration_s()
     }
 }
 
@@ -242,19 +246,11 @@ fn problem(rest: &Rest, parts: &SimulationParts, mesh: TetMesh) -> Result<Proble
     let materials = in_fem(parts, &mesh.regions)?;
     let interfaces = interfaces(parts, &mesh.regions);
     let SimulationParts { test, phase_field, .. } = parts;
-    let mut schedule = test.schedule();
-    if let Some(steps) = rest.steps {
-        schedule.steps = Arc::new(FixedSteps(steps));
-    }
     let builder = match &rest.conditions {
         Some(conditions) => Problem::builder(mesh)
-            .conditions(conditions.in_fem(schedule.duration_s))
-            .schedule(schedule),
-        None => {
-            // the validation of the case requires this key for tests with platens
-            let displacement_mm = test.displacement_mm.unwrap_or(f64::NAN);
-            CompressionTest::new(displacement_mm, schedule).platens(test.platens()).builder(mesh)?
-        }
+            .conditions(conditions.in_fem(test.duration_s()))
+            .schedule(test.schedule(rest.steps)),
+        None => test.compression(rest.steps)?.builder(mesh)?,
     };
     builder
         .order(rest.order)
@@ -268,14 +264,38 @@ fn problem(rest: &Rest, parts: &SimulationParts, mesh: TetMesh) -> Result<Proble
         .build()
 }
 
-/// Converts a simulated curve to the form that a testing machine records: the first point is the unloaded start.
+/// Displacements of a simulation that differ by at most this fraction of the largest displacement count as equal. They
+/// are piecewise linear up to rounding errors.
+const EQUAL: f64 = 1e-6;
+
+/// Converts a simulated curve to the form that a testing machine records: the first point is the unloaded start. Hold and
+/// unloading of a load program are branches of the curve.
 pub(super) fn recorded(points: &[CurvePoint]) -> TestCurve {
-    let mut curve = TestCurve { displacement_mm: vec![0.0], force_n: vec![0.0] };
-    for point in points {
-        curve.displacement_mm.push(point.displacement_mm);
-        curve.force_n.push(point.force_n);
-    }
-    curve
+    let start = CurvePoint::default();
+    let all = || iter::once(&start).chain(points);
+    let curve = TestCurve {
+        displacement_mm: all().map(|point| point.displacement_mm).collect(),
+        force_n: all().map(|point| point.force_n).collect(),
+        time_s: all().map(|point| point.time_s).collect(),
+        ..TestCurve::default()
+    };
+    let largest_mm = curve.displacement_mm.iter().fold(0.0_f64, |most, u| most.max(u.abs()));
+    curve.with_branches(EQUAL * largest_mm)
+}
+
+/// Returns the curve of a run as the machine of the run records it: with the compliance and the force offset that are
+/// among the inputs of the run.
+pub(super) fn recorded_run(record: &RunRecord) -> TestCurve {
+    let names = record.names.iter().map(String::as_str);
+    recorded_with(names.zip(record.inputs.iter().copied()), &record.curve)
+}
+
+/// Returns a simulated curve as a machine records it whose properties are among `inputs`, given by names and values.
+pub(super) fn recorded_with<'a>(
+    inputs: impl IntoIterator<Item = (&'a str, f64)>,
+    points: &[CurvePoint],
+) -> TestCurve {
+    MachineCase::of_inputs(inputs).machine().record(&recorded(points))
 }
 
 /// Returns the error of a failed run.
@@ -286,9 +306,13 @@ pub(super) fn failure(end: &End) -> Option<FemError> {
     }
 }
 
-/// Materials of the regions of a mesh.
+/// Materials of the regions of a mesh, at the temperature of the test.
 fn in_fem(parts: &SimulationParts, regions: &[String]) -> Result<Vec<fem::Material>, FemError> {
-    regions.iter().map(|region| parts.material[region].in_fem()).collect()
+    let at_temperature = |material: fem::Material| match parts.test.temperature_celsius {
+        Some(celsius) => material.at_temperature(celsius),
+        None => material,
+    };
+    regions.iter().map(|region| parts.material[region].in_fem().map(at_temperature)).collect()
 }
 
 /// The two regions of an interface; `None` if one of them is not in the mesh.
@@ -315,7 +339,7 @@ pub(super) fn quantities(record: &RunRecord, qoi: &QoiCase) -> Result<Vec<f64>, 
         RunStatus::Failed(reason) => Err(format!("failed: {reason}")),
         RunStatus::Finished if record.curve.is_empty() => reported(record, qoi),
         RunStatus::Finished => {
-            Qois::values_of(&recorded(&record.curve), qoi.slope_fraction, &qoi.quantities)
+            Qois::values_of(&recorded_run(record), qoi.slope_fraction, &qoi.quantities)
                 .map_err(|error| format!("unusable: {error}"))
         }
     }
@@ -336,7 +360,7 @@ fn reported(record: &RunRecord, qoi: &QoiCase) -> Result<Vec<f64>, String> {
 /// Derivatives of the quantities of interest with respect to the parameters of the force derivatives (quantities ×
 /// parameters), or the reason why the run has no derivatives.
 pub(super) fn jacobian(record: &RunRecord, qoi: &QoiCase) -> Result<Vec<Vec<f64>>, String> {
-    let (curve, found) = (recorded(&record.curve), &record.sensitivities);
+    let (curve, found) = (recorded_run(record), &record.sensitivities);
     if found.force_n.len() < record.curve.len() {
         return Err(format!(
             "without derivatives from {} mm on: {}",

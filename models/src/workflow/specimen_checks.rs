@@ -5,15 +5,16 @@ use std::path::Path;
 use super::WorkflowError;
 use super::closed_form::far_from_closed_form;
 use super::files::SPECIMENS;
+use super::followed_program::check_programs;
 use super::inputs::Inputs;
 use super::mesh_scale::MeshSize;
-use super::specimen_notes::{Notes, check_rates, note_sizes};
+use super::preparation::Preparation;
+use super::specimen_notes::{Notes, check_machine, check_rates, note_sizes};
 use super::specimen_quantities::{SpecimenNames, compared};
 use super::task::Task;
-use crate::case::Toe;
-use crate::curve_check::{Finding, InspectedCurve, Weight};
+use crate::curve_check::{Finding, Weight};
 use crate::error::InputError;
-use crate::experiment::{Specimen, SpecimenTable, TestCurve};
+use crate::experiment::{Specimen, SpecimenTable};
 use crate::progress::say;
 
 /// Largest plausible ratio between the heights of specimen and mesh; the larger height is the numerator.
@@ -24,8 +25,7 @@ const RADII: f64 = 1.5;
 
 /// Result of the checks of specimens.
 pub(super) struct InspectedSpecimens {
-    /// The specimens. Their curves end where loading ends. With `experiments.toe = "correct"`, they begin where the
-    /// load begins.
+    /// The specimens, with the curves from which quantities are computed: see [`Preparation::apply`].
     pub(super) table: SpecimenTable,
     pub(super) notes: Notes,
     /// Errors that would make quantities of interest wrong.
@@ -85,12 +85,20 @@ pub(super) fn inspect(
             &mut notes,
         ));
         note_sizes(&table, mesh, &mut notes);
+        mistakes.extend(check_machine(inputs.known_machine(), &table, names.curve, &mut notes));
+        mistakes.extend(check_programs(
+            inputs.test(),
+            &table,
+            mesh.height_mm,
+            names.curve,
+            &mut notes,
+        ));
     }
-    let (qoi, correct) = (inputs.qoi(), inputs.toe() == Toe::Correct);
+    let (qoi, preparation) = (inputs.qoi(), Preparation::of(inputs));
     let mut toes = Vec::new();
     for specimen in &mut table.specimens {
         let fraction = specimen.slope_fraction.unwrap_or(qoi.slope_fraction);
-        let (curve, findings) = looked_at(&specimen.curve, fraction, correct);
+        let (curve, findings) = preparation.apply(&specimen.curve, fraction);
         specimen.curve = curve;
         let file = (names.curve)(&specimen.id);
         let mut refused = None;
@@ -121,7 +129,7 @@ pub(super) fn inspect(
         [low.min(toe), high.max(toe)]
     });
     if !toes.is_empty() {
-        let done = if correct { "taken away" } else { "left in" };
+        let done = if preparation.corrects_toe() { "taken away" } else { "left in" };
         let text = format!("the curves begin to carry load at {low:.4} to {high:.4} mm: {done}");
         notes.say("load", &text);
     }
@@ -158,30 +166,4 @@ fn far_sizes(
         Some(InputError::new(table, place, own.to_string(), problem, help))
     });
     mistakes.into_iter().flatten()
-}
-
-/// Returns the part of a measured curve from which quantities are computed, and the findings. The part ends where
-/// loading ends; with `correct`, it begins where the load begins.
-pub(super) fn looked_at(
-    curve: &TestCurve,
-    slope_fraction: f64,
-    correct: bool,
-) -> (TestCurve, Vec<Finding>) {
-    let mut seen = InspectedCurve::of(curve, slope_fraction);
-    if !correct {
-        return (seen.loading, seen.findings);
-    }
-    let (curve, moved) = seen.without_toe(slope_fraction);
-    if let Some(late) = seen.findings.iter_mut().find(|finding| finding.name == "late-load") {
-        late.weight = Weight::Note;
-        late.help = "Displacement is counted from there.";
-    }
-    let toe = seen.findings.iter_mut().find(|finding| finding.name == "toe");
-    if let Some(toe) = toe {
-        toe.value = moved;
-        toe.problem = format!("begins to carry load at {moved:.4} mm");
-        toe.help = "Displacement is counted from there.";
-        toe.weight = Weight::Note;
-    }
-    (curve, seen.findings)
 }

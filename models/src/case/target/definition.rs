@@ -6,7 +6,7 @@ use std::fmt::Debug;
 
 use fem::PhaseField;
 
-use super::super::{InterfaceCase, MaterialCase, TestCase};
+use super::super::{InterfaceCase, MachineCase, MaterialCase, TestCase};
 
 /// Parts of a case that a calibrated parameter can change.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,6 +19,8 @@ pub struct SimulationParts {
     pub phase_field: Option<PhaseField>,
     /// `[test]`.
     pub test: TestCase,
+    /// `[machine]`. It changes no simulation: the curve of a run is recorded by this machine.
+    pub machine: MachineCase,
 }
 
 /// Error if the case does not have the parameter: the reason, and the remedy.

@@ -201,6 +201,12 @@ mod tests {
             ("yield_mpa = 233.2", "yield_mpa = -1.0", "material.steel.plastic.yield_mpa"),
             ("saturation_mpa = 1101.0", "saturation_mpa = -5.0", "hardening.saturation_mpa"),
             ("[material.steel]", "plastic.yield_mpa = 1.0\n[material.steel]", "plastic"),
+            (
+                "[material.steel]",
+                "viscoelastic.shift.arrhenius = { energy_kj_per_mol = 80.0, reference_celsius = 50.0 }\n\
+                 [material.steel]",
+                "test.temperature_celsius",
+            ),
         ] {
             let error = parse(&CASE.replace(from, to)).unwrap_err().to_string();
             assert!(error.contains(key), "{error}");

@@ -3,9 +3,11 @@
 mod calibration;
 mod experiments;
 mod interface;
+mod machine;
 mod microstructure;
 mod outside;
 mod prior;
+mod program;
 mod simulation;
 
 use fem::VOID;
@@ -14,6 +16,7 @@ use interface::{WrongInterface, check_interface};
 
 use super::{CaseFile, Mistakes, SpecimenGeometry};
 use crate::error::{InputError, closest};
+use machine::check_machine;
 
 /// Regions that may have a material although the specimen does not have the region.
 const USUAL_REGIONS: [&str; 2] = ["matrix", "grain"];
@@ -70,6 +73,7 @@ impl CaseFile {
             }
         }
         outside::check_outside(self, &mut mistakes);
+        check_machine(self, &mut mistakes);
         self.check_calibration(&mut mistakes);
         if let Some(geometry) = &geometry {
             mistakes.note(self.check_microstructures(geometry));

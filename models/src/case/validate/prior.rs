@@ -3,8 +3,9 @@
 use fem::FemError;
 use ppl::Univariate;
 
-use super::super::{Case, CaseFile, Mistakes, Parameter, PriorCase, TargetError};
+use super::super::{Case, CaseFile, Mistakes, Parameter, PriorCase, SimulationParts, TargetError};
 use super::interface::{WrongInterface, check_interface};
+use super::machine::check_machine;
 use crate::error::InputError;
 use crate::prior::{Prior, PriorBounds};
 
@@ -160,13 +161,16 @@ impl CaseFile {
                 return refuse(problem, &help);
             }
         }
-        let Case { phase_field, test, .. } = &self.case;
-        if (&parts.phase_field, &parts.test) == (phase_field, test) {
+        let Case { phase_field, test, machine, .. } = &self.case;
+        if (&parts.phase_field, &parts.test, &parts.machine) == (phase_field, test, machine) {
             return Ok(());
         }
-        let case = Case { phase_field: parts.phase_field, test: parts.test, ..self.case.clone() };
+        let SimulationParts { phase_field, test, machine, .. } = parts;
+        let case = Case { phase_field, test, machine, ..self.case.clone() };
         let mut mistakes = Mistakes::default();
-        Self { path: self.path.clone(), case }.check_test(&mut mistakes);
+        let file = Self { path: self.path.clone(), case };
+        file.check_test(&mut mistakes);
+        check_machine(&file, &mut mistakes);
         match mistakes.into_vec().into_iter().next() {
             Some(InputError { problem, help, .. }) => refuse(problem, &help),
             None => Ok(()),

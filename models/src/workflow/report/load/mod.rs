@@ -100,15 +100,15 @@ pub(in crate::workflow) fn load_done(
     // imported runs cannot be repeated at the mode
     if done("confirm") && case.design.import.is_none() {
         if case.is_built_in() {
-            results.baseline_curve = Some(measured::curve(inputs, "curves/baseline.csv")?);
+            results.baseline_curve = Some(measured::confirmed(inputs, "baseline")?);
             results.damage = confirmed::damage(inputs)?;
         }
         results.is_confirmed = true;
-        results.map_curve = measured::curve_if_there(inputs, "curves/map.csv")?;
+        results.map_curve = measured::confirmed_if_there(inputs, "map")?;
         results.notes.extend(notes::mesh_errors(inputs, quantities)?);
         confirmed::at_the_mode(inputs, quantities, &mut results.qois)?;
         for k in 1..=case.confirm.draws {
-            let draw = measured::curve_if_there(inputs, &format!("curves/draw-{k}.csv"))?;
+            let draw = measured::confirmed_if_there(inputs, &format!("draw-{k}"))?;
             results.posterior_curves.extend((!draw.is_empty()).then_some(draw));
         }
     }
