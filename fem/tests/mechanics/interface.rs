@@ -68,13 +68,15 @@ impl Bar {
             .expect("valid input")
     }
 
-    /// Returns the crack energy per area of the separated bar, N/mm.
+    /// Returns the crack energy per area of the separated bar, N/mm; NaN if it does not break.
     fn energy(&self) -> f64 {
         let outcome = self.problem().run(&mut ());
         assert!(matches!(outcome.end, End::Displacement), "{:?}", outcome.end);
         let last = outcome.curve.last().expect("a point");
         let peak = outcome.curve.iter().map(|point| point.force_n.abs()).fold(0.0, f64::max);
-        assert!(last.force_n.abs() < 0.05 * peak, "it did not break: {last:?}");
+        if last.force_n.abs() >= 0.05 * peak {
+            return f64::NAN;
+        }
         last.fracture_n_mm / self.spacing_mm.powi(2)
     }
 }
@@ -84,19 +86,34 @@ fn mesh_factor(field: &PhaseField, broken_mm: f64) -> f64 {
     1.0 + broken_mm / (field.model.normaliser() * field.length_mm)
 }
 
-/// Checks the crack energy of a separated bar. `broken_mm` is the thickness of the breakable part of the elements that
-/// break.
-fn assert_energy(bar: &Bar, broken_mm: f64, tolerance: f64) {
-    let exact = bar.interface.toughness_n_per_mm * mesh_factor(&bar.field, broken_mm);
-    let ratio = bar.energy() / exact;
-    let Bar { order, field, spacing_mm, two_sided, interface, .. } = bar;
-    let what = format!("{order:?} {:?} ℓ {} h {spacing_mm}", field.model, field.length_mm);
-    println!("{what} two-sided {two_sided} {interface:?}: {ratio}");
-    assert!((ratio - 1.0).abs() < tolerance, "{what} {interface:?}: {ratio}");
+/// Crack energies of separated bars that differ from the effective toughness of their interface.
+#[derive(Default)]
+struct Deviations(Vec<String>);
+
+impl Deviations {
+    /// Compares a bar. `broken_mm` is the thickness of the breakable part of the elements that break.
+    fn compare(&mut self, bar: &Bar, broken_mm: f64, tolerance: f64) {
+        let exact = bar.interface.toughness_n_per_mm * mesh_factor(&bar.field, broken_mm);
+        let ratio = bar.energy() / exact;
+        let Bar { order, field, spacing_mm, two_sided, interface, .. } = bar;
+        let (model, length, width) = (field.model, field.length_mm, interface.width_mm);
+        let what = format!(
+            "{order:?} {model:?} ℓ {length} h {spacing_mm:.4} width {width} {two_sided}: {ratio:.4}"
+        );
+        println!("{what}");
+        if ratio.is_nan() || (ratio - 1.0).abs() >= tolerance {
+            self.0.push(what);
+        }
+    }
+
+    fn assert_none(&self) {
+        assert!(self.0.is_empty(), "{:#?}", self.0);
+    }
 }
 
 #[test]
 fn a_bar_separates_with_the_toughness_of_its_interface() {
+    let mut deviations = Deviations::default();
     for (cells, length_mm) in [(24, 0.1), (48, 0.1), (36, 0.07)] {
         for (width_mm, relative, two_sided) in
             [(0.1, 0.5, true), (0.3, 0.3, true), (0.2, 0.4, false), (0.4, 0.4, false)]
@@ -105,27 +122,31 @@ fn a_bar_separates_with_the_toughness_of_its_interface() {
                 let mut bar = Bar::new(cells, length_mm, relative * BULK, width_mm);
                 bar.field.model = model;
                 bar.two_sided = two_sided;
-                assert_energy(&bar, bar.spacing_mm, 0.05);
+                deviations.compare(&bar, bar.spacing_mm, 0.05);
             }
         }
     }
+    deviations.assert_none();
 }
 
 #[test]
 fn a_bar_of_quadratic_elements_separates_with_the_toughness_of_its_interface() {
+    let mut deviations = Deviations::default();
     for (cells, length_mm) in [(16, 0.1), (24, 0.1), (24, 0.07)] {
         for (width_mm, relative, two_sided) in [(0.3, 0.3, true), (0.3, 0.4, false)] {
             let mut bar = Bar::new(cells, length_mm, relative * BULK, width_mm);
             bar.order = Order::Quadratic;
             bar.two_sided = two_sided;
-            assert_energy(&bar, bar.spacing_mm, 0.1);
+            deviations.compare(&bar, bar.spacing_mm, 0.1);
         }
     }
+    deviations.assert_none();
 }
 
 /// The interface is inside a layer of elements that contain both phases.
 #[test]
 fn a_bar_of_mixtures_separates_with_the_toughness_of_its_interface() {
+    let mut deviations = Deviations::default();
     for (cells, length_mm, fraction) in [(23, 0.1, 0.5f32), (47, 0.1, 0.3), (35, 0.07, 0.7)] {
         for (width_mm, relative) in [(0.2, 0.4), (0.3, 0.6)] {
             let mut bar = Bar::new(cells, length_mm, relative * BULK, width_mm);
@@ -143,9 +164,10 @@ fn a_bar_of_mixtures_separates_with_the_toughness_of_its_interface() {
             }
             mesh.mixture = Some(mixtures);
             let broken = (1.0 - f64::from(fraction)) * bar.spacing_mm;
-            assert_energy(&bar, broken, 0.08);
+            deviations.compare(&bar, broken, 0.08);
         }
     }
+    deviations.assert_none();
 }
 
 /// A double cantilever with an interface between its arms.
@@ -226,7 +248,7 @@ fn crack_end(problem: &Problem, damage: &[f64]) -> f64 {
 /// line to the origin, per area of new crack. It needs force and displacement only, and no energy of the phase field.
 #[test]
 fn a_double_cantilever_opens_with_the_toughness_of_its_interface() {
-    let toughness = 0.4 * BULK;
+    let (toughness, mut ratios) = (0.4 * BULK, Vec::new());
     for (spacing_mm, length_mm) in
         [(0.05, 0.1), (1.0 / 30.0, 0.1), (0.05, 0.15), (1.0 / 30.0, 0.15)]
     {
@@ -254,8 +276,9 @@ fn a_double_cantilever_opens_with_the_toughness_of_its_interface() {
         let factor = mesh_factor(&PhaseField::new(length_mm), spacing_mm);
         let ratio = energy / growth / (toughness * factor);
         println!("h {spacing_mm:.3} ℓ {length_mm}: {ratio}");
-        assert!((ratio - 1.0).abs() < 0.05, "h {spacing_mm} ℓ {length_mm}: {ratio}");
+        ratios.push(ratio);
     }
+    assert!(ratios.iter().all(|ratio| (ratio - 1.0).abs() < 0.05), "{ratios:?}");
 }
 
 /// A prism of matrix and grains, whose matrix has little viscosity, with the toughnesses of interface and matrix.
