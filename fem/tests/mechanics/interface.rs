@@ -448,3 +448,35 @@ fn wrong_interfaces_are_refused() {
         assert!(error.to_string().contains(part), "{error}");
     }
 }
+
+#[test]
+fn debug_prism() {
+    let mesh = prism(3, true);
+    let surface = fem::InterfaceSurface::new(&mesh, [0, 1]);
+    println!("area {} row {:?}", surface.area_mm2(), surface.row_mm());
+    let [a, b] = surface.row_mm();
+    let band = surface.band(&mesh, [2.0 * a, 2.0 * b]);
+    let sum: f64 = band.iter().sum();
+    println!("{} of {} {:?}", sum, band.len(), &band[..8]);
+    for values in [[0.02, 0.05], [0.005, 0.05], [0.02, 0.5]] {
+        let problem = grains(Order::Linear, CrackDensity::At2, values);
+        let outcome = problem.run(&mut ());
+        println!("{:?} {:?}", problem.warnings(), outcome.end);
+        for p in &outcome.curve {
+            println!("{} {} {} {}", p.force_n, p.fracture_n_mm, p.phi_mean, p.phi_max);
+        }
+    }
+    let problem = Cantilever { spacing_mm: 0.05, length_mm: 0.1 }.problem(0.4 * BULK);
+    let mut run = problem.start();
+    run.step();
+    let mut line: Vec<(f64, f64)> = problem
+        .nodes()
+        .iter()
+        .zip(&run.fields().damage)
+        .filter(|(x, _)| x[1].abs() < 1e-9 && x[2] == 0.0)
+        .map(|(x, phi)| (x[0], *phi))
+        .collect();
+    line.sort_by(|a, b| a.0.total_cmp(&b.0));
+    println!("{line:.3?}");
+    panic!();
+}
