@@ -408,8 +408,6 @@ mod tests {
             let values: Vec<f64> = value.into_iter().collect();
             simulator.run(&values, &mut ()).unwrap()
         };
-        let forces =
-            |outcome: &Outcome| outcome.curve.iter().map(|p| p.force_n).collect::<Vec<_>>();
         let own = case(&text);
         let other = case(&text.replacen(
             "toughness_n_per_mm = 0.001\nw",

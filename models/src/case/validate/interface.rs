@@ -81,7 +81,7 @@ mod tests {
         let path = "interface.matrix-grain.toughness_n_per_mm";
         let prior = format!("\n[prior]\n{path} = [0.0005, 0.002] ");
         let truth = format!("truth = {{ {path} = 0.001, ");
-        let file = read(&[("\n[prior] ", &prior), ("truth = { ", &truth)]);
+        let file = read(&[("\n[prior] ", prior.as_str()), ("truth = { ", truth.as_str())]);
         let case = file.expect("a valid case").case;
         assert_eq!(case.interface["matrix-grain"].width_mm, 0.4);
         let names: Vec<String> = case.prior.as_ref().expect("a prior").names().collect();
