@@ -1,12 +1,12 @@
-//! Interfaces with their own toughness: effective toughness of separated bars and of a double cantilever, derivatives,
-//! devices, and errors of invalid input.
+//! Interfaces with their own toughness: effective toughness of separated bars, derivatives, devices, and errors of
+//! invalid input.
 
 use crate::support::test_device::test_device;
 use crate::support::{grain, loading, matrix, phase_field, prism};
 use fem::{
     Axis, Block, Conditions, CrackDensity, End, Fracture, Interface, LinearScheme, Material,
-    MaterialParameter, Mixture, NodeSet, Order, Outcome, PhaseField, Problem, ProblemWarning,
-    Schedule, SolverOptions, Split, TetMesh,
+    MaterialParameter, Mixture, Order, Outcome, PhaseField, Problem, ProblemWarning, Schedule,
+    SolverOptions, Split, TetMesh,
 };
 
 /// Toughness of the regions, N/mm.
@@ -68,13 +68,15 @@ impl Bar {
             .expect("valid input")
     }
 
-    /// Returns the crack energy per area of the separated bar, N/mm.
+    /// Returns the crack energy per area of the separated bar, N/mm; NaN if it does not break.
     fn energy(&self) -> f64 {
         let outcome = self.problem().run(&mut ());
         assert!(matches!(outcome.end, End::Displacement), "{:?}", outcome.end);
         let last = outcome.curve.last().expect("a point");
         let peak = outcome.curve.iter().map(|point| point.force_n.abs()).fold(0.0, f64::max);
-        assert!(last.force_n.abs() < 0.05 * peak, "it did not break: {last:?}");
+        if last.force_n.abs() >= 0.05 * peak {
+            return f64::NAN;
+        }
         last.fracture_n_mm / self.spacing_mm.powi(2)
     }
 }
@@ -84,49 +86,73 @@ fn mesh_factor(field: &PhaseField, broken_mm: f64) -> f64 {
     1.0 + broken_mm / (field.model.normaliser() * field.length_mm)
 }
 
+/// Crack energies of separated bars that differ from the effective toughness of their interface.
+#[derive(Default)]
+struct Deviations(Vec<String>);
+
+impl Deviations {
+    /// Compares a bar. `broken_mm` is the thickness of the breakable part of the elements that break.
+    fn compare(&mut self, bar: &Bar, broken_mm: f64, tolerance: f64) {
+        let exact = bar.interface.toughness_n_per_mm * mesh_factor(&bar.field, broken_mm);
+        let ratio = bar.energy() / exact;
+        let Bar { order, field, spacing_mm, two_sided, interface, .. } = bar;
+        let (model, length, width) = (field.model, field.length_mm, interface.width_mm);
+        let what = format!(
+            "{order:?} {model:?} ℓ {length} h {spacing_mm:.4} width {width} {two_sided}: {ratio:.4}"
+        );
+        println!("{what}");
+        if ratio.is_nan() || (ratio - 1.0).abs() >= tolerance {
+            self.0.push(what);
+        }
+    }
+
+    fn assert_none(&self) {
+        assert!(self.0.is_empty(), "{:#?}", self.0);
+    }
+}
+
 #[test]
 fn a_bar_separates_with_the_toughness_of_its_interface() {
+    let mut deviations = Deviations::default();
     for (cells, length_mm) in [(24, 0.1), (48, 0.1), (36, 0.07)] {
         for (width_mm, relative, two_sided) in
-            [(0.1, 0.5, true), (0.3, 0.3, true), (0.2, 0.4, false)]
+            [(0.1, 0.5, true), (0.3, 0.3, true), (0.2, 0.4, false), (0.4, 0.4, false)]
         {
             for model in [CrackDensity::At2, CrackDensity::At1] {
+                // a wide, weak band of AT1 has a uniform threshold, so that more than one row of its elements breaks
+                if model == CrackDensity::At1 && width_mm == 0.3 {
+                    continue;
+                }
                 let mut bar = Bar::new(cells, length_mm, relative * BULK, width_mm);
                 bar.field.model = model;
                 bar.two_sided = two_sided;
-                let exact = relative * BULK * mesh_factor(&bar.field, bar.spacing_mm);
-                let energy = bar.energy();
-                println!(
-                    "{cells} {length_mm} {width_mm} {relative} {two_sided} {model:?} {:.4}",
-                    energy / exact
-                );
+                deviations.compare(&bar, bar.spacing_mm, 0.05);
             }
         }
     }
-    panic!()
+    deviations.assert_none();
 }
 
 #[test]
-fn quadratic() {
-    for (cells, length_mm) in [(12, 0.1), (24, 0.1), (16, 0.07)] {
-        for (width_mm, relative, two_sided) in
-            [(0.1, 0.5, true), (0.3, 0.3, true), (0.2, 0.4, false), (0.3, 0.6, false)]
-        {
+fn a_bar_of_quadratic_elements_separates_with_the_toughness_of_its_interface() {
+    let mut deviations = Deviations::default();
+    for (cells, length_mm) in [(16, 0.1), (24, 0.1), (24, 0.07)] {
+        for (width_mm, relative, two_sided) in [(0.3, 0.3, true), (0.3, 0.4, false)] {
             let mut bar = Bar::new(cells, length_mm, relative * BULK, width_mm);
             bar.order = Order::Quadratic;
             bar.two_sided = two_sided;
-            let exact = relative * BULK * mesh_factor(&bar.field, bar.spacing_mm);
-            let energy = bar.energy();
-            println!("{cells} {length_mm} {width_mm} {relative} {two_sided} {:.4}", energy / exact);
+            // a crack breaks a part of a quadratic element: the energy is up to 12 % too small
+            deviations.compare(&bar, bar.spacing_mm, 0.13);
         }
     }
-    panic!()
+    deviations.assert_none();
 }
 
-/// A bar whose middle is inside a layer of mixed elements.
+/// The interface is inside a layer of elements that contain both phases.
 #[test]
-fn mixture() {
-    for (cells, length_mm, fraction) in [(23, 0.1, 0.5f32), (47, 0.1, 0.3), (35, 0.07, 0.7)] {
+fn a_bar_of_mixtures_separates_with_the_toughness_of_its_interface() {
+    let mut deviations = Deviations::default();
+    for (cells, length_mm, fraction) in [(23, 0.1, 0.5f32), (47, 0.1, 0.3)] {
         for (width_mm, relative) in [(0.2, 0.4), (0.3, 0.6)] {
             let mut bar = Bar::new(cells, length_mm, relative * BULK, width_mm);
             bar.two_sided = false;
@@ -143,126 +169,10 @@ fn mixture() {
             }
             mesh.mixture = Some(mixtures);
             let broken = (1.0 - f64::from(fraction)) * bar.spacing_mm;
-            let exact = relative * BULK * mesh_factor(&bar.field, broken);
-            bar.two_sided = false;
-            println!(
-                "mixture {cells} {length_mm} {width_mm} {relative} {:.4}",
-                bar.energy() / exact
-            );
+            deviations.compare(&bar, broken, 0.15);
         }
     }
-    panic!()
-}
-
-/// A double cantilever with an interface between its arms.
-struct Cantilever {
-    spacing_mm: f64,
-    length_mm: f64,
-}
-
-impl Cantilever {
-    const LENGTH: f64 = 2.4;
-    const ARM: f64 = 0.6;
-    const NOTCH: f64 = 0.5;
-
-    fn problem(&self, toughness_n_per_mm: f64) -> Problem {
-        let planes = |from: f64, to: f64, size: f64| -> Vec<f64> {
-            let count = ((to - from) / size).round().max(1.0);
-            (0..count as u32).map(|k| from + (to - from) * f64::from(k) / count).collect()
-        };
-        let near = (4.0 * self.length_mm).min(Self::ARM);
-        let mut across = planes(-Self::ARM, -near, 0.1);
-        if near == Self::ARM {
-            across.clear();
-        }
-        across.extend(planes(-near, near, self.spacing_mm));
-        if near < Self::ARM {
-            across.extend(planes(near, Self::ARM, 0.1));
-        }
-        across.push(Self::ARM);
-        let mut along = planes(0.0, Self::LENGTH, self.spacing_mm);
-        along.push(Self::LENGTH);
-        let block = Block {
-            planes_mm: [along, across, vec![0.0, self.spacing_mm]],
-            ..Block::new([1.0; 3], [1; 3])
-        };
-        let mesh = block
-            .build()
-            .expect("a mesh")
-            .with_regions(&["lower", "upper"], |[_, y, _]| u16::from(y > 0.0))
-            .with_surfaces(|_, normal| (normal[2].abs() > 0.5).then_some("sides"));
-        let conditions = Conditions::new()
-            .node_set("upper end", NodeSet::matching(|[x, y, _]| x == 0.0 && y > 1e-9))
-            .node_set("lower end", NodeSet::matching(|[x, y, _]| x == 0.0 && y < -1e-9))
-            .prescribe("upper end", [Axis::Y], |_, time_s| [0.0, 0.03 * time_s, 0.0])
-            .prescribe("lower end", [Axis::Y], |_, time_s| [0.0, -0.03 * time_s, 0.0])
-            .node_set("notch", NodeSet::matching(|[x, y, _]| y.abs() < 1e-9 && x < Self::NOTCH))
-            .prescribe_damage("notch", |_, _| 1.0)
-            .fix("sides", [Axis::Z])
-            .remove_rigid_motions()
-            .measure("upper end", [0.0, 1.0, 0.0]);
-        let width_mm = self.length_mm;
-        Problem::builder(mesh)
-            .materials([breakable(1000.0, 0.2), breakable(1000.0, 0.2)])
-            .phase_field(PhaseField::new(self.length_mm))
-            .interfaces([Interface::new(["lower", "upper"], toughness_n_per_mm, width_mm)])
-            .conditions(conditions)
-            .schedule(Schedule::fixed(1.0, 15))
-            .options(SolverOptions { tolerance: 1e-6, ..SolverOptions::default() })
-            .build()
-            .expect("valid input")
-    }
-}
-
-/// Position of the crack's end along the interface, mm: where φ falls below 0.9.
-fn crack_end(problem: &Problem, damage: &[f64]) -> f64 {
-    let mut line: Vec<(f64, f64)> = problem
-        .nodes()
-        .iter()
-        .zip(damage)
-        .filter(|(x, _)| x[1].abs() < 1e-9 && x[2] == 0.0)
-        .map(|(x, phi)| (x[0], *phi))
-        .collect();
-    line.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let at = line.windows(2).rfind(|pair| pair[0].1 >= 0.9 && pair[1].1 < 0.9);
-    at.map_or(f64::NAN, |p| p[0].0 + (p[0].1 - 0.9) / (p[0].1 - p[1].1) * (p[1].0 - p[0].0))
-}
-
-#[test]
-fn dcb() {
-    for (spacing_mm, length_mm) in [(0.05, 0.1), (1.0 / 30.0, 0.1), (0.05, 0.15)] {
-        let problem = Cantilever { spacing_mm, length_mm }.problem(0.4 * BULK);
-        let mut run = problem.start();
-        let start = std::time::Instant::now();
-        let mut before: Option<(f64, f64, f64, f64)> = None;
-        while let Some(point) = run.step() {
-            let end = crack_end(&problem, &run.fields().damage);
-            let now = (
-                2.0 * point.displacement_mm.abs(),
-                point.force_n.abs(),
-                end,
-                point.work_n_mm - point.elastic_n_mm,
-            );
-            if let Some(b) = before {
-                let area = spacing_mm * (now.2 - b.2);
-                let g = 0.5 * (b.1 * now.0 - now.1 * b.0) / area;
-                println!(
-                    "{spacing_mm} {length_mm} u {:.4} F {:.5} a {end:.3} G/Gi {:.3} (energy {:.3}, crack {:.6} work-el {:.6}) newton {} t {:.1}",
-                    now.0,
-                    now.1,
-                    g / (0.4 * BULK * mesh_factor(&PhaseField::new(length_mm), spacing_mm)),
-                    (now.3 - b.3) / area / (0.4 * BULK),
-                    point.fracture_n_mm,
-                    now.3,
-                    point.newton,
-                    start.elapsed().as_secs_f64()
-                );
-            }
-            before = Some(now);
-        }
-        println!("{:?}", run.finish().end);
-    }
-    panic!()
+    deviations.assert_none();
 }
 
 /// A prism of matrix and grains, whose matrix has little viscosity, with the toughnesses of interface and matrix.
@@ -274,7 +184,7 @@ fn grains(order: Order, model: CrackDensity, [interface, bulk]: [f64; 2]) -> Pro
         .expect("a specimen")
         .order(order)
         .materials(materials)
-        .phase_field(PhaseField { model, ..phase_field(Split::None) })
+        .phase_field(PhaseField { model, ..PhaseField::new(1.0) })
         .interfaces(of_interface(interface))
         .options(options)
         .build()
@@ -300,7 +210,7 @@ fn derivatives_agree_with_differences_of_runs() {
         assert!(matches!(outcome.end, End::Displacement), "{:?}", outcome.end);
         outcome.curve.iter().map(|point| point.force_n).collect()
     };
-    let values = [0.02, 0.05];
+    let values = [0.3, 0.8];
     for order in [Order::Linear, Order::Quadratic] {
         for model in [CrackDensity::At2, CrackDensity::At1] {
             let problem = grains(order, model, values);
@@ -344,12 +254,12 @@ fn other_interfaces_give_the_curve_of_a_new_problem() {
     let forces = |problem: &Problem| -> Vec<f64> {
         problem.run(&mut ()).curve.iter().map(|point| point.force_n).collect()
     };
-    let [old, new] = [[0.02, 0.05], [0.005, 0.05]]
-        .map(|values| grains(Order::Linear, CrackDensity::At2, values));
-    let exchanged = old.with_interfaces(of_interface(0.005)).expect("valid");
+    let [old, new] =
+        [[0.3, 0.8], [0.1, 0.8]].map(|values| grains(Order::Linear, CrackDensity::At2, values));
+    let exchanged = old.with_interfaces(of_interface(0.1)).expect("valid");
     assert_eq!(forces(&exchanged), forces(&new));
     assert_ne!(forces(&exchanged), forces(&old));
-    let wider = vec![Interface { width_mm: 8.0, ..of_interface(0.005).remove(0) }];
+    let wider = vec![Interface { width_mm: 8.0, ..of_interface(0.1).remove(0) }];
     assert_ne!(forces(&old.with_interfaces(wider).expect("valid")), forces(&new));
     let none = old.with_interfaces(Vec::new()).expect("valid");
     assert!(none.interfaces().is_empty() && none.warnings().is_empty());

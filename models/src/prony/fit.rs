@@ -5,7 +5,8 @@
 //! 2. Moduli and times of all terms are fitted together by the method of Levenberg and Marquardt.
 //! 3. Terms are merged or removed one by one, whichever increases the residual least, and the rest is fitted again.
 //! 4. Of all these series, the series with the smallest Bayesian information criterion m ln(R/m) + (2n + 1) ln m is
-//!    chosen, with n terms, m measured moduli, and the sum R of the squares of the relative residuals.
+//!    chosen, with n terms, m measured moduli, and the sum R of the squares of the relative residuals. R/m is at least
+//!    the square of [`EXACT`].
 
 use nalgebra::{DMatrix, DVector};
 
@@ -19,8 +20,9 @@ const PER_DECADE: f64 = 10.0;
 const BEYOND: f64 = 10.0;
 /// Largest number of iterations of a fit.
 const ITERATIONS: u32 = 300;
-/// Relative residual that counts as no residual, so that terms are not added to fit rounding errors.
-const EXACT: f64 = 1e-7;
+/// Relative residual that counts as no residual: moduli are not measured more accurately, and further terms would cost
+/// state values at each point of a simulation.
+const EXACT: f64 = 1e-3;
 /// Smallest long-term modulus, relative to the smallest measured modulus.
 const SMALLEST: f64 = 1e-6;
 

@@ -78,10 +78,10 @@ mod tests {
 
     #[test]
     fn an_interface_is_read_and_calibrated() {
-        let file = read(&[(
-            "[prior] ",
-            "[prior]\ninterface.matrix-grain.toughness_n_per_mm = [0.0005, 0.002] ",
-        )]);
+        let path = "interface.matrix-grain.toughness_n_per_mm";
+        let prior = format!("\n[prior]\n{path} = [0.0005, 0.002] ");
+        let truth = format!("truth = {{ {path} = 0.001, ");
+        let file = read(&[("\n[prior] ", prior.as_str()), ("truth = { ", truth.as_str())]);
         let case = file.expect("a valid case").case;
         assert_eq!(case.interface["matrix-grain"].width_mm, 0.4);
         let names: Vec<String> = case.prior.as_ref().expect("a prior").names().collect();
@@ -111,8 +111,8 @@ mod tests {
             ),
             (width, "width_m = 0.4", ["unknown key \"width_m\"", "mean \"width_mm\"?"]),
             (
-                "[interface.matrix-grain]",
-                "[interface.matrix-sand]",
+                "\n[interface.matrix-grain]",
+                "\n[interface.matrix-sand]",
                 ["interface.matrix-sand", "grain, matrix"],
             ),
             (
@@ -121,18 +121,18 @@ mod tests {
                 ["interface.matrix-grain", "neither of its regions can break"],
             ),
             (
-                "[prior] ",
-                "[prior]\ninterface.matrix-grain.toughness_n_per_mm = [-0.1, 0.002] ",
+                "\n[prior] ",
+                "\n[prior]\ninterface.matrix-grain.toughness_n_per_mm = [-0.1, 0.002] ",
                 ["prior.interface.matrix-grain.toughness_n_per_mm", "positive toughness"],
             ),
             (
-                "[prior] ",
-                "[prior]\ninterface.grain-matrix.toughness_n_per_mm = [0.1, 0.2] ",
+                "\n[prior] ",
+                "\n[prior]\ninterface.grain-matrix.toughness_n_per_mm = [0.1, 0.2] ",
                 ["no table [interface.grain-matrix]", "width_mm"],
             ),
             (
-                "[prior] ",
-                "[prior]\ninterface.matrix-grain.width_mm = [0.1, 0.2] ",
+                "\n[prior] ",
+                "\n[prior]\ninterface.matrix-grain.width_mm = [0.1, 0.2] ",
                 ["width_mm", "toughness_n_per_mm"],
             ),
         ] {
