@@ -12,6 +12,7 @@ mod own_data;
 mod quadrature;
 mod quantities;
 mod sequential;
+mod several_tests;
 mod sharing;
 mod stages;
 mod study;

@@ -151,6 +151,7 @@ fn checks(setting: &StudySetting) -> Vec<(String, CaseCheck)> {
             file.case.experiments = Some(ExperimentsCase {
                 table: None,
                 group: None,
+                test: None,
                 toe,
                 read: None,
                 virtual_specimens: None,

@@ -271,6 +271,7 @@ pub(super) fn with_specimens(dir: &Path, setting: &StudySetting, case: &StudyCas
         file.case.experiments = Some(ExperimentsCase {
             table: Some(folder.join("experiments/specimens.csv")),
             group: None,
+            test: None,
             toe,
             read: None,
             virtual_specimens: None,

@@ -164,6 +164,7 @@ fn write_specimens(
         group: group.clone(),
         slope_fraction: None,
         image: image(&v.id),
+        test: None,
         rate_mm_per_s: None,
         curve: v.measure(&recorded(&record.curve), noise),
     });

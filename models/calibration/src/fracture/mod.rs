@@ -5,6 +5,7 @@ mod error;
 mod given_others;
 mod groups;
 mod influence;
+mod joint;
 mod likelihood;
 mod loo;
 mod population;
@@ -14,6 +15,7 @@ mod specimens;
 #[cfg(test)]
 mod tests;
 mod units;
+mod within_box;
 
 use ppl::prelude::*;
 use ppl::{Chains, Map, Mode, Nuts, Posterior, SampleError};
@@ -26,6 +28,10 @@ use crate::qoi::Quantity;
 pub use error::CalibrationError;
 pub use groups::{Groups, Pooling, TestGroup, Trend, calibrate_groups, calibration_over_groups};
 pub use influence::WithoutSpecimen;
+pub use joint::{
+    BetweenTests, JointCalibration, JointTest, JointTests, TestDraws, calibrate_tests,
+    calibration_of_draws, calibration_over_tests,
+};
 use likelihood::of_specimens;
 pub use population::Population;
 pub use specimens::Specimens;
@@ -98,8 +104,8 @@ pub struct Calibration {
     pub posterior: Posterior,
     /// Joint mode over the constrained values (no Jacobian), in the order of the surrogate's inputs.
     pub map: Vec<f64>,
-    /// Result of the search for the mode.
-    pub mode: Mode,
+    /// Result of the search for the mode; `None` if the draws are those of a joint calibration of several tests.
+    pub mode: Option<Mode>,
     /// Specimens of the calibration, with quantities relative to the means of the specimens.
     specimens: Specimens,
     /// Surrogate of the calibration, with outputs relative to the means of the specimens.
@@ -198,7 +204,18 @@ pub fn calibrate_after(
     let mut chains = sampler.run(&model).map_err(SampleError::from)?;
     leave_out(&mut chains, burn_in);
     let mut posterior = Posterior::from_chains(&model, chains, seed)?;
-    let names: Vec<&str> = unknown.iter().map(|input| input.name.as_str()).collect();
+    label(&mut posterior, pce, unknown.len())?;
+    let mode = Map::default().seed(seed).find(&model)?;
+    let record = model.constrain(&mode.point, &mut Xoshiro256PlusPlus::seed_from_u64(seed))?;
+    let map = record.values("theta").map_or_else(Vec::new, <[f64]>::to_vec);
+    drop(model);
+    let mode = Some(mode);
+    Ok(Calibration { posterior, map, mode, specimens, forward, priors: priors.to_vec() })
+}
+
+/// Labels the parameters by the names of the surrogate's first inputs, and the quantities by their short names.
+fn label(posterior: &mut Posterior, pce: &DynPce, parameters: usize) -> Result<(), ppl::LabelError> {
+    let names: Vec<&str> = pce.inputs()[..parameters].iter().map(|i| i.name.as_str()).collect();
     posterior.label("theta", 0, &names)?;
     let short: Vec<String> = pce.outputs().iter().map(|name| short_name(name)).collect();
     let short: Vec<&str> = short.iter().map(String::as_str).collect();
@@ -206,12 +223,7 @@ pub fn calibrate_after(
     posterior.label("corr", 1, &short)?;
     posterior.label("correlation", 0, &short)?;
     posterior.label("correlation", 1, &short)?;
-    posterior.label("mean", 0, &short)?;
-    let mode = Map::default().seed(seed).find(&model)?;
-    let record = model.constrain(&mode.point, &mut Xoshiro256PlusPlus::seed_from_u64(seed))?;
-    let map = record.values("theta").map_or_else(Vec::new, <[f64]>::to_vec);
-    drop(model);
-    Ok(Calibration { posterior, map, mode, specimens, forward, priors: priors.to_vec() })
+    posterior.label("mean", 0, &short)
 }
 
 /// Returns the inputs of a surrogate that are parameters.

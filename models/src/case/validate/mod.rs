@@ -4,11 +4,13 @@ mod calibration;
 mod experiments;
 mod microstructure;
 mod prior;
+mod several_tests;
 mod simulation;
 
 use fem::VOID;
 
 use super::{CaseFile, Mistakes, SpecimenGeometry};
+use several_tests::check_tests;
 use crate::error::{InputError, closest};
 
 /// Regions that may have a material although the specimen does not have the region.
@@ -33,6 +35,9 @@ impl CaseFile {
 
     /// Checks every value and returns all errors.
     pub(super) fn validate(&self) -> Vec<InputError> {
+        if !self.case.tests.is_empty() {
+            return check_tests(self);
+        }
         let mut mistakes = Mistakes::default();
         let geometry = match self.geometry() {
             Ok(geometry) => Some(geometry),
