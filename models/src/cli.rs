@@ -14,8 +14,8 @@ use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::{
-    CaseFile, FolderAccess, InputError, JointWorkflow, PartStatus, Registry, STAGES, Stage, StageStatus, Study,
-    StudyFile, SurfaceOptions, Workflow, WorkflowError, missing_case,
+    CaseFile, FolderAccess, InputError, JointWorkflow, PartStatus, Registry, STAGES, Stage,
+    StageStatus, Study, StudyFile, SurfaceOptions, Workflow, WorkflowError, missing_case,
 };
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};

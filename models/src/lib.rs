@@ -43,27 +43,28 @@ mod virtual_specimen;
 mod workflow;
 
 pub use breccia_calibration::{
-    Belief, BetweenTests, Calibration, CalibrationError, Compression, CurveRates, Decimal, DisplacementAtPeak,
-    Encoding, EnergyToPeak, Evidence, Expected, Extent, ForceAt, FurtherTest, FurtherTestError,
-    Goal, Groups, HomogeneousCylinder, InputError, JointCalibration, JointTest, JointTests, Needed, PeakForce, PeakedCurve, Pooling,
-    Population, PostPeakSlope, Prior, PriorBounds, PriorFamily, PriorKey, Qoi, QoiError,
-    QoiRegistry, Qois, Quantity, ReadOptions, RelativeForce, Separator, Slope, Specimen,
-    SpecimenTable, Specimens, TestAtDraw, TestCurve, TestDraws, TestGroup, Trend, Unit, calibrate,
-    calibrate_after, calibrate_groups, calibrate_tests, calibration, calibration_of_draws,
-    calibration_on, calibration_over_groups, calibration_over_tests,
-    hyperelastic, tension,
+    Belief, BetweenTests, Calibration, CalibrationError, Compression, CurveRates, Decimal,
+    DisplacementAtPeak, Encoding, EnergyToPeak, Evidence, Expected, Extent, ForceAt, FurtherTest,
+    FurtherTestError, Goal, Groups, HomogeneousCylinder, InputError, JointCalibration, JointTest,
+    JointTests, Needed, PeakForce, PeakedCurve, Pooling, Population, PostPeakSlope, Prior,
+    PriorBounds, PriorFamily, PriorKey, Qoi, QoiError, QoiRegistry, Qois, Quantity, ReadOptions,
+    RelativeForce, Separator, Slope, Specimen, SpecimenTable, Specimens, TestAtDraw, TestCurve,
+    TestDraws, TestGroup, Trend, Unit, calibrate, calibrate_after, calibrate_groups,
+    calibrate_tests, calibration, calibration_of_draws, calibration_on, calibration_over_groups,
+    calibration_over_tests, hyperelastic, tension,
 };
 use breccia_calibration::{
     budget, curve_check, error, experiment, fracture, further_test, predicted_curve, prior, qoi,
     record, specimen_files, table, table_format,
 };
 pub use case::{
-    AdaptiveCase, ArcLengthCase, BetweenTestsCase, BoundsCase, ByParameter, CalibrationCase, CandidateCase, Case,
-    CaseFile, ConditionsCase, ConfirmCase, DesignCase, DesignSample, DiscrepancyCase,
-    ExperimentsCase, ExtendCase, FidelityCase, FurtherTestsCase, ImageCase, LevelCase, Likelihood,
-    MaterialCase, MeasureCase, Microstructure, NoiseCase, OutputCase, Parameter, PrescribeCase,
-    PriorCase, QoiCase, SequentialCase, SimulationParts, SingleTest, SpecimenCase, SpecimenGeometry,
-    SurrogateCase, Target, TargetError, TestCase, TestEntry, Toe, TractionCase, VirtualCase,
+    AdaptiveCase, ArcLengthCase, BetweenTestsCase, BoundsCase, ByParameter, CalibrationCase,
+    CandidateCase, Case, CaseFile, ConditionsCase, ConfirmCase, DesignCase, DesignSample,
+    DiscrepancyCase, ExperimentsCase, ExtendCase, FidelityCase, FurtherTestsCase, ImageCase,
+    LevelCase, Likelihood, MaterialCase, MeasureCase, Microstructure, NoiseCase, OutputCase,
+    Parameter, PrescribeCase, PriorCase, QoiCase, SequentialCase, SimulationParts, SingleTest,
+    SpecimenCase, SpecimenGeometry, SurrogateCase, Target, TargetError, TestCase, TestEntry, Toe,
+    TractionCase, VirtualCase,
 };
 pub use cli::program;
 pub use coverage::{CoverageRow, CoverageStudy, Emulated, KnownStiffness, Laboratory, Setting};
@@ -74,7 +75,7 @@ pub use study::{
 };
 pub use virtual_specimen::VirtualSpecimen;
 pub use workflow::{
-    CaseCheck, DeviceChoice, ExpectedCost, FolderAccess, InputInPlace, JointWorkflow, RunCounts, STAGES,
-    SimulatedLaboratories, Stage, StageState, StageStatus, SurfaceOptions, Workflow, WorkflowError,
-    create_file, missing_case, simulate, simulate_laboratories, status,
+    CaseCheck, DeviceChoice, ExpectedCost, FolderAccess, InputInPlace, JointWorkflow, RunCounts,
+    STAGES, SimulatedLaboratories, Stage, StageState, StageStatus, SurfaceOptions, Workflow,
+    WorkflowError, create_file, missing_case, simulate, simulate_laboratories, status,
 };

@@ -51,7 +51,9 @@ fn two_tests_are_calibrated_together_in_folders_of_their_own() {
             let name = "matrix.toughness_n_per_mm";
             assert!((number(own, name) / number(joint, name) - 1.0).abs() < 1e-6);
         }
-        for file in ["confirm.csv", "verdict.csv", "report.html", "loo.csv", "predictive_curves.csv"] {
+        for file in
+            ["confirm.csv", "verdict.csv", "report.html", "loo.csv", "predictive_curves.csv"]
+        {
             assert!(out.join(format!("tests/{test}/{file}")).is_file(), "{test}/{file}");
         }
     }
@@ -96,10 +98,8 @@ fn two_tests_are_calibrated_together_in_folders_of_their_own() {
     assert_eq!(std::fs::read(out.join("posterior.csv")).unwrap(), before);
 
     // one test in the joint posterior only: the joint stage runs again, the ensembles do not
-    let text = fast_and_slow().replace(
-        "[calibration]\n",
-        "[calibration]\nbetween_tests.matrix.young_mpa = \"own\"\n",
-    );
+    let text = fast_and_slow()
+        .replace("[calibration]\n", "[calibration]\nbetween_tests.matrix.young_mpa = \"own\"\n");
     std::fs::write(dir.path().join("two.toml"), text).unwrap();
     let (code, _, err) = breccia(dir.path(), &["calibrate", "two.toml", "--out", "results"]);
     assert_eq!(code, Some(0), "{err}");

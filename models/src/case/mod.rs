@@ -57,10 +57,10 @@ pub use image::ImageCase;
 pub use material::MaterialCase;
 pub(crate) use mistakes::Mistakes;
 pub(crate) use overlay::{merge, remove};
+pub use parameter::{BoundsCase, ByParameter, PriorCase};
 #[cfg(test)]
 pub(crate) use paths::FILES;
 pub(crate) use paths::{make_absolute, with_absolute_paths};
-pub use parameter::{BoundsCase, ByParameter, PriorCase};
 pub use read::CaseFile;
 pub(crate) use several_tests::single_tests;
 pub use several_tests::{SingleTest, TestEntry};

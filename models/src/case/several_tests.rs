@@ -116,7 +116,8 @@ pub(super) fn read_tests(file: &CaseFile) -> ReadTests {
                 merge(&mut table, &nested(key, seed.into()));
             }
         }
-        if at(&table, "experiments.table").is_some() && at(&entry.set, "experiments.table").is_none()
+        if at(&table, "experiments.table").is_some()
+            && at(&entry.set, "experiments.table").is_none()
         {
             merge(&mut table, &nested("experiments.test", entry.name.clone().into()));
         }
@@ -160,7 +161,9 @@ fn overlaid(file: &CaseFile, entry: &TestEntry) -> (Option<Table>, Vec<InputErro
     let of_all = |key: &str| {
         let first = key.split('.').next().unwrap_or_default();
         JOINT.contains(&first).then(|| match first {
-            "prior" => "Write prior.… beside set: it is then a prior of this test alone.".to_owned(),
+            "prior" => {
+                "Write prior.… beside set: it is then a prior of this test alone.".to_owned()
+            }
             _ => format!("Write [{first}] once for all tests."),
         })
     };
@@ -233,7 +236,13 @@ mod tests {
         let of = |test: &SingleTest| {
             let case = &test.file.case;
             let specimens = case.experiments.clone().unwrap().virtual_specimens.unwrap();
-            (case.test.duration_s, case.test.steps, specimens.specimens, specimens.seed, case.design.seed)
+            (
+                case.test.duration_s,
+                case.test.steps,
+                specimens.specimens,
+                specimens.seed,
+                case.design.seed,
+            )
         };
         assert_eq!(of(&tests[0]), (1.0, Some(44), 8, 2026, 1));
         assert_eq!(of(&tests[1]), (30.0, Some(44), 6, 2027, 2));
@@ -243,7 +252,10 @@ mod tests {
     /// Tests with the same simulations, which differ in their specimens only, share their runs.
     #[test]
     fn equal_simulations_have_one_design() {
-        let text = with(&[("displacement_mm = 0.11, duration_s = 30.0", "displacement_mm = 0.22, duration_s = 1.0")]);
+        let text = with(&[(
+            "displacement_mm = 0.11, duration_s = 30.0",
+            "displacement_mm = 0.22, duration_s = 1.0",
+        )]);
         let tests = single_tests(&read(&text).0.unwrap()).unwrap();
         let seeds: Vec<u64> = tests.iter().map(|test| test.file.case.design.seed).collect();
         assert_eq!(seeds, [1, 1]);
@@ -281,29 +293,60 @@ mod tests {
         assert_eq!(mistakes, [""; 0]);
         let tests = single_tests(&file.unwrap()).unwrap();
         let of = |test: &SingleTest| test.file.case.experiments.clone().unwrap().test;
-        assert_eq!((of(&tests[0]).as_deref(), of(&tests[1]).as_deref()), (Some("fast"), Some("slow")));
+        assert_eq!(
+            (of(&tests[0]).as_deref(), of(&tests[1]).as_deref()),
+            (Some("fast"), Some("slow"))
+        );
     }
 
     #[test]
     fn mistakes_have_the_name_of_their_test_and_the_remedy() {
-        let between = |relation: &str| {
-            format!("[calibration]\nbetween_tests.{relation}\n")
-        };
+        let between = |relation: &str| format!("[calibration]\nbetween_tests.{relation}\n");
         let cases: [(&[(&str, &str)], &[&str]); 14] = [
             (&[("name = \"slow\"", "name = \"fast\"")], &["tests[1].name", "two tests"]),
             (&[("name = \"slow\"", "name = \"../slow\"")], &["tests[1].name", "letters, digits"]),
-            (&[("name = \"slow\"", "name = \"machine\"")], &["tests[1].name", "table of parameters"]),
+            (
+                &[("name = \"slow\"", "name = \"machine\"")],
+                &["tests[1].name", "table of parameters"],
+            ),
             (&[("name = \"slow\"", "nam = \"slow\"")], &["unknown key \"nam\"", "mean \"name\"?"]),
-            (&[("set.test = { displacement_mm = 0.11", "set.prior = { displacement_mm = 0.11")], &["tests (slow).set = prior", "beside set"]),
-            (&[("set.experiments.virtual.specimens = 6", "set.further_tests.specimens = [1]")], &["tests (slow).set = further_tests", "once for all tests"]),
-            (&[("set.experiments.virtual.specimens = 6", "without = [\"test.stepz\"]")], &["tests (slow).without = test.stepz", "not in the case"]),
+            (
+                &[("set.test = { displacement_mm = 0.11", "set.prior = { displacement_mm = 0.11")],
+                &["tests (slow).set = prior", "beside set"],
+            ),
+            (
+                &[("set.experiments.virtual.specimens = 6", "set.further_tests.specimens = [1]")],
+                &["tests (slow).set = further_tests", "once for all tests"],
+            ),
+            (
+                &[("set.experiments.virtual.specimens = 6", "without = [\"test.stepz\"]")],
+                &["tests (slow).without = test.stepz", "not in the case"],
+            ),
             (&[("duration_s = 30.0", "duration_s = -30.0")], &["tests (slow).test.duration_s"]),
-            (&[("duration_s = 30.0", "duratoin_s = 30.0")], &["duratoin_s", "mean \"duration_s\"?"]),
+            (
+                &[("duration_s = 30.0", "duratoin_s = 30.0")],
+                &["duratoin_s", "mean \"duration_s\"?"],
+            ),
             (&[("radius_mm = 2.5", "radius_mm = -2.5")], &["specimen.radius_mm = -2.5"]),
-            (&[("[calibration]\n", &between("matrix.young_mpa = \"onw\""))], &["onw", "mean \"own\"?"]),
-            (&[("[calibration]\n", &between("grain.young_mpa = \"own\""))], &["calibration.between_tests.grain.young_mpa", "no parameter of [prior]"]),
-            (&[("[calibration]\n", &between("matrix.young_mpa = { varies-percent = 500.0 }"))], &["calibration.between_tests.matrix.young_mpa = 500"]),
-            (&[("[material.grain]", "[material.machine]\nyoung_mpa = 1.0\npoisson = 0.2\n[material.grain]")], &["material.machine", "no name of a region"]),
+            (
+                &[("[calibration]\n", &between("matrix.young_mpa = \"onw\""))],
+                &["onw", "mean \"own\"?"],
+            ),
+            (
+                &[("[calibration]\n", &between("grain.young_mpa = \"own\""))],
+                &["calibration.between_tests.grain.young_mpa", "no parameter of [prior]"],
+            ),
+            (
+                &[("[calibration]\n", &between("matrix.young_mpa = { varies-percent = 500.0 }"))],
+                &["calibration.between_tests.matrix.young_mpa = 500"],
+            ),
+            (
+                &[(
+                    "[material.grain]",
+                    "[material.machine]\nyoung_mpa = 1.0\npoisson = 0.2\n[material.grain]",
+                )],
+                &["material.machine", "no name of a region"],
+            ),
         ];
         for (changes, parts) in cases {
             let (_, mistakes) = read(&with(changes));

@@ -14,6 +14,9 @@
 //! | design | `posterior.csv`, `surrogate.json`, `experiments.csv`; runs and curves, for candidates with further quantities of existing curves | `design.csv` (`candidate,parameter,specimens,contraction,contraction_q05,contraction_q95,width90`), `design_specimens.csv` (`candidate,parameter,goal,value,specimens,limit`; `specimens` is empty if 1000 specimens do not reach the goal), `design/candidate-*.csv` (runs of each candidate, a [`surrogate::Dataset`]) |
 //! | report | the results of all other stages | `report.html` |
 //!
+//! A case with several tests has a results folder for each test, `tests/NAME`, and joint stages in its own folder: see
+//! `joint` and `docs/how-to/several-tests.md`.
+//!
 //! `breccia surfaces` writes the surface of each grain, `surfaces/grain-*.stl` and `surfaces.csv`. `breccia simulate`
 //! runs one simulation. Neither is a stage.
 //!

@@ -36,7 +36,7 @@ pub(super) fn ln_density_of<R: Scalar>(
     expected: &Expected<R>,
     scatter: &DynCholeskyFactor<R>,
 ) -> Result<R, DomainError> {
-    let ln_density = |x: &Vec<f64>, mean: Vec<R>, factor: &DynCholeskyFactor<R>| {
+    let ln_density = |x: &Vec<f64>, mean: Vec<R>, factor: &DynCholeskyFactor<R>| -> R {
         let x: Vec<R> = x.iter().map(|&x| R::from(x)).collect();
         MvNormalCholesky(mean, factor.clone()).ln_density(&x)
     };

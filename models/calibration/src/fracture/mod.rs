@@ -214,7 +214,11 @@ pub fn calibrate_after(
 }
 
 /// Labels the parameters by the names of the surrogate's first inputs, and the quantities by their short names.
-fn label(posterior: &mut Posterior, pce: &DynPce, parameters: usize) -> Result<(), ppl::LabelError> {
+fn label(
+    posterior: &mut Posterior,
+    pce: &DynPce,
+    parameters: usize,
+) -> Result<(), ppl::LabelError> {
     let names: Vec<&str> = pce.inputs()[..parameters].iter().map(|i| i.name.as_str()).collect();
     posterior.label("theta", 0, &names)?;
     let short: Vec<String> = pce.outputs().iter().map(|name| short_name(name)).collect();

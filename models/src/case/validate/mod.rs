@@ -10,8 +10,8 @@ mod simulation;
 use fem::VOID;
 
 use super::{CaseFile, Mistakes, SpecimenGeometry};
-use several_tests::check_tests;
 use crate::error::{InputError, closest};
+use several_tests::check_tests;
 
 /// Regions that may have a material although the specimen does not have the region.
 const USUAL_REGIONS: [&str; 2] = ["matrix", "grain"];

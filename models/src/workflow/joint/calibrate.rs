@@ -18,7 +18,7 @@ use crate::workflow::task::Task;
 
 pub(in crate::workflow) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let inputs = &task.inputs;
-    let tests = TestEvidence::read_all(inputs)?;
+    let tests = TestEvidence::read_all(inputs, task.accept_out_of_range)?;
     let settings = inputs.calibration();
     let burn_in = settings.burn_in.div_ceil(settings.thin);
     let sampler = Nuts::default()
@@ -129,7 +129,8 @@ fn write_posterior(task: &Task<'_>, joint: &JointCalibration) -> Result<(), Work
     let table = plain(summary.to_string()).replace("Nothing wrong was found.\n", "");
     task.write("posterior.txt", table)?;
     write_sampling(task, posterior)?;
-    let parameter = |(name, prior): (&String, &_)| JointParameter { name: name.clone(), prior: *prior };
+    let parameter =
+        |(name, prior): (&String, &_)| JointParameter { name: name.clone(), prior: *prior };
     let parameters: Vec<JointParameter> =
         joint.names.iter().zip(&joint.priors).map(parameter).collect();
     task.write_json(FILE, &parameters)
@@ -141,9 +142,8 @@ fn write_map(task: &Task<'_>, joint: &JointCalibration) -> Result<(), WorkflowEr
     let truth = |name: &str| {
         let (path, only) = path_and_test(name);
         let tests = tests.iter().filter(|test| only.is_none_or(|only| only == test.name));
-        let virtual_specimens = tests.filter_map(|test| {
-            test.file.case.experiments.as_ref()?.virtual_specimens.as_ref()
-        });
+        let virtual_specimens = tests
+            .filter_map(|test| test.file.case.experiments.as_ref()?.virtual_specimens.as_ref());
         let mut values = virtual_specimens.flat_map(|specimens| {
             let truths = specimens.truth.iter();
             truths.filter(|(parameter, _)| parameter.to_string() == path).map(|(_, truth)| *truth)
@@ -184,17 +184,8 @@ fn write_without_tests(
             rows.push(cells.chain(numbers.map(|x| x.to_string())).collect::<Vec<_>>());
         }
     }
-    let header = [
-        "parameter",
-        "without",
-        "mean",
-        "sd",
-        "q05",
-        "q95",
-        "contraction",
-        "shift_sd",
-        "sd_ratio",
-    ];
+    let header =
+        ["parameter", "without", "mean", "sd", "q05", "q95", "contraction", "shift_sd", "sd_ratio"];
     task.write_csv("without_tests.csv", header, rows)
 }
 

@@ -6,6 +6,7 @@ use crate::fracture::{Evidence, JointTest, column_means};
 use crate::prior::Prior;
 use crate::workflow::WorkflowError;
 use crate::workflow::fitted::{Fitted, read_experiments};
+use crate::workflow::gate::check_range_of_test;
 use crate::workflow::inputs::Inputs;
 use crate::workflow::uncertainty::SharedError;
 
@@ -26,12 +27,21 @@ impl TestEvidence {
     /// Reads all tests of a case, and records every key and file that they depend on.
     ///
     /// # Errors
-    /// Fails if a file of a test is missing or is of another case.
-    pub(super) fn read_all(inputs: &Inputs<'_>) -> Result<Vec<Self>, WorkflowError> {
-        inputs.tests()?.into_iter().map(|test| Self::read(inputs, test)).collect()
+    /// Fails if a file of a test is missing or is of another case. Unless `accept_out_of_range`, fails if the specimens of
+    /// a test are outside the range of its runs.
+    pub(super) fn read_all(
+        inputs: &Inputs<'_>,
+        accept_out_of_range: bool,
+    ) -> Result<Vec<Self>, WorkflowError> {
+        let read = |test| Self::read(inputs, test, accept_out_of_range);
+        inputs.tests()?.into_iter().map(read).collect()
     }
 
-    fn read(inputs: &Inputs<'_>, test: SingleTest) -> Result<Self, WorkflowError> {
+    fn read(
+        inputs: &Inputs<'_>,
+        test: SingleTest,
+        accept_out_of_range: bool,
+    ) -> Result<Self, WorkflowError> {
         let SingleTest { name, file, own } = test;
         let folder = folders::of_test(&name);
         let dir = inputs.folder().join(&folder);
@@ -44,6 +54,9 @@ impl TestEvidence {
             return Err(WorkflowError::OtherCase { path, stage: "surrogate" });
         }
         let specimens = read_experiments(&of_test, fitted.pce.outputs())?;
+        if !accept_out_of_range {
+            check_range_of_test(&of_test, &specimens)?;
+        }
         let means = column_means(&specimens);
         let shared = SharedError::of(&fitted, &of_test.calibration().discrepancy, &means)?;
         let count = specimens.len();

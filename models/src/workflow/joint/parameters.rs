@@ -45,9 +45,7 @@ pub(super) fn label(name: &str) -> String {
 ///
 /// # Errors
 /// Fails if a result is missing or cannot be read.
-pub(super) fn parameters(
-    inputs: &Inputs<'_>,
-) -> Result<Vec<CalibratedParameter>, WorkflowError> {
+pub(super) fn parameters(inputs: &Inputs<'_>) -> Result<Vec<CalibratedParameter>, WorkflowError> {
     let known: Vec<JointParameter> = inputs.json(FILE)?;
     let [draws, summary, map] = ["posterior.csv", "summary.csv", "map.csv"].map(|f| inputs.file(f));
     let (draws, summary, map) = (draws?, summary?, map?);

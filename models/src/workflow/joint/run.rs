@@ -59,7 +59,9 @@ impl<'a> JointWorkflow<'a> {
             let draws = folders::from_test(&folders::draws_of(&name));
             file.case.calibration.joint = Some(PathBuf::from(draws));
             let place = dir.join(folders::of_test(&name));
-            let workflow = Workflow::open_with(&file, &place, threads, interrupt, access)?;
+            // the folders of the tests belong to the folder of the case, whose owner has been checked
+            let access = FolderAccess { reuse: true, replace: access.replace.clone() };
+            let workflow = Workflow::open_with(&file, &place, threads, interrupt, &access)?;
             tests.push((name, workflow.among(&cores, rank)));
         }
         Ok(Self { whole: whole.among(&cores, 0), tests })
@@ -119,7 +121,8 @@ impl<'a> JointWorkflow<'a> {
     /// # Errors
     /// The errors of [`Workflow::share`].
     pub fn share(&self, stage: &'static Stage) -> Result<(), WorkflowError> {
-        let share = |(name, test): &(String, Workflow<'_>)| speaking_for(name, || test.share(stage));
+        let share =
+            |(name, test): &(String, Workflow<'_>)| speaking_for(name, || test.share(stage));
         self.tests.iter().try_for_each(share)
     }
 
@@ -140,11 +143,10 @@ impl<'a> JointWorkflow<'a> {
     ) -> Result<(), WorkflowError> {
         let work = &work;
         let ended: Vec<Result<(), WorkflowError>> = std::thread::scope(|scope| {
-            let begin = |(name, test): &'_ mut (String, Workflow<'a>)| {
-                let (name, test) = (&*name, &mut *test);
-                scope.spawn(move || speaking_for(name, || work(test)))
-            };
-            let threads: Vec<_> = self.tests.iter_mut().map(begin).collect();
+            let mut threads = Vec::with_capacity(self.tests.len());
+            for (name, test) in &mut self.tests {
+                threads.push(scope.spawn(move || speaking_for(name, || work(test))));
+            }
             let end = |thread: std::thread::ScopedJoinHandle<'_, _>| {
                 thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
             };

@@ -22,10 +22,8 @@ pub(super) fn write_uncertainty(
 ) -> Result<(), WorkflowError> {
     let mut parts = Vec::new();
     for (test, draws) in tests.iter().zip(&joint.tests) {
-        let single =
-            calibration_of_draws(&test.fitted.pce, &test.priors, &test.evidence, draws)?;
-        let part =
-            sources_of_test(&test.fitted, &single.posterior, &test.evidence, &test.shared)?;
+        let single = calibration_of_draws(&test.fitted.pce, &test.priors, &test.evidence, draws)?;
+        let part = sources_of_test(&test.fitted, &single.posterior, &test.evidence, &test.shared)?;
         let Some(part) = part else { return Ok(()) };
         parts.push(part);
     }

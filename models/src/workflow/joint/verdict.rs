@@ -109,8 +109,9 @@ fn warnings_of(
             }
         }
     }
-    all.extend(of_tests.into_iter().map(|(warning, tests)| {
-        Warning { text: format!("{}: {}", tests.join(", "), warning.text), ..warning }
+    all.extend(of_tests.into_iter().map(|(warning, tests)| Warning {
+        text: format!("{}: {}", tests.join(", "), warning.text),
+        ..warning
     }));
     Ok(all)
 }

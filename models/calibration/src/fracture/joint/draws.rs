@@ -66,7 +66,7 @@ impl Places {
     /// Positions for each test, in order.
     fn of_each(tests: &JointTests) -> Vec<Self> {
         let (mut units, mut sds, mut partials) = (0, 0, 0);
-        let mut next = |from: &mut usize, length: usize| {
+        let next = |from: &mut usize, length: usize| {
             let range = *from..*from + length;
             *from = range.end;
             range
@@ -100,8 +100,7 @@ impl TestDraws {
         };
         let mut all = Vec::with_capacity(tests.tests.len());
         for (test, places) in tests.tests.iter().zip(Places::of_each(tests)) {
-            let mut own =
-                Self { chains: draws.chains, draws: draws.draws, ..Self::default() };
+            let mut own = Self { chains: draws.chains, draws: draws.draws, ..Self::default() };
             for unknowns in (0..count).map(at_draw) {
                 own.theta.extend(point_within(test, &places, &unknowns));
                 own.sd.extend(&unknowns.sd[places.sds.clone()]);

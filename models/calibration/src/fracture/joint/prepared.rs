@@ -64,7 +64,6 @@ pub struct JointTests {
 pub(super) struct PreparedTest {
     pub(super) name: String,
     pub(super) inputs: Vec<Input>,
-    pub(super) priors: Vec<Prior>,
     /// For each input, the index of its parameter in the joint model.
     pub(super) parameters: Vec<usize>,
     /// Index of each varying parameter among the inputs, in the order of [`JointTests::varying`].
@@ -106,7 +105,8 @@ impl JointTests {
             }
             if test.evidence.qois.len() < 2 {
                 let count = test.evidence.qois.len();
-                let problem = format!("has {count} specimen: the scatter of a test needs at least two");
+                let problem =
+                    format!("has {count} specimen: the scatter of a test needs at least two");
                 return refuse(&test.name, problem);
             }
             let known = test.evidence.known_inputs();
@@ -122,7 +122,6 @@ impl JointTests {
             let (forward, specimens) = relative_to_means(&test.forward, &test.evidence)?;
             joint.tests.push(PreparedTest {
                 name: test.name.clone(),
-                priors: test.priors.clone(),
                 parameters,
                 inputs,
                 varying: Vec::new(),
@@ -146,7 +145,8 @@ impl JointTests {
                 return refuse(name, problem);
             }
             let Some(index) = joint.names.iter().position(|own| own == name) else {
-                let problem = "varies about a common centre, but every test has its own prior of it";
+                let problem =
+                    "varies about a common centre, but every test has its own prior of it";
                 return refuse(name, problem.to_owned());
             };
             joint.varying.push((index, scale));

@@ -97,8 +97,7 @@ fn one_test_gives_the_posterior_of_the_single_calibration() {
 /// Tests without a common parameter are as independent as separate calibrations, whatever their numbers of quantities.
 #[test]
 fn tests_that_share_nothing_do_not_inform_each_other() {
-    let tests =
-        [six_specimens("two"), linear("one", &[0.5], &[108.0, 96.0, 103.0, 99.0], 4e-4)];
+    let tests = [six_specimens("two"), linear("one", &[0.5], &[108.0, 96.0, 103.0, 99.0], 4e-4)];
     let own = BTreeMap::from([(YOUNG.to_owned(), BetweenTests::Own)]);
     check::gradient(&calibration_over_tests(&JointTests::new(&tests, &own).unwrap()), 3);
     let joint = calibrate_tests(&tests, &own, &sampler(6), 0, 6).unwrap();
@@ -191,9 +190,9 @@ fn a_varying_parameter_is_that_of_quadrature() {
     let joint = calibrate_tests(&tests, &varies, &sampler, 0, 9).unwrap();
     // the likelihood of each test on a grid of its own E, interpolated linearly
     let grid = midpoints(200.0, 400.0, 400);
-    let tables = tests.each_ref().map(|test| {
-        grid.iter().map(|&e| likelihood(test, &[e])).collect::<Vec<f64>>()
-    });
+    let tables = tests
+        .each_ref()
+        .map(|test| grid.iter().map(|&e| likelihood(test, &[e])).collect::<Vec<f64>>());
     let at = |table: &[f64], e: f64| {
         let place = ((e - grid[0]) / 0.5).clamp(0.0, 398.999);
         let (low, part) = (place as usize, place.fract());
@@ -250,8 +249,7 @@ fn a_test_sees_the_joint_posterior() {
     let box_of = |mut test: JointTest| {
         let input = Input::new(YOUNG, 250.0, 300.0).unwrap();
         let terms = [(vec![0], vec![100.0]), (vec![1], vec![10.0 / 3f64.sqrt()])];
-        test.forward =
-            DynPce::from_terms(vec![input], vec!["peak_force_N".into()], terms).unwrap();
+        test.forward = DynPce::from_terms(vec![input], vec!["peak_force_N".into()], terms).unwrap();
         test.priors = Prior::uniform_on(test.forward.inputs());
         test
     };
@@ -294,11 +292,13 @@ fn the_same_seed_gives_the_same_draws_on_any_number_of_threads() {
 #[test]
 fn inconsistent_tests_are_refused_with_their_name() {
     let test = || linear("fast", &[0.3], &[104.0, 111.0], 0.0);
-    let slow = || JointTest { name: "slow".into(), ..linear("slow", &[0.3, 1.0], &[99.0, 101.0], 0.0) };
+    let slow =
+        || JointTest { name: "slow".into(), ..linear("slow", &[0.3, 1.0], &[99.0, 101.0], 0.0) };
     let varies = BetweenTests::Varies { scale: 0.1 };
     let between = |name: &str, relation| BTreeMap::from([(name.to_owned(), relation)]);
     let none = BTreeMap::new;
-    let single = JointTest { evidence: Evidence { qois: vec![vec![1.0]], ..Evidence::default() }, ..slow() };
+    let single =
+        JointTest { evidence: Evidence { qois: vec![vec![1.0]], ..Evidence::default() }, ..slow() };
     let own = JointTest { own: vec!["matrix.poisson".into()], ..slow() };
     let mut wider = slow();
     wider.priors[0] = Prior::uniform(200.0, 500.0);
@@ -339,8 +339,7 @@ fn intervals_cover_over_laboratories() {
             let tests = [test("fast", 0.3, 0.05, 0.02, 6), test("slow", 0.2, 0.03, 0.03, 4)];
             let sampler = Nuts::default().chains(2).warmup(200).draws(200).seed(seed).threads(1);
             let joint = calibrate_tests(&tests, &BTreeMap::new(), &sampler, 0, seed).unwrap();
-            let [low, high] =
-                joint.posterior.interval("theta[0]", 0.9).unwrap();
+            let [low, high] = joint.posterior.interval("theta[0]", 0.9).unwrap();
             f64::from(u8::from((low..=high).contains(&truth)))
         })
         .sum();
