@@ -211,6 +211,8 @@ mod tests {
     use super::*;
 
     const SHIPPED: &str = include_str!("../../cases/fast-and-slow.toml");
+    const SPECIMENS_OF_SLOW: &str =
+        "set.experiments.virtual = { specimens = 6, noise.displacement_mm = 0.00005 }";
 
     fn read(text: &str) -> (Option<CaseFile>, Vec<String>) {
         let (file, mistakes) = CaseFile::parse_all(text, Path::new("case.toml"));
@@ -245,7 +247,7 @@ mod tests {
             )
         };
         assert_eq!(of(&tests[0]), (1.0, Some(44), 8, 2026, 1));
-        assert_eq!(of(&tests[1]), (30.0, Some(44), 6, 2027, 2));
+        assert_eq!(of(&tests[1]), (16.0, Some(44), 6, 2027, 2));
         assert!(tests.iter().all(|test| test.file.case.tests.is_empty() && test.own.is_empty()));
     }
 
@@ -253,7 +255,7 @@ mod tests {
     #[test]
     fn equal_simulations_have_one_design() {
         let text = with(&[(
-            "displacement_mm = 0.11, duration_s = 30.0",
+            "displacement_mm = 0.06, duration_s = 16.0",
             "displacement_mm = 0.22, duration_s = 1.0",
         )]);
         let tests = single_tests(&read(&text).0.unwrap()).unwrap();
@@ -266,7 +268,7 @@ mod tests {
         let own = "prior.test.friction = { distribution = \"beta\", a = 2.0, b = 18.0 }\n\
                    set.test.platens = \"unilateral\"\n\
                    set.experiments.virtual.truth.test.friction = 0.1";
-        let text = with(&[("set.experiments.virtual.specimens = 6", own)]);
+        let text = with(&[(SPECIMENS_OF_SLOW, own)]);
         let (file, mistakes) = read(&text);
         assert_eq!(mistakes, [""; 0]);
         let file = file.unwrap();
@@ -288,7 +290,7 @@ mod tests {
         let end = SHIPPED.find("[calibration]").unwrap();
         let measured = "[experiments]\ntable = \"specimens.csv\"\n";
         let text = format!("{}{measured}{}", &SHIPPED[..start], &SHIPPED[end..])
-            .replace("set.experiments.virtual.specimens = 6", "");
+            .replace(SPECIMENS_OF_SLOW, "");
         let (file, mistakes) = read(&text);
         assert_eq!(mistakes, [""; 0]);
         let tests = single_tests(&file.unwrap()).unwrap();
@@ -311,20 +313,20 @@ mod tests {
             ),
             (&[("name = \"slow\"", "nam = \"slow\"")], &["unknown key \"nam\"", "mean \"name\"?"]),
             (
-                &[("set.test = { displacement_mm = 0.11", "set.prior = { displacement_mm = 0.11")],
+                &[("set.test = { displacement_mm = 0.06", "set.prior = { displacement_mm = 0.06")],
                 &["tests (slow).set = prior", "beside set"],
             ),
             (
-                &[("set.experiments.virtual.specimens = 6", "set.further_tests.specimens = [1]")],
+                &[(SPECIMENS_OF_SLOW, "set.further_tests.specimens = [1]")],
                 &["tests (slow).set = further_tests", "once for all tests"],
             ),
             (
-                &[("set.experiments.virtual.specimens = 6", "without = [\"test.stepz\"]")],
+                &[(SPECIMENS_OF_SLOW, "without = [\"test.stepz\"]")],
                 &["tests (slow).without = test.stepz", "not in the case"],
             ),
-            (&[("duration_s = 30.0", "duration_s = -30.0")], &["tests (slow).test.duration_s"]),
+            (&[("duration_s = 16.0", "duration_s = -16.0")], &["tests (slow).test.duration_s"]),
             (
-                &[("duration_s = 30.0", "duratoin_s = 30.0")],
+                &[("duration_s = 16.0", "duratoin_s = 16.0")],
                 &["duratoin_s", "mean \"duration_s\"?"],
             ),
             (&[("radius_mm = 2.5", "radius_mm = -2.5")], &["specimen.radius_mm = -2.5"]),

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use ppl::{Nuts, WarningKind};
+use ppl::{Nuts, Posterior, WarningKind};
 
 use super::evidence::TestEvidence;
 use super::folders;
@@ -106,11 +106,9 @@ fn write_posterior(task: &Task<'_>, joint: &JointCalibration) -> Result<(), Work
     task.product("posterior.zarr", |path| {
         posterior.write_zarr(path).map_err(|e| named("posterior.zarr", e))
     })?;
-    write_draws(task, posterior)?;
-    let mut summary = posterior.summary();
-    // standardised deviations and partial correlations are coordinates of the sampler
-    let is_coordinate = |name: &str| name.starts_with("unit[") || name.starts_with("partial[");
-    summary.rows.retain(|row| !is_coordinate(&row.name));
+    let shown = without_coordinates(posterior);
+    write_draws(task, &shown)?;
+    let mut summary = shown.summary();
     for row in &mut summary.rows {
         row.name = parameter_name(&row.name);
         row.place.clone_from(&row.name);
@@ -134,6 +132,18 @@ fn write_posterior(task: &Task<'_>, joint: &JointCalibration) -> Result<(), Work
     let parameters: Vec<JointParameter> =
         joint.names.iter().zip(&joint.priors).map(parameter).collect();
     task.write_json(FILE, &parameters)
+}
+
+/// The posterior without the standardised deviations and the partial correlations, which are coordinates of the sampler:
+/// users look at the values in the tests and at the correlations.
+fn without_coordinates(posterior: &Posterior) -> Posterior {
+    let is_shown = |name: &str| !matches!(name, "unit" | "partial");
+    let mut shown = posterior.clone();
+    shown.layout.variables.retain(|variable| is_shown(&variable.name));
+    for group in [&mut shown.posterior].into_iter().chain(&mut shown.prior) {
+        group.variables.retain(|values| is_shown(&values.name));
+    }
+    shown
 }
 
 /// Writes the mode, and the true medians of virtual specimens, if they are equal in all tests that have the parameter.
