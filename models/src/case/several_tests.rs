@@ -266,9 +266,11 @@ mod tests {
     #[test]
     fn a_prior_of_one_test_is_in_this_test_alone() {
         let own = "prior.test.friction = { distribution = \"beta\", a = 2.0, b = 18.0 }\n\
-                   set.test.platens = \"unilateral\"\n\
                    set.experiments.virtual.truth.test.friction = 0.1";
-        let text = with(&[(SPECIMENS_OF_SLOW, own)]);
+        let text = with(&[
+            (SPECIMENS_OF_SLOW, own),
+            ("duration_s = 16.0 }", "duration_s = 16.0, platens = \"unilateral\" }"),
+        ]);
         let (file, mistakes) = read(&text);
         assert_eq!(mistakes, [""; 0]);
         let file = file.unwrap();
