@@ -120,22 +120,16 @@ impl TestDraws {
     }
 }
 
-/// Values of the surrogate's inputs of a test, inside their box: rounding may put a varying parameter on a bound.
+/// Values of the surrogate's inputs of a test, inside their box: rounding may put a value on a bound, where its prior has
+/// no density.
 fn point_within(test: &PreparedTest, places: &Places, unknowns: &Unknowns<'_>) -> Vec<f64> {
-    let deviations: Vec<f64> = unknowns.unit[places.units.clone()]
-        .iter()
-        .zip(unknowns.spread)
-        .map(|(unit, spread)| unit * spread)
-        .collect();
-    let point = test.point(unknowns.theta, &deviations);
+    let units = unknowns.unit[places.units.clone()].iter();
+    let deviations: Vec<f64> = units.zip(unknowns.spread).map(|(z, sd)| z * sd).collect();
     let within = |(value, input): (f64, &Input)| {
         let margin = 1e-12 * (input.upper - input.lower);
         value.clamp(input.lower + margin, input.upper - margin)
     };
-    match deviations.is_empty() {
-        true => point,
-        false => point.into_iter().zip(&test.inputs).map(within).collect(),
-    }
+    test.point(unknowns.theta, &deviations).into_iter().zip(&test.inputs).map(within).collect()
 }
 
 /// Calibration of one test whose draws are those of a joint posterior, so that predictions, misfits and leave-one-out
