@@ -1,4 +1,10 @@
 //! The paper's calibration: matrix parameters from the quantities of interest of specimens.
+//!
+//! 1. `error`, `contrasts`, `population`, `within_box`: errors, transforms of quantities and of parameters
+//! 2. `specimens`: specimens prepared for the likelihood
+//! 3. `given_others`, `likelihood`: densities of specimens
+//! 4. `loo`, `influence`, `units`: what follows from a calibration
+//! 5. `groups`, `joint`: calibrations of several groups of specimens or of several tests
 
 mod contrasts;
 mod error;

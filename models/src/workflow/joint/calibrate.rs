@@ -4,6 +4,10 @@ use std::collections::BTreeMap;
 
 use ppl::{Nuts, Posterior, WarningKind};
 
+use super::super::WorkflowError;
+use super::super::calibrate::{ChainsBar, parameter_name, write_draws, write_sampling};
+use super::super::inputs::Inputs;
+use super::super::task::Task;
 use super::evidence::TestEvidence;
 use super::folders;
 use super::parameters::{FILE, JointParameter, path_and_test};
@@ -11,12 +15,8 @@ use super::sources::write_uncertainty;
 use crate::case::BetweenTestsCase;
 use crate::fracture::{BetweenTests, JointCalibration, JointTest, calibrate_tests};
 use crate::progress::say;
-use crate::workflow::WorkflowError;
-use crate::workflow::calibrate::{ChainsBar, parameter_name, write_draws, write_sampling};
-use crate::workflow::inputs::Inputs;
-use crate::workflow::task::Task;
 
-pub(in crate::workflow) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
+pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let inputs = &task.inputs;
     let tests = TestEvidence::read_all(inputs, task.accept_out_of_range)?;
     let settings = inputs.calibration();

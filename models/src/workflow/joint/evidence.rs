@@ -1,14 +1,14 @@
 //! Surrogate, specimens and errors of each test, read from the folder of the test.
 
+use super::super::WorkflowError;
+use super::super::fitted::{Fitted, read_experiments};
+use super::super::gate::check_range_of_test;
+use super::super::inputs::Inputs;
+use super::super::uncertainty::SharedError;
 use super::folders;
 use crate::case::{CaseFile, SingleTest};
 use crate::fracture::{Evidence, JointTest, column_means};
 use crate::prior::Prior;
-use crate::workflow::WorkflowError;
-use crate::workflow::fitted::{Fitted, read_experiments};
-use crate::workflow::gate::check_range_of_test;
-use crate::workflow::inputs::Inputs;
-use crate::workflow::uncertainty::SharedError;
 
 /// One test with all that the joint calibration reads.
 pub(super) struct TestEvidence {

@@ -6,18 +6,15 @@
 //! 2. `evidence`: surrogate, specimens and errors of each test
 //! 3. `sources`: contributions of tests and errors to the posterior variance
 //! 4. `calibrate`, `parameters`, `verdict`, `report`: the stages, and the parameters that they show
-//! 5. `run`: all folders of a case
 
 mod calibrate;
 mod evidence;
-mod folders;
+pub(super) mod folders;
 mod parameters;
 mod report;
-mod run;
 mod sources;
 mod verdict;
 
 pub(super) use calibrate::run as calibrate;
 pub(super) use report::run as report;
-pub use run::JointWorkflow;
 pub(super) use verdict::run as verdict;

@@ -3,13 +3,13 @@
 use ppl::diagnostics::{mcse_mean, mcse_quantile, mcse_sd};
 use serde::{Deserialize, Serialize};
 
+use super::super::WorkflowError;
+use super::super::inputs::Inputs;
 use crate::case::Parameter;
 use crate::error::InputError;
 use crate::prior::Prior;
 use crate::report::CalibratedParameter;
 use crate::table::CsvTable;
-use crate::workflow::WorkflowError;
-use crate::workflow::inputs::Inputs;
 
 /// File with the parameters of the joint model.
 pub(super) const FILE: &str = "joint/parameters.json";

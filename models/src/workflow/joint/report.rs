@@ -1,5 +1,9 @@
 //! Stage `report` of a case with several tests: one page for all tests.
 
+use super::super::WorkflowError;
+use super::super::inputs::Inputs;
+use super::super::report::{divergences, load, summary};
+use super::super::task::Task;
 use super::folders;
 use super::parameters::label;
 use super::verdict::parameters_and_warnings;
@@ -7,12 +11,8 @@ use crate::case::CaseFile;
 use crate::error::InputError;
 use crate::report::{JointResults, Results, WithoutTest, joint_page};
 use crate::table::{CsvTable, TableRow};
-use crate::workflow::WorkflowError;
-use crate::workflow::inputs::Inputs;
-use crate::workflow::report::{divergences, load, summary};
-use crate::workflow::task::Task;
 
-pub(in crate::workflow) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
+pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let inputs = &task.inputs;
     let mut tests = Vec::new();
     for test in inputs.tests()? {

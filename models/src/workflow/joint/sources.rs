@@ -3,12 +3,12 @@
 use nalgebra::DMatrix;
 use ppl::{Posterior, Univariate};
 
+use super::super::WorkflowError;
+use super::super::task::Task;
+use super::super::uncertainty::{TestSources, sources_of_test};
 use super::evidence::TestEvidence;
 use crate::budget::shares;
 use crate::fracture::{JointCalibration, calibration_of_draws};
-use crate::workflow::WorkflowError;
-use crate::workflow::task::Task;
-use crate::workflow::uncertainty::{TestSources, sources_of_test};
 
 /// Writes `uncertainty.csv`. Each source is named by its test and its kind, such as `fast specimens`. A parameter that
 /// varies between tests has the source `between tests`: the variance of its values in the tests about their centre.

@@ -2,17 +2,17 @@
 
 use std::collections::BTreeSet;
 
+use super::super::WorkflowError;
+use super::super::inputs::Inputs;
+use super::super::rule::Warning;
+use super::super::task::Task;
+use super::super::verdict::summary;
+use super::super::warnings::{of_rules, of_stages};
 use super::folders;
 use super::parameters::{parameters, path_and_test};
 use crate::case::CaseFile;
 use crate::report::{CalibratedParameter, Qualifier};
 use crate::table::CsvTable;
-use crate::workflow::WorkflowError;
-use crate::workflow::inputs::Inputs;
-use crate::workflow::rule::Warning;
-use crate::workflow::task::Task;
-use crate::workflow::verdict::summary;
-use crate::workflow::warnings::{of_rules, of_stages};
 
 /// Warnings of one test, and the restrictions of verdicts that follow from them.
 struct Judgement {
@@ -22,7 +22,7 @@ struct Judgement {
     warnings: Vec<Warning>,
 }
 
-pub(in crate::workflow) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
+pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let inputs = &task.inputs;
     let judgements = judgements(inputs)?;
     let parameters = judged(inputs, &str::to_owned, &judgements)?;

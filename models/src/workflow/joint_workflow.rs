@@ -3,15 +3,15 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-use super::folders;
+use super::cores::Cores;
+use super::joint::folders;
+use super::neighbours::Together;
+use super::product_folder::{FolderAccess, ProductFolder};
+use super::stage::Stage;
+use super::stages::{JOINT_STAGES, STAGES};
+use super::{Workflow, WorkflowError};
 use crate::case::{CaseFile, SingleTest, single_tests};
 use crate::progress::speaking_for;
-use crate::workflow::cores::Cores;
-use crate::workflow::neighbours::Together;
-use crate::workflow::product_folder::{FolderAccess, ProductFolder};
-use crate::workflow::stage::Stage;
-use crate::workflow::stages::{JOINT_STAGES, STAGES};
-use crate::workflow::{Workflow, WorkflowError};
 
 /// Stages of a test that the joint calibration needs.
 const BEFORE: [&str; 5] = ["segment", "mesh", "experiments", "ensemble", "surrogate"];
