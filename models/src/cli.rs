@@ -15,8 +15,8 @@ use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::{
-    CaseFile, FolderAccess, InputError, PartStatus, Registry, STAGES, Stage, StageStatus, Study,
-    StudyFile, SurfaceOptions, Workflow, WorkflowError, missing_case,
+    CaseFile, FolderAccess, InputError, JointWorkflow, PartStatus, Registry, STAGES, Stage,
+    StageStatus, Study, StudyFile, SurfaceOptions, Workflow, WorkflowError, missing_case,
 };
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -221,6 +221,29 @@ impl CaseAndFolder {
         Ok(FolderAccess { reuse: self.reuse, replace: replaceable(&self.out, &self.replace)? })
     }
 
+    /// Opens the folders of a case with several tests.
+    fn open_tests<'a>(
+        &self,
+        file: &CaseFile,
+        threads: usize,
+    ) -> Result<JointWorkflow<'a>, WorkflowError> {
+        let access = self.access()?;
+        let workflow = JointWorkflow::open(file, &self.out, threads, &INTERRUPT, &access)?;
+        Ok(if self.accept_out_of_range { workflow.accept_out_of_range() } else { workflow })
+    }
+
+    /// The case of a command that concerns a single test.
+    fn single_test(&self, command: &str) -> Result<CaseFile, InputError> {
+        let file = self.case_file()?;
+        let Some(first) = file.case.tests.first() else { return Ok(file) };
+        let case = self.out.join("tests").join(&first.name).join("case.toml");
+        let help = format!(
+            "Run a stage first, and then breccia {command} {} for one of them.",
+            case.display()
+        );
+        Err(InputError::new(&file.path, "tests", "", "has several tests", help))
+    }
+
     fn open<'a>(&self, file: &CaseFile, threads: usize) -> Result<Workflow<'a>, WorkflowError> {
         let workflow = Workflow::open_with(file, &self.out, threads, &INTERRUPT, &self.access()?)?;
         Ok(if self.accept_out_of_range { workflow.accept_out_of_range() } else { workflow })
@@ -361,6 +384,10 @@ fn run(request: Request, threads: usize, ranks: &Ranks) -> Result<ExitCode, Fail
         }
         Request::Command(Command::Run(target)) => {
             let file = target.case_file().map_err(WorkflowError::from)?;
+            if !file.case.tests.is_empty() {
+                run_all_tests(target.open_tests(&file, threads)?)?;
+                return Ok(ExitCode::SUCCESS);
+            }
             // check the table first, so that an error refers to the user's own file and nothing has been computed yet
             file.table().map_err(WorkflowError::from)?;
             run_all(&target.open(&file, threads)?)?;
@@ -369,7 +396,7 @@ fn run(request: Request, threads: usize, ranks: &Ranks) -> Result<ExitCode, Fail
         Request::Command(Command::Init { file, own_data: None }) => init(&file)?,
         Request::Command(Command::Check { case }) => return check(&case),
         Request::Command(Command::Simulate { target, device }) => {
-            let file = target.case_file();
+            let file = target.single_test("simulate");
             let error = file.as_ref().err().map(ToString::to_string);
             let of_all = ranks.first_text(error.as_deref()).map_err(WorkflowError::from)?;
             let file = file.map_err(WorkflowError::from)?;
@@ -389,7 +416,7 @@ fn run(request: Request, threads: usize, ranks: &Ranks) -> Result<ExitCode, Fail
             decimation,
             least_distance_mm,
         }) => {
-            let file = target.case_file().map_err(WorkflowError::from)?;
+            let file = target.single_test("surfaces").map_err(WorkflowError::from)?;
             let smoothing_passes = usize::from(smoothing_passes);
             let options = SurfaceOptions { smoothing_passes, decimation, least_distance_mm };
             print_line(target.open(&file, threads)?.surfaces(&options)?.display())?;
@@ -416,6 +443,20 @@ fn run(request: Request, threads: usize, ranks: &Ranks) -> Result<ExitCode, Fail
         Request::Command(Command::Status { dir }) => return status(&dir),
         Request::Stage(stage, target, sharing) => {
             let file = target.case_file().map_err(WorkflowError::from)?;
+            if !file.case.tests.is_empty() {
+                let mut workflow = target.open_tests(&file, threads)?;
+                match sharing {
+                    Some(sharing) if sharing.share => workflow.share(stage)?,
+                    Some(sharing) if sharing.jobs.are_asked_for() => {
+                        let replace = target.access()?.replace;
+                        for (_, test) in workflow.tests() {
+                            slurm(test, stage, &sharing.jobs, &replace)?;
+                        }
+                    }
+                    _ => workflow.run(stage)?,
+                }
+                return Ok(ExitCode::SUCCESS);
+            }
             let workflow = target.open(&file, threads)?;
             match sharing {
                 Some(sharing) if sharing.share => workflow.share(stage)?,
@@ -470,11 +511,20 @@ fn status(dir: &Path) -> Result<ExitCode, Failure> {
 
 fn run_all(workflow: &Workflow<'_>) -> Result<(), Failure> {
     workflow.run_all()?;
-    let out = workflow.dir();
-    for name in ["summary.txt", "map.csv", "confirm.csv"] {
+    print_results(workflow.dir(), &["summary.txt", "map.csv", "confirm.csv"])
+}
+
+fn run_all_tests(mut workflow: JointWorkflow<'_>) -> Result<(), Failure> {
+    workflow.run_all()?;
+    print_results(workflow.dir(), &["summary.txt", "map.csv", "without_tests.csv"])
+}
+
+/// Prints the files `names` of a results folder, and the path of the report.
+fn print_results(out: &Path, names: &[&str]) -> Result<(), Failure> {
+    for name in names {
         let path = out.join(name);
         // imported runs cannot be confirmed
-        if name == "confirm.csv" && !path.exists() {
+        if *name == "confirm.csv" && !path.exists() {
             continue;
         }
         let text = std::fs::read_to_string(&path)

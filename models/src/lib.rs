@@ -45,29 +45,30 @@ mod virtual_specimen;
 mod workflow;
 
 pub use breccia_calibration::{
-    Belief, Branch, BranchKind, Calibration, CalibrationError, Compression, CurveRates, Decimal,
-    DisplacementAtPeak, Encoding, EnergyToPeak, Evidence, Expected, Extent, ForceAt, ForceAtTime,
-    FurtherTest, FurtherTestError, Goal, Groups, HomogeneousCylinder, HysteresisEnergy, InputError,
-    Machine, Needed, PeakForce, PeakedCurve, Pooling, Population, PostPeakSlope, Prior,
-    PriorBounds, PriorFamily, PriorKey, Qoi, QoiError, QoiRegistry, Qois, Quantity, ReadOptions,
-    RelativeForce, RelaxedFraction, Separator, Slope, Specimen, SpecimenTable, Specimens,
-    TableColumn, TestAtDraw, TestCurve, TestGroup, Trend, Unit, UnloadingSlope, calibrate,
-    calibrate_after, calibrate_groups, calibration_on, calibration_over_groups, hyperelastic,
-    tension,
+    Belief, BetweenTests, Branch, BranchKind, Calibration, CalibrationError, Compression,
+    CurveRates, Decimal, DisplacementAtPeak, Encoding, EnergyToPeak, Evidence, Expected, Extent,
+    ForceAt, ForceAtTime, FurtherTest, FurtherTestError, Goal, Groups, HomogeneousCylinder,
+    HysteresisEnergy, InputError, JointCalibration, JointTest, JointTests, Machine, Needed,
+    PeakForce, PeakedCurve, Pooling, Population, PostPeakSlope, Prior, PriorBounds, PriorFamily,
+    PriorKey, Qoi, QoiError, QoiRegistry, Qois, Quantity, ReadOptions, RelativeForce,
+    RelaxedFraction, Separator, Slope, Specimen, SpecimenTable, Specimens, TableColumn, TestAtDraw,
+    TestCurve, TestDraws, TestGroup, Trend, Unit, UnloadingSlope, calibrate, calibrate_after,
+    calibrate_groups, calibrate_tests, calibration_of_draws, calibration_on,
+    calibration_over_groups, calibration_over_tests, hyperelastic, tension,
 };
 use breccia_calibration::{
     budget, curve_check, error, experiment, fracture, further_test, machine, predicted_curve,
     prior, qoi, record, specimen_files, table, table_format,
 };
 pub use case::{
-    AdaptiveCase, ArcLengthCase, BoundsCase, ByParameter, CalibrationCase, CandidateCase, Case,
-    CaseFile, ConditionsCase, ConfirmCase, DesignCase, DesignSample, DiscrepancyCase,
-    ExperimentsCase, ExtendCase, FidelityCase, FreeParameterCase, FurtherTestsCase, HardeningCase,
-    HardeningTable, ImageCase, InterfaceCase, LevelCase, Likelihood, MachineCase, MaterialCase,
-    MeasureCase, Microstructure, NoiseCase, OutputCase, Parameter, PlasticCase, PrescribeCase,
-    PriorCase, ProgramPointCase, QoiCase, SequentialCase, SimulationParts, SimulatorCase,
-    SpecimenCase, SpecimenGeometry, SurrogateCase, Target, TargetError, TestCase, Toe,
-    TractionCase, VirtualCase, YieldRow,
+    AdaptiveCase, ArcLengthCase, BetweenTestsCase, BoundsCase, ByParameter, CalibrationCase,
+    CandidateCase, Case, CaseFile, ConditionsCase, ConfirmCase, DesignCase, DesignSample,
+    DiscrepancyCase, ExperimentsCase, ExtendCase, FidelityCase, FreeParameterCase,
+    FurtherTestsCase, HardeningCase, HardeningTable, ImageCase, InterfaceCase, LevelCase,
+    Likelihood, MachineCase, MaterialCase, MeasureCase, Microstructure, NoiseCase, OutputCase,
+    Parameter, PlasticCase, PrescribeCase, PriorCase, ProgramPointCase, QoiCase, SequentialCase,
+    SimulationParts, SimulatorCase, SingleTest, SpecimenCase, SpecimenGeometry, SurrogateCase,
+    Target, TargetError, TestCase, TestEntry, Toe, TractionCase, VirtualCase, YieldRow,
 };
 pub use cli::program;
 pub use coverage::{CoverageRow, CoverageStudy, Emulated, KnownStiffness, Laboratory, Setting};
@@ -79,7 +80,7 @@ pub use study::{
 };
 pub use virtual_specimen::VirtualSpecimen;
 pub use workflow::{
-    CaseCheck, DeviceChoice, ExpectedCost, FolderAccess, InputInPlace, RunCounts, STAGES,
-    SimulatedLaboratories, Stage, StageState, StageStatus, SurfaceOptions, Workflow, WorkflowError,
-    create_file, missing_case, simulate, simulate_laboratories, status,
+    CaseCheck, DeviceChoice, ExpectedCost, FolderAccess, InputInPlace, JointWorkflow, RunCounts,
+    STAGES, SimulatedLaboratories, Stage, StageState, StageStatus, SurfaceOptions, Workflow,
+    WorkflowError, create_file, missing_case, simulate, simulate_laboratories, status,
 };

@@ -13,6 +13,7 @@ mod own_data;
 mod quadrature;
 mod quantities;
 mod sequential;
+mod several_tests;
 mod sharing;
 mod simulator;
 mod stages;

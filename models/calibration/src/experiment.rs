@@ -5,7 +5,8 @@
 //! - `slope_fraction`: displacement at which the slope of this curve is taken, as a fraction of the displacement at
 //!   peak (default: the value of the case);
 //! - `image`: a scan of the specimen, a TIFF file or a folder of slices; the path is relative to the table's folder;
-//! - `rate_mm_per_s`: speed of the platen, used if the curve has no column of times.
+//! - `rate_mm_per_s`: speed of the platen, used if the curve has no column of times;
+//! - `test`: name of the test, for a table with the specimens of several tests.
 //!
 //! `curves/<id>.csv` beside the table has the columns `displacement_mm,force_N`, compression positive, and optionally
 //! `time_s`, which a test with a load program requires. The curve may also be the export of a testing machine (`.csv`, `.txt`, `.tsv`, `.dat`, `.asc`, `.xlsx`):
@@ -148,6 +149,8 @@ pub struct Specimen {
     pub slope_fraction: Option<f64>,
     /// Path of a scan of the specimen, relative to the folder of the table.
     pub image: Option<PathBuf>,
+    /// Name of the test, for a table with the specimens of several tests.
+    pub test: Option<String>,
     /// Speed of the platen in mm/s, from the times of the curve or from the table. `None`: unknown.
     pub rate_mm_per_s: Option<f64>,
     /// Recorded curve.
@@ -179,6 +182,7 @@ impl SpecimenTable {
             ("slope_fraction", self.specimens.iter().any(|s| s.slope_fraction.is_some())),
             ("image", self.specimens.iter().any(|s| s.image.is_some())),
             ("rate_mm_per_s", self.specimens.iter().any(|s| s.rate_mm_per_s.is_some())),
+            ("test", self.specimens.iter().any(|s| s.test.is_some())),
         ];
         let rows = self.specimens.iter().map(|s| {
             let fraction = s.slope_fraction.map(|f| f.to_string()).unwrap_or_default();
@@ -186,8 +190,9 @@ impl SpecimenTable {
             let rate = s.rate_mm_per_s.map(|rate| rate.to_string()).unwrap_or_default();
             let Specimen { id, height_mm, radius_mm, group, .. } = s;
             let always = [id.clone(), height_mm.to_string(), radius_mm.to_string(), group.clone()];
+            let test = s.test.clone().unwrap_or_default();
             let optional =
-                [fraction, image, rate].into_iter().zip(written).filter(|(_, (_, has))| *has);
+                [fraction, image, rate, test].into_iter().zip(written).filter(|(_, (_, has))| *has);
             always.into_iter().chain(optional.map(|(cell, _)| cell)).collect::<Vec<_>>()
         });
         let optional = written.iter().filter(|(_, has)| *has).map(|(name, _)| *name);

@@ -67,8 +67,10 @@ pub use branch::{Branch, BranchKind};
 pub use error::InputError;
 pub use experiment::{Specimen, SpecimenTable, TestCurve};
 pub use fracture::{
-    Calibration, CalibrationError, Evidence, Groups, Pooling, Population, Specimens, TestGroup,
-    Trend, calibrate, calibrate_after, calibrate_groups, calibration_on, calibration_over_groups,
+    BetweenTests, Calibration, CalibrationError, Evidence, Groups, JointCalibration, JointTest,
+    JointTests, Pooling, Population, Specimens, TestDraws, TestGroup, Trend, calibrate,
+    calibrate_after, calibrate_groups, calibrate_tests, calibration_of_draws, calibration_on,
+    calibration_over_groups, calibration_over_tests,
 };
 pub use further_test::{Belief, Expected, FurtherTest, FurtherTestError, Goal, Needed, TestAtDraw};
 pub use machine::Machine;

@@ -65,6 +65,29 @@ impl SpecimenFiles {
         read
     }
 
+    /// Removes the specimens of all tests except `test`; keeps all specimens if `test` is `None`. `file` is the path of
+    /// the table.
+    pub fn of_test(mut self, test: Option<&str>, file: &Path) -> Self {
+        let Some(test) = test else { return self };
+        let mut tests: Vec<&str> =
+            self.table.specimens.iter().filter_map(|specimen| specimen.test.as_deref()).collect();
+        tests.sort_unstable();
+        tests.dedup();
+        if !tests.contains(&test) && !self.table.specimens.is_empty() {
+            let help = match tests.is_empty() {
+                true => "Add a column test with the name of the test of each specimen.".to_owned(),
+                false => format!("The column test has: {}.", tests.join(", ")),
+            };
+            let problem = "no specimen belongs to this test";
+            let value = format!("{test:?}");
+            self.mistakes.push(InputError::new(file, "column test", value, problem, help));
+        }
+        let specimens = self.table.specimens.into_iter().zip(self.understood);
+        let of_test = specimens.filter(|(specimen, _)| specimen.test.as_deref() == Some(test));
+        (self.table.specimens, self.understood) = of_test.unzip();
+        self
+    }
+
     /// Reads the specimen of a row and its curve. Also returns a description of the format of the curve. Mistakes are
     /// added to `mistakes`. `None` if the id is not valid or the curve cannot be read.
     fn row(
@@ -119,6 +142,7 @@ impl SpecimenFiles {
             group: row.text("group").to_owned(),
             slope_fraction,
             image,
+            test: is_given("test").then(|| row.text("test").to_owned()),
             rate_mm_per_s: rate.or(stated),
             curve,
         };
@@ -296,6 +320,7 @@ mod tests {
             group: "50C".into(),
             slope_fraction,
             image: None,
+            test: slope_fraction.map(|_| "slow".to_owned()),
             rate_mm_per_s: slope_fraction,
             // the curves must differ, because two specimens with the same curve are an error
             curve: curve.scale_displacement(if id == "S-1" { 1.0 } else { 1.1 }),

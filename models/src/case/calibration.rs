@@ -6,7 +6,8 @@ use std::path::PathBuf;
 use ::surrogate::{DesignMethod, OrderRule, SurrogateError, Terms};
 use serde::{Deserialize, Serialize};
 
-use super::{BoundsCase, PriorCase};
+use super::between_tests::BetweenTestsCase;
+use super::{BoundsCase, ByParameter, PriorCase};
 use crate::prior::Prior;
 use crate::qoi::Quantity;
 
@@ -167,6 +168,17 @@ pub struct CalibrationCase {
     /// Prior of the systematic error of the model.
     #[serde(skip_serializing_if = "DiscrepancyCase::is_empty")]
     pub discrepancy: DiscrepancyCase,
+    /// Relation between the values of parameters in several tests; parameters that are not listed are shared.
+    #[serde(skip_serializing_if = "is_without_relations")]
+    pub between_tests: ByParameter<BetweenTestsCase>,
+    /// File with the draws of a joint calibration of several tests, relative to the results folder. The stage
+    /// `calibrate` then takes these draws in place of its own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub joint: Option<PathBuf>,
+}
+
+fn is_without_relations(between_tests: &ByParameter<BetweenTestsCase>) -> bool {
+    between_tests.parameters().len() == 0
 }
 
 fn is_zero(n: &usize) -> bool {
@@ -191,6 +203,8 @@ struct WrittenCalibration {
     target_accept: Option<f64>,
     seed: Option<u64>,
     discrepancy: DiscrepancyCase,
+    between_tests: ByParameter<BetweenTestsCase>,
+    joint: Option<PathBuf>,
 }
 
 /// `calibration.sampling`: preset of the sampling keys.
@@ -236,6 +250,8 @@ impl TryFrom<WrittenCalibration> for CalibrationCase {
             target_accept: written.target_accept.unwrap_or(default.target_accept),
             seed: written.seed.unwrap_or(default.seed),
             discrepancy: written.discrepancy,
+            between_tests: written.between_tests,
+            joint: written.joint,
         })
     }
 }
@@ -334,6 +350,8 @@ impl Default for CalibrationCase {
             target_accept: 0.95,
             seed: 7,
             discrepancy: DiscrepancyCase::default(),
+            between_tests: ByParameter::default(),
+            joint: None,
         }
     }
 }

@@ -20,6 +20,9 @@ pub struct ExperimentsCase {
     /// Group of specimens to calibrate against; `None` for all specimens.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub group: Option<String>,
+    /// Test whose specimens are used, by the column `test` of the table; `None` for the specimens of all tests.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub test: Option<String>,
     /// Treatment of the toe (the soft start) of a curve.
     #[serde(default)]
     pub toe: Toe,

@@ -2,6 +2,7 @@
 //!
 //! `breccia init` writes [`Case::TEMPLATE`], the shipped default case with every key explained.
 
+mod between_tests;
 mod calibration;
 mod changed;
 mod conditions;
@@ -22,9 +23,11 @@ mod mistakes;
 mod overlay;
 mod own_data;
 mod parameter;
+mod paths;
 mod plastic;
 mod program;
 mod read;
+mod several_tests;
 mod simulation;
 mod simulator;
 mod target;
@@ -45,6 +48,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::prior::PriorBounds;
 use crate::qoi::Quantity;
+pub use between_tests::BetweenTestsCase;
 pub use calibration::{
     CalibrationCase, ConfirmCase, DesignCase, DesignSample, DiscrepancyCase, ExtendCase,
     Likelihood, Microstructure, QoiCase, SequentialCase, SurrogateCase,
@@ -64,9 +68,14 @@ pub use material::MaterialCase;
 pub(crate) use mistakes::Mistakes;
 pub(crate) use overlay::{merge, remove};
 pub use parameter::{BoundsCase, ByParameter, PriorCase};
+#[cfg(test)]
+pub(crate) use paths::FILES;
+pub(crate) use paths::{make_absolute, with_absolute_paths};
 pub use plastic::{HardeningCase, HardeningTable, PlasticCase, YieldRow};
 pub use program::ProgramPointCase;
 pub use read::CaseFile;
+pub(crate) use several_tests::single_tests;
+pub use several_tests::{SingleTest, TestEntry};
 pub use simulation::{AdaptiveCase, ArcLengthCase, OutputCase, TestCase};
 pub use simulator::SimulatorCase;
 pub use target::{Parameter, SimulationParts, Target, TargetError};
@@ -96,12 +105,15 @@ pub struct Case {
     /// Damage model; without it, every region is elastic.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub phase_field: Option<PhaseField>,
-    /// The test: its time and steps, and the platens.
+    /// The test: its time and steps, and the platens. With `tests`, the keys that the tests share.
     #[serde(default, skip_serializing_if = "TestCase::is_absent")]
     pub test: TestCase,
     /// The testing machine.
     #[serde(default, skip_serializing_if = "MachineCase::is_empty")]
     pub machine: MachineCase,
+    /// Several tests of the same material, in place of a single one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub tests: Vec<TestEntry>,
     /// Boundary conditions that replace the platens; for a single simulation only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub conditions: Option<ConditionsCase>,

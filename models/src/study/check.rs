@@ -152,6 +152,7 @@ fn checks(setting: &StudySetting) -> Vec<(String, CaseCheck)> {
                 table: None,
                 values: None,
                 group: None,
+                test: None,
                 toe,
                 read: None,
                 virtual_specimens: None,

@@ -272,6 +272,7 @@ pub(super) fn with_specimens(dir: &Path, setting: &StudySetting, case: &StudyCas
             table: Some(folder.join("experiments/specimens.csv")),
             values: None,
             group: None,
+            test: None,
             toe,
             read: None,
             virtual_specimens: None,

@@ -15,7 +15,7 @@ use super::specimen::{import_notes, imported_grains, imported_mesh};
 use super::specimen_checks::{InspectedSpecimens, inspect};
 use super::specimen_quantities::{SpecimenNames, compared};
 use super::stage::Stage;
-use crate::case::{CaseFile, ProgramPointCase, SpecimenGeometry};
+use crate::case::{CaseFile, ProgramPointCase, SingleTest, SpecimenGeometry, single_tests};
 use crate::experiment::{Specimen, SpecimenTable};
 use crate::specimen_files::{SpecimenFiles, recorded_file};
 
@@ -33,6 +33,8 @@ pub struct CaseCheck {
     pub mistakes: Vec<String>,
     /// Expected simulations and their cost; `None` for a case without a prior.
     pub cost: Option<ExpectedCost>,
+    /// Interpreted input of each test of a case with several tests, by the name of the test.
+    pub tests: Vec<(String, Vec<(&'static str, String)>)>,
 }
 
 impl CaseCheck {
@@ -52,8 +54,34 @@ impl CaseCheck {
             check.say("case", "its files are read once these mistakes are mended");
             return check;
         };
-        check.calibration(&file);
+        match file.case.tests.is_empty() {
+            true => check.calibration(&file),
+            false => check.several_tests(&file),
+        }
         check
+    }
+
+    /// Checks each test of a case as a case of its own. Mistakes in the case itself have been reported before.
+    fn several_tests(&mut self, file: &CaseFile) {
+        let names: Vec<&str> = file.case.tests.iter().map(|test| test.name.as_str()).collect();
+        self.say("tests", names.join(", "));
+        let Ok(tests) = single_tests(file) else { return };
+        let mut costs = Vec::new();
+        for SingleTest { name, file, own } in tests {
+            let mut check = Self::of_calibration(&file);
+            if !own.is_empty() {
+                let text = format!("of this test alone: {}", own.join(", "));
+                check.say("prior", text);
+            }
+            let named = |text: &String| format!("{name}: {text}");
+            self.notes.extend(check.notes.iter().map(named));
+            self.mistakes.extend(check.mistakes.iter().map(named));
+            costs.extend(check.cost);
+            self.tests.push((name, check.understood));
+        }
+        let total = ExpectedCost::sum(&costs.iter().collect::<Vec<_>>());
+        self.say("cost", format!("{} (all tests together)", total.total()));
+        self.cost = Some(total);
     }
 
     /// Reads the files that a case names.
@@ -257,7 +285,7 @@ impl CaseCheck {
         };
         let options = experiments.read.clone().unwrap_or_default();
         let SpecimenFiles { table, table_understood, understood, mistakes } =
-            SpecimenFiles::read(&path, &options);
+            SpecimenFiles::read(&path, &options).of_test(experiments.test.as_deref(), &path);
         mistakes.into_iter().for_each(|mistake| self.fail(mistake));
         self.table(&path, &table, table_understood.as_deref());
         self.curves(&table, &understood);

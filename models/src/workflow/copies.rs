@@ -10,7 +10,7 @@ use super::files::{IMPORTED, SPECIMENS, VALUES, same_file};
 use super::freshness::STAGES_FILE;
 use super::in_place::is_case_of_folder;
 use super::product_folder::{Owner, ProductFolder};
-use crate::case::{Case, CaseFile};
+use crate::case::{Case, CaseFile, with_absolute_paths};
 use crate::error::InputError;
 use crate::progress::say;
 use crate::specimen_files::{SpecimenFiles, recorded_file};
@@ -89,6 +89,11 @@ impl Copies {
         if source.path.is_file() {
             copies.originals.push((dir.join("case.toml"), source.path.clone()));
         }
+        if !source.case.tests.is_empty() {
+            // the folders of the tests have the copies
+            copies.case = with_absolute_paths(source)?;
+            return Ok(copies);
+        }
         if let Some(mesh) = &mut copies.case.specimen.mesh {
             let (from, to) = (source.beside(mesh), dir.join("specimen.msh"));
             if !same_file(&from, &to) {
@@ -146,14 +151,14 @@ impl Copies {
                 std::path::absolute(&from).map_err(|e| WorkflowError::io(&from, e))?;
         }
         let experiments = copies.case.experiments.as_mut();
-        let measured = experiments.and_then(|e| Some((e.table.as_mut()?, &mut e.read)));
-        if let Some((table, read)) = measured {
+        let measured = experiments.and_then(|e| Some((e.table.as_mut()?, &mut e.read, &e.test)));
+        if let Some((table, read, test)) = measured {
             let (from, to) = (source.beside(table), dir.join(SPECIMENS));
             if from.is_file() {
                 // the copies have the columns displacement_mm,force_N
                 let options = read.take().unwrap_or_default();
                 let SpecimenFiles { table: mut specimens, table_understood, understood, mistakes } =
-                    SpecimenFiles::read(&from, &options);
+                    SpecimenFiles::read(&from, &options).of_test(test.as_deref(), &from);
                 if let Some(mistake) = mistakes.into_iter().next() {
                     return Err(mistake.into());
                 }

@@ -181,6 +181,7 @@ fn write_specimens(
         group: group.clone(),
         slope_fraction: None,
         image: image(&v.id),
+        test: None,
         rate_mm_per_s: None,
         curve: timed(v.measure(&machine.record(&recorded_run(record)), noise)),
     });

@@ -88,6 +88,7 @@ mod tests {
             height_mm: 8.8,
             radius_mm: 2.5,
             group: String::new(),
+            test: None,
             slope_fraction: None,
             image: None,
             rate_mm_per_s: None,

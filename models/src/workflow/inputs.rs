@@ -17,7 +17,8 @@ use crate::case::{
     ByParameter, CalibrationCase, CandidateCase, Case, CaseFile, ConditionsCase, ConfirmCase,
     DesignCase, ExtendCase, FidelityCase, FurtherTestsCase, ImageCase, InterfaceCase, MachineCase,
     MaterialCase, Microstructure, NoiseCase, Parameter, PriorCase, QoiCase, SequentialCase,
-    SimulatorCase, SpecimenGeometry, SurrogateCase, TestCase, Toe, VirtualCase,
+    SimulatorCase, SingleTest, SpecimenGeometry, SurrogateCase, TestCase, Toe, VirtualCase,
+    single_tests,
 };
 use crate::experiment::SpecimenTable;
 use crate::prior::Prior;
@@ -57,6 +58,11 @@ impl<'a> Inputs<'a> {
         'a: 'b,
     {
         Inputs::new(file, self.dir, self.writer)
+    }
+
+    /// Creates the inputs of another case in another results folder with an empty record.
+    pub(super) fn of_folder<'b>(&self, file: &'b CaseFile, dir: &'b Path) -> Inputs<'b> {
+        Inputs::new(file, dir, self.writer)
     }
 
     /// Creates the inputs of the same case and the same folder with an empty record.
@@ -289,6 +295,20 @@ impl Inputs<'_> {
             Scanned { source, segmentation: own.segmentation.clone(), size_mm: own.size_mm }
         };
         Ok(further.into_iter().map(scanned).collect())
+    }
+
+    /// The tests of a case with several tests, each as a case of its own.
+    pub(super) fn tests(&self) -> Result<Vec<SingleTest>, WorkflowError> {
+        Ok(single_tests(self.file)?)
+    }
+
+    /// Records all keys of the case from which a test in a folder within the results folder has read keys, and all files
+    /// that the test has read.
+    pub(super) fn reads_in_folder(&self, test: &Inputs<'_>, folder: &str) {
+        let sources = test.sources();
+        sources.parts().for_each(|key| self.reads(key));
+        self.reads("tests");
+        sources.files().for_each(|name| drop(self.reads_file(&format!("{folder}/{name}"))));
     }
 
     /// Creates an error about the image of a further specimen.

@@ -117,6 +117,7 @@ pub(super) fn without_curves(specimens: &[MeasuredSpecimen]) -> SpecimenTable {
         height_mm: f64::NAN,
         radius_mm: f64::NAN,
         group: own.group.clone(),
+        test: None,
         slope_fraction: None,
         image: None,
         rate_mm_per_s: None,

@@ -95,6 +95,7 @@ mod tests {
             group: String::new(),
             slope_fraction: None,
             image: None,
+            test: None,
             rate_mm_per_s: None,
             curve,
         }

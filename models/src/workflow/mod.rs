@@ -18,6 +18,8 @@
 //! (`[simulator]`; a run works in `ensemble/*/work/run-*`), or an imported table (`imported_runs.csv`). Without a specimen of this
 //! program, the stages `segment` and `mesh` write nothing, `confirm` writes no fields and no second mesh, and runs without a
 //! curve have no file in `curves/`. `simulator/` and `experiments/values.csv` are copies of files that the case names.
+//! A case with several tests has a results folder for each test, `tests/NAME`, and joint stages in its own folder: see
+//! `joint` and `docs/how-to/several-tests.md`.
 //!
 //! `breccia surfaces` writes the surface of each grain, `surfaces/grain-*.stl` and `surfaces.csv`. `breccia simulate`
 //! runs one simulation. Neither is a stage.
@@ -78,6 +80,8 @@ mod images;
 mod in_place;
 mod influence;
 mod inputs;
+mod joint;
+mod joint_workflow;
 mod laboratories;
 mod level_runs;
 mod levels;
@@ -145,6 +149,7 @@ pub use copies::missing_case;
 pub(crate) use cores::Cores;
 pub use error::{InputInPlace, WorkflowError};
 pub use expected_cost::ExpectedCost;
+pub use joint_workflow::JointWorkflow;
 pub use laboratories::{SimulatedLaboratories, simulate_laboratories};
 pub(crate) use neighbours::Together;
 pub(crate) use product_folder::ProductFolder;
@@ -152,6 +157,7 @@ pub use product_folder::{FolderAccess, create_file};
 pub use simulate::{DeviceChoice, simulate};
 pub use stage::Stage;
 pub use stages::STAGES;
+use stages::stages_of;
 pub use status::{RunCounts, StageState, StageStatus, status};
 pub use surfaces::SurfaceOptions;
 
@@ -275,16 +281,31 @@ impl<'a> Workflow<'a> {
     /// # Errors
     /// The error that ended a stage.
     pub fn run_all(&self) -> Result<(), WorkflowError> {
-        let ready = self.file.table().and_then(|_| self.file.check_steps());
-        ready.map_err(|e| self.copies.named_by_owner(e.into()))?;
-        // check all products before anything is computed
+        self.check_ready()?;
+        self.stages().iter().try_for_each(|stage| self.make(stage))
+    }
+
+    /// Stages that are run in this folder, in order.
+    fn stages(&self) -> &'static [Stage] {
+        stages_of(&self.file.case)
+    }
+
+    /// Checks the inputs and the paths of all products before anything is computed.
+    ///
+    /// # Errors
+    /// Fails if an input has an error, or if a file of the user has the path of a product.
+    fn check_ready(&self) -> Result<(), WorkflowError> {
+        if self.file.case.tests.is_empty() {
+            let ready = self.file.table().and_then(|_| self.file.check_steps());
+            ready.map_err(|e| self.copies.named_by_owner(e.into()))?;
+        }
         let finished = self.finished();
-        for stage in STAGES.iter().filter(|stage| !finished.contains_key(stage.name)) {
+        for stage in self.stages().iter().filter(|stage| !finished.contains_key(stage.name)) {
             let case = &self.file.case;
             let may_write = |name: &str| Stage::may_write(case, name);
             self.folder.claim_unwritten(stage.products_of(case), stage.name, may_write)?;
         }
-        STAGES.iter().try_for_each(|stage| self.make(stage))
+        Ok(())
     }
 
     fn inputs(&self) -> Inputs<'_> {

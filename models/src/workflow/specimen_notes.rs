@@ -238,6 +238,7 @@ mod tests {
             group: String::new(),
             slope_fraction: None,
             image: None,
+            test: None,
             rate_mm_per_s,
             curve: crate::experiment::TestCurve::default(),
         };

@@ -12,7 +12,7 @@ use super::inputs::Inputs;
 use super::level_runs::FOLDER;
 use super::locks::{has_locks, holder};
 use super::stage::Stage;
-use super::stages::STAGES;
+use super::stages::{STAGES, stages_of};
 use crate::case::CaseFile;
 
 /// Progress of a stage.
@@ -92,7 +92,7 @@ pub fn status(dir: &Path) -> Result<Vec<StageStatus>, WorkflowError> {
         let state = state(stage, &records, &inputs(), &freshness, dir, runs.as_ref());
         StageStatus { stage: stage.name, state, runs }
     };
-    Ok(STAGES.iter().map(of).collect())
+    Ok(stages_of(&file.case).iter().map(of).collect())
 }
 
 fn check_results(dir: &Path) -> Result<(), WorkflowError> {

@@ -8,6 +8,7 @@ mod microstructure;
 mod outside;
 mod prior;
 mod program;
+mod several_tests;
 mod simulation;
 
 use fem::VOID;
@@ -17,6 +18,7 @@ use interface::{WrongInterface, check_interface};
 use super::{CaseFile, Mistakes, SpecimenGeometry};
 use crate::error::{InputError, closest};
 use machine::check_machine;
+use several_tests::check_tests;
 
 /// Regions that may have a material although the specimen does not have the region.
 const USUAL_REGIONS: [&str; 2] = ["matrix", "grain"];
@@ -41,6 +43,9 @@ impl CaseFile {
 
     /// Checks every value and returns all errors.
     pub(super) fn validate(&self) -> Vec<InputError> {
+        if !self.case.tests.is_empty() {
+            return check_tests(self);
+        }
         let mut mistakes = Mistakes::default();
         let geometry = match self.geometry() {
             Ok(geometry) => Some(geometry),

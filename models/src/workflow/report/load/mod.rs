@@ -24,7 +24,7 @@ use crate::error::InputError;
 use crate::qoi::Quantity;
 use crate::report::{OrderErrors, Picture, PictureContent, Qoi, Qualifier, Results, mean, number};
 use crate::table::{CsvTable, TableRow};
-pub(in crate::workflow) use posterior::parameters;
+pub(in crate::workflow) use posterior::{divergences, parameters, summary};
 
 /// Reads the results of all stages.
 pub(in crate::workflow) fn load(inputs: &Inputs<'_>) -> Result<Results, WorkflowError> {

@@ -108,7 +108,7 @@ fn moments(
 }
 
 /// Loads the summary of every sampled number.
-pub(super) fn summary(inputs: &Inputs<'_>) -> Result<Vec<Summarised>, WorkflowError> {
+pub(crate) fn summary(inputs: &Inputs<'_>) -> Result<Vec<Summarised>, WorkflowError> {
     let (draws, summary) = (inputs.file("posterior.csv")?, inputs.file("summary.csv")?);
     let draws = CsvTable::read(&draws, &["chain"])?;
     let summary = CsvTable::read(&summary, &["parameter"])?;
@@ -128,7 +128,7 @@ pub(super) fn summary(inputs: &Inputs<'_>) -> Result<Vec<Summarised>, WorkflowEr
 }
 
 /// Number of divergent transitions after warmup, in all chains.
-pub(super) fn divergences(inputs: &Inputs<'_>) -> Result<u64, WorkflowError> {
+pub(crate) fn divergences(inputs: &Inputs<'_>) -> Result<u64, WorkflowError> {
     let path = inputs.file("sampling.csv")?;
     let table = CsvTable::read(&path, &["divergences"])?;
     let counts = table.rows().map(|row| row.number("divergences"));
