@@ -120,7 +120,7 @@ pub use fem_mesh::{
     Block, BlockError, Cavity, ConvexPolyhedron, CylinderLattice, FractionTarget, Grain,
     GrainField, GrainForm, GrainList, GrainMode, GrainShape, GrainVolume, HexSplit,
     ImportedSurfaces, LabelReport, Labelling, LatticeError, MeshError, MeshReport, Meshed,
-    MeshedGrain, MeshedPhase, Meshing, MeshingError, Mixture, Packing, PackingError, Quality, Scan,
+    MeshedGrain, MeshedPhase, Meshing, MeshingError, Mixture, Packing, PackingError, Quality, RoundBar, Scan,
     ScanError, Scanner, SeparateError, Separated, SizeClass, Surface, SurfaceAxis, SurfaceError,
     SurfaceGrains, SurfaceImport, SurfaceImportError, TetMesh, VoxelGrains, Wall, decimated,
     enclosing_cylinder, gmsh, label, least_gap_mm, separated, stl, vtu,
@@ -139,6 +139,6 @@ pub use problem::{
     AdaptiveSteps, ArcLength, Checkpoint, CompressionTest, CurvePoint, CurveWriter, End,
     Evaluation, FixedSteps, Friction, LoadStepper, MaterialParameter, Observer, Outcome, Platens,
     Problem, ProblemBuilder, ProblemWarning, Progress, Schedule, Sensitivities, Step,
-    StepController, read_curve, write_curve,
+    StepController, TensionTest, read_curve, write_curve,
 };
 pub use solve::{Effort, LinearScheme, Scheme, SolverOptions};

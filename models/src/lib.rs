@@ -50,7 +50,7 @@ pub use breccia_calibration::{
     QoiRegistry, Qois, Quantity, ReadOptions, RelativeForce, Separator, Slope, Specimen,
     SpecimenTable, Specimens, TestAtDraw, TestCurve, TestGroup, Trend, Unit, calibrate,
     calibrate_after, calibrate_groups, calibration, calibration_on, calibration_over_groups,
-    hyperelastic, tension,
+    hyperelastic, tension, viscoplastic,
 };
 use breccia_calibration::{
     budget, curve_check, error, experiment, fracture, further_test, predicted_curve, prior, qoi,

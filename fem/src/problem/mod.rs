@@ -13,7 +13,7 @@
 //! 8. `stepping`: increments, and the loop over load steps
 //! 9. `evaluation`: stress, energy and forces of fields
 //! 10. `problem`: builder, problem, runs
-//! 11. `compression_test`: the unconfined compression test
+//! 11. `compression_test`, `tension_test`: the unconfined compression test, the tension test of a round bar
 
 mod compression_test;
 mod control;
@@ -27,6 +27,7 @@ mod problem;
 mod sensitivity;
 mod state;
 mod stepping;
+mod tension_test;
 
 pub(crate) use definition::Fingerprint;
 
@@ -39,3 +40,4 @@ pub use parameter::MaterialParameter;
 pub use problem::{Problem, ProblemBuilder};
 pub use state::Checkpoint;
 pub use stepping::{LoadStepper, Observer};
+pub use tension_test::TensionTest;

@@ -26,6 +26,7 @@ mod platen_tolerance;
 mod rate_independent;
 mod reference_cylinder;
 mod refusals;
+mod round_bar;
 mod sensitivity;
 mod solution;
 mod state_sensitivity;

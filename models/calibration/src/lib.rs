@@ -24,7 +24,8 @@
 //! 2. `prior`, `experiment`, `specimen_files`, `qoi`: priors of parameters, specimens with their curves and files,
 //!    quantities of interest
 //! 3. `curve_check`: findings on a measured curve
-//! 4. `fracture`, `hyperelastic`, `tension`: calibration models, each the pattern that a user copies
+//! 4. `fracture`, `hyperelastic`, `tension`: calibration models, each the pattern that a user copies;
+//!    `viscoplastic`: parts of a calibration model of metals that neck
 //! 5. `budget`, `predicted_curve`: sources of the uncertainty, and the curves that a posterior predicts
 //! 6. `further_test`: expected benefit of a further test
 
@@ -57,6 +58,7 @@ pub mod table;
 #[doc(hidden)]
 pub mod table_format;
 pub mod tension;
+pub mod viscoplastic;
 
 pub use error::InputError;
 pub use experiment::{Specimen, SpecimenTable, TestCurve};

@@ -9,6 +9,7 @@ mod mesh;
 mod meshing;
 mod phases;
 mod programs;
+mod round_bar;
 mod scanner;
 mod separation;
 mod specimen;

@@ -28,6 +28,7 @@ use ppl::Posterior;
 use ppl::prelude::*;
 
 pub use error::TensionError;
+pub(crate) use experiment::{MPA_PER_KSI, read_engineering_curves};
 pub use experiment::{HardeningPoint, TensionTest, Unloading, read_tension_tests};
 pub use law::{HardeningLaw, REFERENCE_STRAIN, Swift, Voce};
 pub use loo::loo_by_specimen;
