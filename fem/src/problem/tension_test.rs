@@ -36,7 +36,7 @@ const ON_WALL: f64 = 0.99;
 ///     .order(Order::Quadratic)
 ///     .materials([Material::hencky(200_000.0, 0.3)])
 ///     .build()?;
-/// let outcome = test.pull(&problem, 5e-6);
+/// let outcome = test.pull(&problem, 5e-6, 0.0);
 /// let (strain, stress_mpa) = test.engineering(&outcome.curve[0]);
 /// assert!((stress_mpa / strain / 200_000.0 - 1.0).abs() < 5e-3);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -101,12 +101,23 @@ impl TensionTest {
         (point.displacement_mm / (0.5 * self.extensometer_mm), 4.0 * point.force_n / area)
     }
 
-    /// Runs the problem until the extensometer has passed an engineering strain, or to its end. A run that reaches the
-    /// strain counts as complete ([`End::Displacement`]).
-    pub fn pull(&self, problem: &Problem, strain: f64) -> Outcome {
+    /// Returns engineering strains and engineering stresses of a curve, as [`engineering`](Self::engineering), with the
+    /// unloaded bar first.
+    pub fn engineering_curve(&self, curve: &[CurvePoint]) -> Vec<(f64, f64)> {
+        let readings = curve.iter().map(|point| self.engineering(point));
+        std::iter::once((0.0, 0.0)).chain(readings).collect()
+    }
+
+    /// Runs the problem until the extensometer has passed an engineering strain and the force has fallen by a fraction
+    /// `below_peak` of its largest value, or to its end. A run that gets there counts as complete
+    /// ([`End::Displacement`]). With `below_peak` = 0 the strain alone decides.
+    pub fn pull(&self, problem: &Problem, strain: f64, below_peak: f64) -> Outcome {
         let mut run = problem.start();
+        let mut largest = 0.0_f64;
         while let Some(point) = run.step() {
-            if self.engineering(&point).0 >= strain {
+            let (reached, stress) = self.engineering(&point);
+            largest = largest.max(stress);
+            if reached >= strain && stress <= (1.0 - below_peak) * largest {
                 return Outcome { end: End::Displacement, ..run.finish() };
             }
         }
