@@ -75,7 +75,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             100.0 * sum(|p| p.ghosts[0]) / sum(|p| p.nodes[0]),
             100.0 * sum(|p| p.ghosts[1]) / sum(|p| p.nodes[1]),
             sum(|p| p.neighbours) / count as f64,
-            // a product sends four f64 numbers of every ghost to its owner, and four numbers back
+            // in a product, each ghost sends four f64 numbers to the owner of its node, and the owner sends four
+            // numbers back
             sum(|p| p.ghosts[0]) * 64.0 / count as f64 / 1e3,
         );
     }

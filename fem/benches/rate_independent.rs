@@ -1,5 +1,5 @@
-//! Compression without viscosity, until the force is 30 % below its peak: which splits and residual stiffnesses pass,
-//! and the cost.
+//! Compression without viscosity, until the force is 30 % below its peak: for which splits and residual stiffnesses a
+//! run completes, and its cost.
 //!
 //! ```text
 //! cargo bench -p fem --bench rate_independent -- [ROW ...]
@@ -8,7 +8,7 @@
 //! A row is a mesh, a split and a residual stiffness, such as `coarse,none,0.01`. Meshes are
 //! - `coarse`: cylinder of linear elements, spacing 0.7 mm, a fifth of grains;
 //! - `default`: cylinder of the default case, quadratic elements, spacing 0.42 mm, a fifth of grains as mixtures;
-//! - a spacing in mm: as `default`, with this spacing.
+//! - a spacing in mm: the mesh `default` with this spacing.
 //!
 //! Splits are `none`, `volumetric-deviatoric` and `spectral`. Without rows, all splits run on both meshes with residual
 //! stiffness 0.01 and 1e-4. Printed as CSV: the row, the reason of the end, load steps, peak force and displacement at

@@ -50,7 +50,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
     };
 
-    // grey values to grains; warnings list results that the user should check
+    // from grey values to grains; the warnings list results that the user should check
     let segmented = Segmentation::default().run(&image, &mut |_| ())?;
     for warning in &segmented.warnings {
         println!("warning: {warning}");
@@ -62,7 +62,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         segmented.regions.len()
     );
 
-    // grains to a mesh
+    // from grains to a mesh
     let grains = VoxelGrains::new(&segmented.labels, Some(&segmented.solid), cylinder);
     let meshed = Meshing::new(0.6).build(radius_mm, height_mm, &grains)?;
     for warning in meshed.report.warnings() {

@@ -83,7 +83,7 @@ fn plate(size_mm: f64) -> TetMesh {
     let n = 2 * half;
     let size = 1.0 / n as f64;
     let mut mesh = TetMesh { regions: vec!["plate".into()], ..TetMesh::default() };
-    // one layer: all nodes of the grid, then the upper lip of the notch
+    // number of nodes per layer: all nodes of the grid, then the nodes of the upper lip of the notch
     let layer = (n + 1) * (n + 1) + half;
     for z in [0.0, size_mm] {
         let grid = (0..(n + 1) * (n + 1)).map(|k| [k % (n + 1), k / (n + 1)]);

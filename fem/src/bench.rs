@@ -47,8 +47,8 @@ pub fn parts(mesh: &TetMesh, count: usize) -> Vec<PartSize> {
     Ranks::threads(count).iter().map(size).collect()
 }
 
-/// Solver of a problem at given fields: a small, non-uniform compression and shear. The principal axes of these fields
-/// differ from the coordinate axes.
+/// Solver of a problem with given fields. The fields are a small, non-uniform compression and shear, whose principal
+/// axes differ from the coordinate axes.
 pub struct NewtonParts<'a> {
     problem: &'a Problem,
     fields: Fields,
@@ -65,7 +65,7 @@ impl std::fmt::Debug for NewtonParts<'_> {
 }
 
 impl<'a> NewtonParts<'a> {
-    /// Creates the fields and the solver, without an evaluation.
+    /// Creates the fields and the solver; no equation is evaluated yet.
     pub fn new(problem: &'a Problem) -> Self {
         let nodes = problem.nodes();
         let mut fields = Fields::zero(nodes.len());
@@ -84,7 +84,7 @@ impl<'a> NewtonParts<'a> {
         }
     }
 
-    /// Computes residual and energies.
+    /// Computes the residual and the energies at the fields.
     ///
     /// # Errors
     /// [`StepFailure::Inverted`] if an element is inverted.
@@ -94,8 +94,8 @@ impl<'a> NewtonParts<'a> {
         Ok(operator.residual(&increment, &mut self.residual)?)
     }
 
-    /// Linearises the equations: assembles the tangent or, for quadratic elements with multigrid, computes its point
-    /// data.
+    /// Linearises the equations: assembles the tangent or, for quadratic elements with multigrid, computes the data at
+    /// quadrature points (*point data*) of the matrix-free tangent.
     ///
     /// # Errors
     /// [`StepFailure::Inverted`] if an element is inverted.
@@ -115,7 +115,7 @@ impl<'a> NewtonParts<'a> {
         solved.map(drop).map_err(|_| StepFailure::Singular)
     }
 
-    /// Computes and stores the point data of the matrix-free tangent.
+    /// Computes and stores the data at quadrature points (*point data*) of the matrix-free tangent.
     ///
     /// # Errors
     /// [`StepFailure::Inverted`] if an element is inverted.
@@ -131,7 +131,7 @@ impl<'a> NewtonParts<'a> {
         applied.expect("the processor has the tangent");
     }
 
-    /// Number of bytes of the point data. A product reads each byte once.
+    /// Returns the number of bytes of the point data. A product with the tangent reads each byte once.
     pub fn bytes(&self) -> usize {
         self.product.bytes()
     }

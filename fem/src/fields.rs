@@ -10,19 +10,19 @@ pub struct Fields {
     pub displacement: Vec<[f64; 3]>,
     /// Damage φ; zero at a node that belongs to elastic regions only.
     pub damage: Vec<f64>,
-    /// State with which laws with a state compute the stress. The fields of a run have it; [`LawState::default`] is
-    /// the state before the first increment.
+    /// State from which laws with a state compute the stress. The fields of a run contain this state;
+    /// [`LawState::default`] is the state before the first increment.
     #[serde(default)]
     pub state: LawState,
 }
 
-/// State of the laws at the start of the increment that led to the fields, and its duration.
+/// State of the laws at the start of the increment that led to the fields, and the duration of this increment.
 ///
-/// Stress and energy of a law with a state depend on the state at the start of the increment. Empty for laws without
-/// state.
+/// Stress and energy of a law with a state depend on the state at the start of the increment. The state is empty for
+/// laws without state.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LawState {
-    /// Element after element, point after point; empty: zero.
+    /// State values, ordered by element and then by integration point. An empty vector stands for zeros.
     pub(crate) values: Vec<f64>,
     /// Duration of the increment, s.
     pub(crate) duration_s: f64,
@@ -52,7 +52,7 @@ impl Fields {
         values.into_iter().all(|x| x.is_finite())
     }
 
-    /// Adds a multiple of other fields.
+    /// Adds a multiple of other fields to displacement and damage.
     pub(crate) fn add_scaled(&mut self, multiple: f64, other: &Fields) {
         let sums = self.displacement.as_flattened_mut().iter_mut().chain(&mut self.damage);
         let others = other.displacement.as_flattened().iter().chain(&other.damage);

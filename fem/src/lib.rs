@@ -75,7 +75,7 @@
 #[cfg(feature = "bench-internals")]
 pub mod bench;
 mod boundary;
-// hidden modules are not part of the interface; the tests in fem/tests/operator use them
+// these hidden modules are not part of the public interface; they are public for the tests in fem/tests/operator
 #[doc(hidden)]
 #[allow(missing_debug_implementations)]
 pub mod device;
@@ -127,11 +127,13 @@ pub use fem_mesh::{
 };
 pub use fields::{Fields, LawState};
 pub use material::{
-    ConstitutiveLaw, CrackDensity, DamageQuadrature, DegradationFunction, ElasticLaw, ElasticPoint,
-    ElasticResponse, Elasticity, EnergySplit, Fracture, Homogenisation, HyperelasticLaw,
-    Irreversibility, Material, MooneyRivlin, Number, Ogden, OgdenTerm, PhaseField, Principal,
-    PrincipalStrain, Response, SaintVenantKirchhoff, Scalar, Split, Strains, UserConstitutiveLaw,
-    UserDegradation, UserLaw, UserSplit, assert_material,
+    ConstitutiveLaw, CrackDensity, DamageEnergies, DamageQuadrature, DegradationFunction,
+    ElasticLaw, ElasticPoint, ElasticResponse, Elasticity, EnergyKind, EnergySet, EnergySplit,
+    Fracture, Hardening, HardeningPoint, Homogenisation, HyperelasticLaw, Inelasticity,
+    Irreversibility, Material, MooneyRivlin, Number, Oblique, Ogden, OgdenTerm, PhaseField,
+    PlasticRate, Plasticity, Principal, PrincipalStrain, PronyModuli, PronyTerm, Response,
+    SaintVenantKirchhoff, Scalar, Split, Strains, TimeShift, UserConstitutiveLaw, UserDegradation,
+    UserLaw, UserSplit, Viscoelasticity, YieldCriterion, assert_material,
 };
 pub use operator::CellStress;
 pub use parallel::{Communicator, RankLost, Ranks};

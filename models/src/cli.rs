@@ -52,16 +52,16 @@ Examples:
   breccia check my.toml                     what a run would read, its cost and every mistake
   breccia simulate my.toml --out try        one simulation: try/curve.csv
   breccia surfaces my.toml --out try        the surface of each grain: try/surfaces/grain-001.stl
-  breccia run my.toml --out results         everything; interrupt it and run it again to go on
+  breccia run my.toml --out results         all stages; the same command resumes an interrupted run
   breccia calibrate --out results           one stage again, after results/case.toml was edited
-  breccia status results                    how far it is, from any machine that sees the folder
-  breccia ensemble --out results --slurm    its simulations as jobs of a Slurm cluster
-  breccia study my-study.toml --out study   several calibrations and what they say together
+  breccia status results                    state of the results, from any machine that sees the folder
+  breccia ensemble --out results --slurm    the simulations of a case as jobs of a Slurm cluster
+  breccia study my-study.toml --out study   several calibrations and their comparison
   breccia study my-study.toml --out study --slurm   the same as jobs of a Slurm cluster
 
 Stages, in order: segment, mesh, experiments, ensemble, surrogate, calibrate, confirm, verdict, design,
 report.
-`breccia help STAGE` says what each reads and writes.";
+`breccia help STAGE` describes a stage and the files that it writes.";
 
 #[derive(Subcommand)]
 enum Command {
@@ -71,7 +71,7 @@ enum Command {
     /// Write the default case, every key explained
     #[command(after_help = "Example:\n  breccia init my.toml\n  breccia init --own-data my-tests")]
     Init {
-        /// The file to write; an existing one is never replaced
+        /// The file to write; an existing file is never replaced
         #[arg(default_value = "case.toml")]
         file: PathBuf,
 
@@ -82,7 +82,7 @@ enum Command {
     /// Read a case and all files that it names; print the interpreted input, the expected cost and every mistake
     #[command(
         after_help = "Computes nothing and writes nothing. Exit code 0: no mistakes; 1: mistakes.\n\
-                      Of a study all laboratories and cases are read.\n\
+                      For a study, all laboratories and cases are read.\n\
                       Example:\n  breccia check my.toml"
     )]
     Check {
@@ -102,12 +102,11 @@ enum Command {
         device: crate::DeviceChoice,
     },
     /// Write the surface of each grain as STL: surfaces/grain-001.stl, surfaces.csv
-    #[command(
-        after_help = "In mm and in the coordinates of the mesh: the specimen stands on z = 0 with its axis on z.\n\
+    #[command(after_help = "The surfaces are in mm, in the coordinates of the mesh:\n\
+                      the axis of the specimen is z, and its bottom is at z = 0.\n\
                       Example:\n  breccia surfaces my.toml --out try\n\
                       With the paper's steps:\n  \
-                      breccia surfaces my.toml --out try --smoothing-passes 10 --decimation 20 --least-distance-mm 0.01"
-    )]
+                      breccia surfaces my.toml --out try --smoothing-passes 10 --decimation 20 --least-distance-mm 0.01")]
     Surfaces {
         #[command(flatten)]
         target: CaseAndFolder,
@@ -126,8 +125,8 @@ enum Command {
     },
     /// Run several related calibrations and compare them; writes study.csv and report.html
     #[command(
-        after_help = "Writes a folder of results for each case, with all that `run` writes, and in DIR study.csv\n\
-                      and report.html. Interrupt it and run it again to go on.\n\
+        after_help = "Writes a folder of results for each case, with all files of `run`, and the comparison:\n\
+                      DIR/study.csv and DIR/report.html. The same command resumes an interrupted study.\n\
                       Example:\n  breccia study studies/bonded-granular.toml --out study"
     )]
     Study {
@@ -146,7 +145,7 @@ enum Command {
         #[arg(long, value_name = "FILE")]
         replace: Vec<PathBuf>,
 
-        /// Run only the laboratory or case with this folder within DIR
+        /// Run only the laboratory or case whose folder within DIR is PART
         #[arg(long, value_name = "PART", conflicts_with_all = ["slurm", "slurm_script"])]
         only: Option<String>,
 
@@ -159,7 +158,7 @@ enum Command {
     },
     /// Show the state of the results, from any machine that sees the folder; changes nothing
     #[command(
-        after_help = "Prints a line a stage. Exit code 0: all is done; 3: work is left; 1: no results.\n\
+        after_help = "Prints one line per stage. Exit code 0: all stages are done; 3: work is left; 1: no results.\n\
                       Example:\n  breccia status results"
     )]
     Status {
@@ -236,7 +235,10 @@ pub fn program(registry: Registry) -> ExitCode {
         };
     });
     if let Err(error) = handler {
-        let _ = writeln!(std::io::stderr(), "note: Ctrl-C will not end cleanly ({error})");
+        let _ = writeln!(
+            std::io::stderr(),
+            "note: Ctrl-C will stop the program without saving unfinished work ({error})"
+        );
     }
     let mut stderr = std::io::stderr();
     let ranks = match ranks_of(&request) {
@@ -311,7 +313,7 @@ fn with_hint(error: clap::Error) -> clap::Error {
     match error.get(ContextKind::InvalidSubcommand) {
         Some(ContextValue::String(word)) if word.ends_with(".toml") => Cli::command().error(
             ErrorKind::InvalidSubcommand,
-            format!("{word:?} is no command; did you mean `breccia run {word}`?"),
+            format!("{word:?} is not a command; did you mean `breccia run {word}`?"),
         ),
         _ => error,
     }

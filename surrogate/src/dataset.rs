@@ -84,7 +84,7 @@ pub struct Dataset {
     notes: Vec<String>,
     x: Vec<f64>,
     y: Vec<f64>,
-    /// Number of inputs with respect to which the rows have derivatives. These are the first inputs.
+    /// Number k such that the rows have derivatives with respect to the first k inputs.
     differentiated: usize,
     /// Derivatives, rows × outputs × inputs with derivatives; empty without derivatives.
     slopes: Vec<f64>,
@@ -286,7 +286,7 @@ impl Dataset {
         self.noted.get(i * self.notes.len() + position).map(String::as_str)
     }
 
-    /// Returns the number of inputs with respect to which the rows have derivatives. These are the first inputs.
+    /// Returns the number k such that the rows have derivatives with respect to the first k inputs.
     pub fn inputs_with_derivatives(&self) -> usize {
         self.differentiated
     }

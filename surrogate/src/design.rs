@@ -200,7 +200,8 @@ mod tests {
 
     #[test]
     fn a_scrambled_net_integrates_without_bias_and_better_than_random() {
-        // ∫ Π (1 + (u − ½)) = 1 with variance (13/12)^d − 1 for one random point
+        // the integral of Π_i (1 + (u_i − ½)) over the unit cube is 1; at one random point the variance is (13/12)^d −
+        // 1
         let (d, n, repeats) = (4, 256, 200u64);
         let means: Vec<f64> = (0..repeats)
             .map(|seed| {

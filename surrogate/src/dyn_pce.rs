@@ -319,7 +319,8 @@ impl DynPce {
         Ok((value, jacobian))
     }
 
-    /// Returns ψ_k(t_i) and dψ_k/dx_i for each input i and each degree k up to the highest degree in the expansion.
+    /// Returns ψ_k(t_i) and dψ_k/dx_i for each input i and each degree k up to the highest degree in the expansion. ψ_k
+    /// is the orthonormal Legendre polynomial of degree k, and t_i is the coordinate of the input x_i on [−1, 1].
     fn basis(&self, x: &[f64]) -> Vec<Vec<[f64; 2]>> {
         let polynomials = |(axis, &x): (&Axis, &f64)| {
             let slope = axis.slope_at(x);

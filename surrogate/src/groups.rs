@@ -1,9 +1,9 @@
 //! Variance components of runs in groups: scatter between groups, scatter within a group, and the resulting
 //! errors of the fit.
 //!
-//! Runs on the same specimen form a group. They share the deviation of the specimen from the mean response. With the
-//! deviation b_j ~ N(0, B) for each of n groups and the error e_i ~ N(0, W) for each of N runs, on the outputs'
-//! scales, the model is
+//! Runs on the same specimen form a group. Runs of a group share the deviation of the specimen from the mean response.
+//! With the deviation b_j ~ N(0, B) for each of n groups and the error e_i ~ N(0, W) for each of N runs, on the
+//! outputs' scales, the model is
 //!
 //! Y = Ψ C + Z b + E,
 //!
@@ -63,12 +63,12 @@ const DEPENDENT: f64 = 1e-10;
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GroupedRuns {
-    /// Error of the fit from the scatter within groups. Its covariance at x is W h(x), with the covariance W of the
-    /// scatter within groups and the leverage h.
+    /// Error of the fit from the scatter within groups. The covariance of this error at x is W h(x), with the
+    /// covariance W of the scatter within groups and the leverage h.
     pub within: CoefficientPosterior,
-    /// Error of the fit from the scatter between groups. Its covariance at x is B g(x), with the covariance B of the
-    /// scatter between groups; the function g takes the role of the leverage. The degrees of freedom of this
-    /// posterior are the degrees of freedom of the estimate of B.
+    /// Error of the fit from the scatter between groups. The covariance of this error at x is B g(x), with the
+    /// covariance B of the scatter between groups; the function g (see the module) takes the role of the leverage. The
+    /// degrees of freedom of this posterior are the degrees of freedom of the estimate of B.
     pub between: CoefficientPosterior,
     /// Number of groups.
     pub groups: usize,

@@ -4,7 +4,7 @@
 /// polynomials on the stack.
 pub const MAX_ORDER: usize = 16;
 
-/// The pairs (P_k(t), P_k'(t)) for k = 0 … K − 1.
+/// The Legendre polynomials and their derivatives: the pairs (P_k(t), P_k'(t)) for k = 0 … K − 1.
 ///
 /// The recurrences are (k+1) P_(k+1) = (2k+1) t P_k − k P_(k−1) and P'_(k+1) = (2k+1) P_k + P'_(k−1). The second
 /// recurrence has no division by 1 − t² and is therefore valid at t = ±1 too.
@@ -27,7 +27,8 @@ pub(crate) fn norm(k: usize) -> f64 {
     ((2 * k + 1) as f64).sqrt()
 }
 
-/// Values of the basis at t: Π_i ψ_(a_i)(t_i) for each multi-index a, with ψ_k = √(2k+1) P_k.
+/// Values of the basis polynomials at t: Π_i ψ_(a_i)(t_i) for each multi-index a, with ψ_k = √(2k+1) P_k and the
+/// Legendre polynomials P_k.
 pub(crate) fn basis_row<'a>(indices: impl IntoIterator<Item = &'a Vec<u8>>, t: &[f64]) -> Vec<f64> {
     let psi = orthonormal(t);
     let product =
@@ -51,7 +52,7 @@ pub(crate) fn basis_slopes<'a>(
 
 type Polynomials = [[f64; 2]; MAX_ORDER + 1];
 
-/// The pairs (ψ_k(t), ψ_k'(t)) for each coordinate t and all degrees k.
+/// The pairs (ψ_k(t), ψ_k'(t)) of orthonormal Legendre polynomials for each coordinate t and all degrees k.
 fn orthonormal(t: &[f64]) -> Vec<Polynomials> {
     let at = |&t: &f64| {
         let p = legendre::<{ MAX_ORDER + 1 }>(t);

@@ -8,20 +8,21 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Truncation {
-    /// Σ a_j ≤ p: C(p + d, d) terms in d inputs.
+    /// Total degree Σ a_j at most p: C(p + d, d) terms in d inputs.
     #[default]
     TotalDegree,
-    /// (Σ a_j^q)^(1/q) ≤ p with 0 < q < 1. This set has fewer interaction terms than `TotalDegree`.
+    /// Hyperbolic norm (Σ a_j^q)^(1/q) at most p, with 0 < q < 1. This set has fewer interaction terms than
+    /// `TotalDegree`.
     Hyperbolic {
-        /// The exponent q: a smaller q gives fewer interactions.
+        /// Exponent q of the norm: a smaller q gives fewer interaction terms.
         q: f64,
     },
-    /// Σ a_j ≤ p and a_i ≤ r for one input i. This set is suitable if input i has only few distinct values in the
-    /// runs.
+    /// Total degree Σ a_j at most p, and degree a_i at most r in one input i. This set is suitable if input i has only
+    /// few distinct values in the runs.
     Limited {
-        /// Index i of the limited input, counted from 0.
+        /// Index i of the input whose degree is limited, counted from 0.
         input: usize,
-        /// The highest degree r in this input.
+        /// Highest degree r in the limited input.
         order: u8,
     },
 }

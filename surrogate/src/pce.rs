@@ -32,8 +32,8 @@ pub struct Pce<const D: usize, const M: usize> {
     /// Bounds of the box if all scales are linear; otherwise NaN, so that no point is inside. A point inside
     /// `plain_box` therefore needs no check of the scales.
     plain_box: [[f64; 2]; D],
-    /// Derivative dt/dx of the coordinate of each input. Divisions instead of these factors would make evaluation 10
-    /// % slower.
+    /// Derivative dt/dx of the coordinate t ∈ [−1, 1] of each input x. With divisions instead of these factors,
+    /// evaluation would be 10 % slower.
     slopes: [f64; D],
     kernel: PceKernel<D, M>,
     axes: [Axis; D],
@@ -166,7 +166,7 @@ impl<const D: usize, const M: usize> Pce<D, M> {
         Ok((value, jacobian))
     }
 
-    /// Whether all scales are linear and `x` lies inside the box. This is the most frequent case.
+    /// Whether all scales are linear and `x` lies inside the box, which is the most frequent case.
     #[inline]
     fn is_plain(&self, x: &[f64; D]) -> bool {
         self.plain_box.iter().zip(x).all(|([lower, upper], x)| lower <= x && x <= upper)

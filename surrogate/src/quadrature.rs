@@ -12,8 +12,8 @@ const POINTS: std::ops::RangeInclusive<usize> = 4..=24;
 /// a logarithmic scale: with 8 points the relative error is below 1e-9 for bounds a factor of 1000 apart.
 const BEYOND_DEGREE: usize = 8;
 
-/// Values of an expansion on a tensor grid of Gauss–Legendre points in t, with weights for inputs that are
-/// uniform on the box.
+/// Values of an expansion on a tensor grid of Gauss–Legendre points in the coordinates t ∈ [−1, 1], with weights for
+/// inputs that are uniform on the box.
 pub(crate) struct TensorGrid {
     /// Weights of the quadrature points of each input; the weights of an input sum to 1.
     weights: Vec<Vec<f64>>,

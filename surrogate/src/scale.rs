@@ -7,7 +7,7 @@ use crate::error::SurrogateError;
 
 /// Scale on which an input or an output is expanded: the number itself or its logarithm.
 ///
-/// A power law is a polynomial of order 1 if both its input and its output are on logarithmic scales.
+/// A power law becomes a polynomial of order 1 if its input and its output are on logarithmic scales.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scale {
@@ -40,7 +40,7 @@ impl Scale {
         }
     }
 
-    /// Returns dy/dz as a function of the number `y`, where z is the coordinate of y on the scale.
+    /// Returns the derivative dy/dz as a function of the number `y`, where z is the coordinate of y on the scale.
     #[inline]
     pub(crate) fn slope_at(self, y: f64) -> f64 {
         match self {
@@ -94,13 +94,13 @@ impl Axis {
         self.scale.value_and_slope(z).0
     }
 
-    /// Returns dt/dz, where z is the coordinate on the scale and t ∈ [−1, 1] the coordinate on the unit interval.
+    /// Returns the derivative dt/dz of the coordinate t ∈ [−1, 1] with respect to the coordinate z on the scale.
     #[inline]
     pub(crate) fn unit_slope(self) -> f64 {
         2.0 / (self.upper - self.lower)
     }
 
-    /// dt/dx at the value `x`.
+    /// Returns the derivative dt/dx of the coordinate t ∈ [−1, 1] with respect to the input x, at the value `x`.
     #[inline]
     pub(crate) fn slope_at(self, x: f64) -> f64 {
         self.unit_slope() / self.scale.slope_at(x)

@@ -206,7 +206,8 @@ fn intervals_on_logarithmic_scales_hold_the_index() {
     assert!(fit.coefficients.sobol_intervals(1.0, 1).is_err());
 }
 
-/// Compares the leverage with the leverage of the fit, and its derivatives with finite differences, on both scales.
+/// Compares the leverage of the posterior with the leverage of the fit, and the derivatives of the leverage with finite
+/// differences, on linear and logarithmic scales.
 #[test]
 fn the_leverage_is_a_function_with_slopes() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);

@@ -41,7 +41,7 @@ fn response(x: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>) {
     (y, jacobian)
 }
 
-/// Power laws: peak ~ E^(2/3) ξ^(1/3), displacement ~ (ξ/E)^(1/3).
+/// Power laws: peak force ~ E^(2/3) ξ^(1/3), displacement at peak ~ (ξ/E)^(1/3).
 fn laws(x: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>) {
     let y = vec![x[0].powf(2.0 / 3.0) * x[2].cbrt(), (x[2] / x[0]).cbrt()];
     let slopes = |y: f64, power: f64| vec![power * y / x[0], 0.0, y / (3.0 * x[2])];
@@ -236,8 +236,8 @@ fn fewer_runs_than_terms_recover_a_polynomial() {
     assert_eq!(fit.report.logarithmic, ["young", "viscosity", "f0", "f1"], "{}", fit.report);
 }
 
-/// For outputs without scatter, 30 runs with derivatives (120 rows) determine the order that otherwise needs a hundred
-/// runs. Their error is about a hundredth of the error of 30 runs without derivatives.
+/// For outputs without scatter, 30 runs with derivatives (120 rows) determine the order for which a hundred runs
+/// without derivatives are needed. The error is about a hundredth of the error of 30 runs without derivatives.
 #[test]
 fn thirty_runs_with_derivatives_come_close_to_a_hundred_without() {
     let fit =

@@ -90,8 +90,8 @@ fn leverages_sum_to_the_terms_and_peak_at_a_corner() {
     assert!(fit.leverage(&[9.0, 0.0]).is_err());
 }
 
-/// Checks that the variance of repeated fits at a point is h(x) times the variance of the noise, within 4 standard
-/// errors.
+/// Checks that the variance of repeated fits at a point is the leverage h(x) times the variance of the noise, within 4
+/// standard errors.
 #[test]
 fn leverage_is_the_variance_of_the_fit() {
     let (repeats, sd) = (400, 0.1);
@@ -150,7 +150,7 @@ fn exact_polynomials_are_recovered_at_their_own_order() {
         let x = [0.3, 2.2, -0.4];
         assert_relative_eq!(fit.pce.value(&x).unwrap()[0], cubic(&x)[0], max_relative = 1e-11);
     }
-    // a function that is a sum of functions of one input has few hyperbolic terms
+    // a sum of functions of one input each has few terms in a hyperbolic truncation
     let ridge = runs(3, &["f"], 60, 5, |x| vec![x[0].powi(6) + x[2]]);
     let options =
         FitOptions { truncation: Truncation::Hyperbolic { q: 0.5 }, ..FitOptions::default() };

@@ -66,7 +66,8 @@ fn psi(k: usize, t: f64) -> f64 {
     now * ((2 * k + 1) as f64).sqrt()
 }
 
-/// Computes ½ ∫ f ψ_k over [a, 1] by Simpson's rule; the integral over half the interval is doubled.
+/// Computes ½ ∫ f ψ_k over [−1, 1] by Simpson's rule, as the mean of f ψ_k over [`from`, 1]. `from` is −1, or 0 if f
+/// ψ_k is even.
 fn project(f: impl Fn(f64) -> f64, k: usize, from: f64) -> f64 {
     let n = 4000;
     let h = (1.0 - from) / f64::from(n);

@@ -16,7 +16,7 @@ fn inputs() -> Vec<Input> {
         .into()
 }
 
-/// Power laws: slope ~ E, peak ~ E^(2/3) ξ^(1/3), displacement ~ (ξ/E)^(1/3).
+/// Power laws: slope ~ E, peak force ~ E^(2/3) ξ^(1/3), displacement at peak ~ (ξ/E)^(1/3).
 fn power_laws(x: &[f64]) -> Vec<f64> {
     vec![7.0 * x[0], x[0].powf(2.0 / 3.0) * x[2].cbrt(), (x[2] / x[0]).cbrt()]
 }

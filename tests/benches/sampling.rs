@@ -1,14 +1,19 @@
-//! `cargo bench -p breccia-tests --bench sampling`: processor time of the paper's model (9
-//! parameters, 8 experiments), eight schools, kidscore (434 children), radon (919 houses), garch11
-//! (200 values), counts over a Gaussian process (11), a mixture of two normals (1000 values) and
-//! Lotka–Volterra (21 years of two species), as CSV `model,dim,quantity,value,unit`.
+//! Measures sampling speed: `cargo bench -p breccia-tests --bench sampling`.
 //!
-//! Value and gradient are the least of many batches at points near the mode; the overhead is the time
-//! of a sampling run less its gradients, by leapfrog. Effective draws are those of the worst
-//! coordinate of 4 × 2000 draws, over the processor time of the run with the default warmup
-//! (Lotka–Volterra from its mode): the median of nine seeds, between which it differs by a third.
-//! A name after `--` asks for the models that have it in theirs; `paper_setting` is 4 × 52 000 draws
-//! on two threads, by the clock.
+//! Models: the paper's calibration (9 parameters, 8 experiments), eight schools, kidscore (434 children), radon (919
+//! houses), garch11 (200 values), counts with a Gaussian process (11 counts), a mixture of two normals (1000 values)
+//! and Lotka–Volterra (21 years of two species). The output is CSV: `model,dim,quantity,value,unit`. All times are
+//! processor times, except in `paper_setting`.
+//!
+//! - `value`, `gradient`: time of one evaluation, the smallest of many batches, at points near the mode.
+//! - `leapfrog`: time of a sampling run divided by its number of leapfrog steps; `overhead_per_leapfrog`: the same time
+//!   without the gradient.
+//! - `min_ess_bulk_per_second`: bulk ESS of the coordinate with the smallest ESS, for 4 × 2000 draws, divided by the
+//!   time of the run including the default warmup. The value is the median of nine seeds; the values of the seeds
+//!   differ by a third. Lotka–Volterra starts from its mode.
+//! - `paper_setting`: elapsed time of 4 × 52 000 draws on two threads.
+//!
+//! Arguments after `--` select the models whose names contain an argument.
 
 use std::hint::black_box;
 use std::time::{Duration, Instant};
@@ -26,7 +31,7 @@ use ppl::prelude::*;
 use ppl::{Bound, Chains, Model, Workspace};
 
 ppl::model! {
-    /// posteriordb's low_dim_gauss_mix.
+    /// Model low_dim_gauss_mix of posteriordb.
     fn mixture(y: &[f64]) {
         let mu ~ Normal(0.0, 2.0).array::<2>().ordered();
         let sigma ~ HalfNormal(2.0).array::<2>();
@@ -38,7 +43,7 @@ ppl::model! {
 }
 
 fn main() {
-    // `cargo test --benches` only wants to know that it runs
+    // `cargo test --benches` only checks that the bench runs
     let quick = !std::env::args().any(|a| a == "--bench");
     println!("model,dim,quantity,value,unit");
     let instance = Instance::load();
@@ -54,19 +59,19 @@ fn main() {
     report("garch11", &garch11(&garch_data(), 0.5), quick);
     let (x, _, counts) = gp_data();
     report("poisson_gp", &gp_pois_regr(&x, &counts), quick);
-    // normal scores of both components, as those of a sample would be spread
+    // quantiles of both components at equally spaced probabilities, in place of a random sample
     let scores = (0..500).map(|i| Normal(0.0, 1.0).quantile((f64::from(i) + 0.5) / 500.0));
     let values: Vec<f64> = scores.flat_map(|z| [-2.75 + z, 2.75 + z]).collect();
     report("gaussian_mixture", &mixture(&values), quick);
     let (hare, lynx) = lynx_hare_data();
     let solution = PredatorPrey::years();
     let model = lotka_volterra(&solution, &hare, &lynx);
-    // from random starts a chain may stay in a minor mode, where the data are all noise
+    // a chain with a random start may stay in a minor mode, in which noise explains all data
     let mode = Map::default().find(&model).expect("the posterior has a mode").point;
     report_with("lotka_volterra", &model, Nuts::default().init_points(vec![mode; 4]), quick);
 }
 
-/// Whether the command line asks for a name, or for none.
+/// Whether the command line selects the model with this name. Without names, it selects all models.
 fn asked(name: &str) -> bool {
     let mut parts = std::env::args().skip(1).filter(|part| !part.starts_with("--")).peekable();
     parts.peek().is_none() || parts.any(|part| name.contains(&part))
@@ -120,10 +125,10 @@ fn report_with<M: Model>(name: &str, model: &Bound<M>, sampler: Nuts<'_>, quick:
     line("min_ess_bulk_per_second", rates[rates.len() / 2], "1/s");
 }
 
-/// After this, runs are not repeated.
+/// Total time after which a run is not repeated.
 const LONG_ENOUGH: Duration = Duration::from_secs(3);
 
-/// The least time of some runs, which what else runs disturbs least; their chains are the same.
+/// Shortest time of several runs, which other programs on the machine disturb least. All runs give the same chains.
 fn fastest<M: Model>(sampler: &Nuts<'_>, model: &Bound<M>, runs: usize) -> (Chains, f64) {
     let run = || {
         let start = Instant::now();
@@ -144,7 +149,7 @@ fn fastest<M: Model>(sampler: &Nuts<'_>, model: &Bound<M>, runs: usize) -> (Chai
     best
 }
 
-/// The paper's own run, and the shortest one to min ESS > 2000 and R-hat < 1.01.
+/// Times the paper's run, and the shortest run with a minimum ESS above 2000 and an R-hat below 1.01.
 fn paper_setting<M: Model>(model: &Bound<M>, quick: bool) {
     if quick || !asked("paper_setting") {
         return;
@@ -164,7 +169,7 @@ fn paper_setting<M: Model>(model: &Bound<M>, quick: bool) {
     }
 }
 
-/// Mean time of one call in the fastest of some short batches, in ns.
+/// Mean time of one call in ns, in the fastest of several short batches.
 fn least_ns(batches: usize, mut call: impl FnMut(usize) -> bool) -> f64 {
     let mut time = |repeats: usize| {
         let start = Instant::now();

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Seconds that a model adds to the compilation of a user's crate, of processor time and by the clock.
+"""Measures the processor time and the elapsed time that a model adds to the compilation of a user's crate.
 
-Three crates against the same, already compiled `ppl`: one that samples a density written by hand,
-one that samples a model of 20 lines, and an empty one. Prints CSV
-`profile,crate,processor_s,clock_s`, each the least of three.
+Three crates are compiled with the same, already compiled `ppl`: one samples a density written by hand,
+one samples a model of 20 lines, and one is empty. Prints CSV
+`profile,crate,processor_s,clock_s`; each time is the least of three.
 
     python3 tests/compile/run.py
 """

@@ -3,7 +3,7 @@
 
     python3 tests/editor/run.py
 
-Outside CI: it needs `rustup component add rust-analyzer` and some minutes for the first index.
+This script is not part of CI. It needs `rustup component add rust-analyzer` and some minutes for the first index.
 """
 
 import json
@@ -49,7 +49,7 @@ ppl = {{ path = {path!r} }}
 [workspace]
 """
 
-# what stands before the cursor (the first place), and what the answer must hold
+# text before the cursor (its first occurrence), and text that the answer must contain
 HOVERS = [
     ("let mu ~ Nor", ["Normal"]),
     ("let shifted = m", ["mu", "Real"]),
@@ -64,7 +64,7 @@ COMPLETIONS = [
 
 
 class Server:
-    """A language server over pipes."""
+    """A language server that communicates through pipes."""
 
     def __init__(self, folder):
         self.process = subprocess.Popen(
@@ -107,7 +107,7 @@ class Server:
 
 
 def after(text):
-    """The position behind the first `text`."""
+    """Returns the position after the first occurrence of `text`."""
     offset = SOURCE.index(text) + len(text)
     line = SOURCE.count("\n", 0, offset)
     return {"line": line, "character": offset - SOURCE.rfind("\n", 0, offset) - 1}

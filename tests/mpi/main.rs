@@ -1,8 +1,8 @@
 //! Runs one simulation on several processes by `mpirun`.
 //!
 //! The tests need a program that is built with the feature `mpi`, and an MPI library (`.ci/run` installs Open MPI if
-//! possible). Otherwise they print that they were skipped. `fem/tests/ranks` tests everything except the calls of MPI on any
-//! machine, with threads in place of processes.
+//! possible). Otherwise they print that they were skipped. `fem/tests/ranks` tests everything except the calls of MPI
+//! on any machine, with threads in place of processes.
 
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
@@ -105,7 +105,8 @@ fn two_processes_give_the_curve_and_the_files_of_one() {
     assert!(two.status.success(), "{}", text(&two));
     assert_eq!(String::from_utf8_lossy(&two.stdout).trim(), "two/curve.csv");
     let [a, b] = assert_same(&folder.join("one/curve.csv"), &folder.join("two/curve.csv"));
-    // linear systems are solved to a relative residual of 0.01, so that rounding errors may change the number of iterations
+    // linear systems are solved to a relative residual of 0.01, so that rounding errors may change the number of
+    // iterations
     assert!((a - b).abs() <= a / 40.0, "{a} and {b} Newton iterations");
     for name in ["fields/step-00010.vtu", "fields.pvd"] {
         let length = |out: &str| std::fs::metadata(folder.join(out).join(name)).expect(name).len();
@@ -139,7 +140,7 @@ fn a_process_that_dies_ends_the_run_with_its_state_named_and_one_goes_on() {
     assert!(killed.expect("kill").success());
     let ended = run.wait_with_output().expect("an end");
     let said = text(&ended);
-    assert!(!ended.status.success() && said.contains("goes on from out/simulate.state"), "{said}");
+    assert!(!ended.status.success() && said.contains("resumes from out/simulate.state"), "{said}");
     let again = alone(folder, &["simulate", "case.toml", "--out", "out"]);
     assert!(again.status.success() && text(&again).contains("goes on after step"), "{said}");
     let whole = alone(folder, &["simulate", "case.toml", "--out", "one"]);

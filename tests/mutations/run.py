@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Seeds defects into the crates, one at a time, and checks that a test catches each.
+"""Seeds defects into the crates, one at a time, and checks that a test detects each defect.
 
     tests/mutations/run.py            all defects
     tests/mutations/run.py fem        the defects of one crate, in fem.toml
     tests/mutations/run.py NAME …     these defects
-    tests/mutations/run.py --check    checks only that every defect still fits its source
+    tests/mutations/run.py --check    checks only that every defect still matches its source
 
-A defect is a wrong expression in place of a right one. All defects of the chosen crates are compiled
+A defect is a wrong expression in place of a correct expression. All defects of the chosen crates are compiled
 at once, into a copy of the workspace. Each defect is behind a switch that an environment variable
 turns on, so that there is one build, and then one short run of the named tests per defect. Without a
 defect, every named test has to pass. The script needs Python 3.11 and takes some minutes; it is not
@@ -24,7 +24,7 @@ import tomllib
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 SWITCH = "SEEDED_DEFECT"
-# the switch as it is added to the copy of a crate's src/lib.rs
+# the switch that is added to the copy of a crate's src/lib.rs
 CODE = """
 /// Whether the seeded defect with this number is on.
 #[doc(hidden)]
@@ -39,17 +39,17 @@ pub fn seeded_defect(number: u32) -> bool {
 PACKAGES = ["crate-tests", "unoptimised-tests"]
 # the seeded crates are compiled in several units: their speed does not matter here
 SETTINGS = ["codegen-units=16", "opt-level=2"]
-# seconds that the tests of one defect may take
+# time limit of the tests of one defect in seconds
 PATIENCE = 300
 
 
 def test_program(defect):
-    """The name of the test program; "lib" stands for the unit tests of the crate."""
+    """Returns the name of the test program; "lib" stands for the unit tests of the crate."""
     return f"{defect['crate']}-unit" if defect["test"] == "lib" else defect["test"]
 
 
 def read_defects():
-    """The defects of all crates, each with its crate and its number."""
+    """Returns the defects of all crates, each with its crate and its number."""
     defects = []
     for section in sorted(HERE.glob("*.toml")):
         for defect in tomllib.loads(section.read_text())["defect"]:
@@ -58,7 +58,7 @@ def read_defects():
 
 
 def seed(text, defect):
-    """The source with the defect behind its switch; None if the defect no longer fits."""
+    """Returns the source with the defect behind its switch; None if the defect no longer matches the source."""
     within = defect.get("within", defect["right"])
     if text.count(within) != 1 or within.count(defect["right"]) != 1:
         return None
@@ -71,7 +71,7 @@ def seed(text, defect):
 
 
 def seed_all(defects):
-    """The seeded sources by path, and the defects that no longer fit."""
+    """Returns the seeded sources by path, and the defects that no longer match."""
     sources, stale = {}, []
     for defect in defects:
         path = defect["file"]
@@ -119,7 +119,7 @@ def build(workspace, crates, tests):
 
 
 def outcome(program, filters, number):
-    """How the tests end: "pass", "fail", "no test" if the filters match none, or "timeout"."""
+    """Runs tests and returns "pass", "fail", "timeout", or "no test" if the filters match no test."""
     path, folder = program
     environment = dict(os.environ, **({} if number is None else {SWITCH: str(number)}))
     try:
@@ -139,7 +139,7 @@ def outcome(program, filters, number):
 
 
 def choose(defects, asked):
-    """The defects of the crates and with the names that are asked for; all if none is."""
+    """Returns the defects of the given crates and with the given names; all defects without arguments."""
     unknown = set(asked) - {d["name"] for d in defects} - {d["crate"] for d in defects}
     if unknown:
         sys.exit(f"no such defect or crate: {', '.join(sorted(unknown))}")
@@ -182,7 +182,7 @@ def main():
         if clean[key] != "pass":
             verdict = f"its test ends with \"{clean[key]}\" without any defect: {defect['test']} {filters}"
         else:
-            # a run without end is not a failed assertion: it does not count as caught
+            # a test that does not end has no failed assertion, so that the defect does not count as detected
             verdict = {
                 "fail": "caught",
                 "pass": "MISSED",

@@ -1,4 +1,5 @@
-//! `breccia check` prints the inputs of a run, its cost and every mistake. It computes nothing and writes nothing.
+//! `breccia check` prints the inputs of a run, its cost and every mistake. The command computes nothing and writes
+//! nothing.
 
 use std::path::{Path, PathBuf};
 
@@ -147,7 +148,7 @@ fn images_are_checked_by_their_headers_and_meshes_by_their_files() {
     let (code, out, err) = said(&breccia(dir.path(), &["check", "mine/case.toml"]));
     assert_eq!(code, Some(0), "{out}{err}");
     assert!(out.contains("height 4.4000 mm, radius 2.0000 mm"), "{out}");
-    // stresses are compared: (2 / 2.5)²
+    // equal stress: forces are scaled by (2 / 2.5)²
     let scaled = "S-01 has a radius of 2.5 mm, the mesh 2.0000 mm: its forces are scaled by 0.6400";
     assert!(out.contains(scaled), "{out}");
 }
@@ -213,8 +214,8 @@ set.prior.matrix.young_mpa = [220.0, 300.0]
     assert!(before.len() == before_mistakes.len() + 1);
 }
 
-/// Laboratories are checked. Cases of a laboratory are checked without its specimens, which do not exist yet. Variants are
-/// checked separately.
+/// Laboratories are checked. Cases of a laboratory are checked without its specimens, which do not exist yet. Variants
+/// are checked separately.
 #[test]
 fn laboratories_and_variants_of_a_study_are_checked() {
     let dir = tempfile::tempdir().unwrap();

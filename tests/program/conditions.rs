@@ -47,8 +47,8 @@ const TOUGHNESS: f64 = 0.02;
 const LENGTH: f64 = 0.5;
 const RESIDUAL: f64 = 0.01;
 
-/// The cube of Mooney–Rivlin rubber with damage that does not degrade the energy of compression, stretched along x and held
-/// along y and z.
+/// The cube of Mooney–Rivlin rubber with damage that does not degrade the energy of compression, stretched along x and
+/// held along y and z.
 fn stretched(order: u8, displacement: f64) -> String {
     let [c10, c01, bulk] = RUBBER;
     format!(
@@ -77,8 +77,8 @@ checkpoint_every = 2
     )
 }
 
-/// Force and damage of the cube at the stretch λ. The energy is ψ = C₁₀ (Ī₁ − 3) + C₀₁ (Ī₂ − 3) + U(J) with J = λ. Damage
-/// is driven by ψ if J > 1 and by ψ − U otherwise.
+/// Force and damage of the cube at the stretch λ. The energy is ψ = C₁₀ (Ī₁ − 3) + C₀₁ (Ī₂ − 3) + U(J) with J = λ.
+/// Damage is driven by ψ if J > 1 and by ψ − U otherwise.
 fn closed_form(stretch: f64) -> [f64; 2] {
     let [c10, c01, bulk] = RUBBER;
     let x = stretch;
@@ -120,8 +120,8 @@ fn a_cube_of_rubber_is_damaged_as_its_split_says() {
     }
 }
 
-/// Regression: if a body moves against the direction in which its force is measured, the force is negative, which is below
-/// any fraction of a positive peak.
+/// Regression: if a body moves against the direction in which its force is measured, the force is negative. A negative
+/// force is below any fraction of a positive peak and must not stop the run.
 #[test]
 fn stop_below_peak_looks_at_the_size_of_the_force() {
     let dir = tempfile::tempdir().unwrap();
@@ -138,7 +138,7 @@ fn stop_below_peak_looks_at_the_size_of_the_force() {
 #[test]
 fn a_cylinder_under_a_dead_load_shortens_as_its_law_says() {
     let dir = tempfile::tempdir().unwrap();
-    // a quadratic mesh has curved walls, so that its volume is that of a cylinder to a few thousandths
+    // a quadratic mesh has curved walls, so that its volume agrees with the volume of a cylinder to a few thousandths
     let case = r#"
 [specimen]
 radius_mm = 2.5

@@ -47,7 +47,7 @@ fn a_run_that_diverges_leaves_curve_reason_and_last_state() {
     for part in ["no equilibrium after", "inside out", "smaller steps"] {
         assert!(reason.contains(part) && err.contains(part), "{part:?}: {reason} {err}");
     }
-    // the last equilibrium lies between the last step on the curve and the next one
+    // the last equilibrium is at or after the last row of the curve, and before the next step
     let after = reason.split("after ").nth(1).and_then(|text| text.split(" mm").next()).unwrap();
     let after: f64 = after.parse().unwrap();
     assert!(after >= last[1] && after < last[1] + 0.22, "{after} after {}", last[1]);

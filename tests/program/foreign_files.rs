@@ -193,8 +193,8 @@ fn a_stage_leaves_other_files_where_they_are() {
     assert!(code == Some(0) && err.contains("finished before, unchanged"), "{err}");
 }
 
-/// Only curves that the case can have count as products. The stage makes its missing products and does not suggest replacing
-/// the file.
+/// Only curves that the case can have count as products. The stage makes its missing products and does not suggest
+/// replacing the file.
 #[test]
 fn a_curve_beyond_the_draws_of_the_case_does_not_stop_its_stage() {
     for (draws, is_refused) in [(2, false), (9, true)] {
@@ -336,8 +336,8 @@ fn a_study_and_a_script_replace_no_file_of_the_users() {
     assert!(read("job.sh").starts_with("#!/bin/bash"));
 }
 
-/// If the program is killed at any moment, it still recognises its own files: the same command is not refused and ends with
-/// the same results.
+/// If the program is killed at any moment, it still recognises its own files: the same command is not refused and ends
+/// with the same results.
 #[test]
 fn a_killed_command_knows_its_own_files() {
     let dir = tempfile::tempdir().unwrap();

@@ -97,8 +97,8 @@ fn edited_labels_are_meshed_and_never_replaced() {
     assert!((part() / all - 1.0).abs() < 1e-9);
 }
 
-/// The grain fraction that `segment` and `mesh` report is that of the cylinder that is meshed, also of a block and of a
-/// cylinder that is cut out of the specimen.
+/// `segment` and `mesh` report the same grain fraction, namely the fraction of the meshed cylinder, also for a block
+/// and for a cylinder that is cut out of the specimen.
 #[test]
 fn segment_and_mesh_report_the_same_grain_fraction() {
     let dir = tempfile::tempdir().unwrap();
@@ -184,7 +184,7 @@ fn an_image_becomes_labels_mesh_and_curve() {
     }
     assert_eq!(mesh["grains"], 4.0);
     let (found, asked) = (mesh["grain_fraction"], whole["grain_fraction"]);
-    // the edge length of elements is the radius of a ball
+    // the edge length of an element is the radius of a ball, so that the mesh is coarse
     assert!((found / asked - 1.0).abs() < 0.015, "{found} of the mesh, {asked} of the image");
     assert!((found / (exact / cylinder) - 1.0).abs() < 0.015, "{found} of the mesh");
     assert!(mesh["dihedral_min_deg"] >= 12.0 - 1e-6, "{mesh:?}");

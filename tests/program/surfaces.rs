@@ -101,7 +101,8 @@ fn grains_of_a_packing_come_back_from_their_files() {
     assert!(files < table.len());
 }
 
-/// A case with surfaces of a packing and measured curves of other packings runs every stage from the mesh to the report.
+/// A case with surfaces of a packing and measured curves of other packings runs every stage from the mesh to the
+/// report.
 #[test]
 fn a_case_of_files_is_calibrated_up_to_its_report() {
     let dir = tempfile::tempdir().unwrap();

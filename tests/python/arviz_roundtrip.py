@@ -1,4 +1,4 @@
-"""Opens a posterior store with ArviZ, without conversion, and compares it with our own summary.
+"""Opens a posterior store with ArviZ, without conversion, and compares the summary of ArviZ with the summary of `ppl`.
 
     python3 arviz_roundtrip.py posterior.zarr summary.csv sensitivity.csv
 
@@ -65,7 +65,7 @@ require(np.allclose(of_sd, -2 * np.log(2.9), rtol=1e-12), "log-prior of sd diffe
 loo = arviz.loo(data)
 require(np.isfinite(loo.elpd), "LOO is not finite")
 
-# intervals from 5 % to 95 %, as ours; the summary's own tail size would be at 10 % and 90 %
+# intervals from 5 % to 95 %, as in `ppl`; by default the tail ESS would be at 10 % and 90 %
 arviz.rcParams["stats.ci_prob"] = 0.9
 arviz.rcParams["stats.ci_kind"] = "eti"
 theirs = arviz.summary(data, var_names=["mu", "sd"], kind="all", round_to="none")
@@ -95,7 +95,7 @@ with open(sensitivity, newline="", encoding="utf-8") as file:
     ours = {row["parameter"]: row for row in csv.DictReader(file)}
 for name, row in theirs.iterrows():
     for group in ("prior", "likelihood"):
-        # theirs takes the powers 0.99 and 1.01, ours 1/1.01 and 1.01
+        # ArviZ uses the powers 0.99 and 1.01, `ppl` uses 1/1.01 and 1.01
         a, b = float(row[group]), float(ours[name][group])
         require(abs(a - b) <= 0.02 * a + 1e-3, f"{group} sensitivity of {name}: {b}, ArviZ {a}")
 

@@ -1,11 +1,11 @@
-"""Mesh files of Gmsh for the tests of the reader, and what Gmsh and meshio find in files of the writer.
+"""Makes mesh files with Gmsh for the tests of the reader, and checks files of the writer with Gmsh and meshio.
 
     python3 mesh_files.py make FOLDER
     python3 mesh_files.py check FILE.msh
 
-`make` writes second-order meshes of spheres in a cylinder, as Gmsh makes them and after its optimiser, and
-prints for each its name, the number of tetrahedra, the number of folded ones and the volume of the spheres.
-`check` prints what both programs read. Needs gmsh, meshio and numpy.
+`make` writes second-order meshes of spheres in a cylinder, with and without Gmsh's optimiser. For each mesh it
+prints the name, the number of tetrahedra, the number of folded tetrahedra and the volume of the spheres.
+`check` prints the contents of the file as Gmsh and meshio read them. Needs gmsh, meshio and numpy.
 """
 import sys
 from math import pi
@@ -85,5 +85,5 @@ if __name__ == "__main__":
         make(place / "one.msh", ONE, 1.5, 0)
         make(place / "close.msh", CLOSE, 0.8, 0)
         make(place / "fine.msh", ONE, 0.6, 0)
-        # the optimiser takes seconds: the smallest mesh suffices for elements that it unfolded
+        # the optimiser takes seconds; the smallest mesh is enough to test unfolded elements
         make(place / "optimised.msh", ONE, 1.5, 1)

@@ -1,7 +1,7 @@
-"""The single-edge notched shear test by other means than `fem`: triangles, small strain, plane strain,
-consistent damage terms, the fields solved in turn until they stand still. AT2, spectral split of the
-stress, history of the driving energy. The figures stand in `fem/tests/notched_plate.rs` and, beside
-those of `cargo bench -p fem --bench notched_plate -- shear`, in `fem/src/equations.md`.
+"""Independent solution of the single-edge notched shear test, without `fem`: triangles, small strain, plane strain,
+consistent damage terms, and alternate minimisation until the fields converge. AT2, spectral split of the
+stress, history of the driving energy. `fem/tests/notched_plate.rs` contains the results.
+`fem/src/equations.md` compares them with `cargo bench -p fem --bench notched_plate -- shear`.
 
     python3 notched_shear.py SIZE_MM
 
@@ -18,7 +18,7 @@ STEPS = np.concatenate([np.linspace(0.001, 0.008, 8), np.linspace(0.0082, 0.02, 
 
 
 def axis(h):
-    """Points of (0, 1): spacing h from 0.5 on, growing by 1.3 towards 0."""
+    """Grid points in (0, 1): the spacing is h from 0.5 to 1, and grows by a factor of 1.3 per point towards 0."""
     points, x, step = [0.5], 0.5, h
     while x > 1e-9:
         if 0.5 - x > max(0.03, 2 * h):
@@ -69,14 +69,14 @@ mass = np.einsum("ab,e->eab", (np.ones((3, 3)) + np.eye(3)) / 12, area)
 
 
 def split(u):
-    """Plane-strain stresses and tangents of both parts, and the energy of the tensile one."""
+    """Plane-strain stresses and tangents of the tensile and the compressive part, and the tensile energy."""
     e = np.einsum("eij,ej->ei", B, u[dofs])
     tr, mean = e[:, 0] + e[:, 1], 0.5 * (e[:, 0] + e[:, 1])
     half, shear = 0.5 * (e[:, 0] - e[:, 1]), 0.5 * e[:, 2]
     r = np.hypot(half, shear)
     lam = np.stack([mean + r, mean - r], 1)
     safe = np.where(r > 0, r, 1.0)
-    c, s = np.where(r > 0, half / safe, 1.0), np.where(r > 0, shear / safe, 0.0)  # of twice the angle
+    c, s = np.where(r > 0, half / safe, 1.0), np.where(r > 0, shear / safe, 0.0)  # cosine and sine of twice the angle
     # projections n (x) n in Voigt form (xx, yy, xy) and the strain vector that gives n.e.n
     N = [np.stack([0.5 * (1 + k * c), 0.5 * (1 - k * c), 0.5 * k * s], 1) for k in (1, -1)]
     M = np.stack([-0.5 * s, 0.5 * s, 0.5 * c], 1)  # symmetric part of n1 (x) n2

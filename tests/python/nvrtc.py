@@ -1,7 +1,7 @@
 """Compiles kernels for a card with NVRTC (PyPI: nvidia-cuda-nvrtc-cu12), without a card.
 
 Usage: nvrtc.py KERNELS.cu [ARCHITECTURE]
-Exit code: 0 they compile, 1 they do not (the compiler's words on stderr), 77 NVRTC is not installed.
+Exit code: 0 if the kernels compile, 1 if not (errors of the compiler on stderr), 77 if NVRTC is not installed.
 """
 
 import ctypes

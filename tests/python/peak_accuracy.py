@@ -1,16 +1,16 @@
-"""Accuracy of peak force and displacement at peak of noisy curves, beside smoothing splines and local polynomials.
+"""Accuracy of peak force and displacement at peak of noisy curves, compared with smoothing splines and local polynomials.
 
     cargo build --release -p breccia-calibration --example peaks
     python3 tests/python/peak_accuracy.py target/release/examples/peaks [REPLICATES] [SHAPE,SHAPE] [READINGS,READINGS]
 
-Needs numpy and scipy. Each line is a condition: shape of the curve, readings, noise of the force over the peak, noise
-of the displacement in um; then bias and rms error (%) of displacement at peak and of peak force; then the ratio of
-this rms to that of
+Needs numpy and scipy. Each line is a condition: shape of the curve, number of readings, noise of the force as a fraction of the peak force,
+noise of the displacement in um; then bias and rms error (%) of displacement at peak and of peak force; then the ratios
+of these rms errors to the rms errors of other methods:
 - a cubic smoothing spline whose smoothing minimises generalised cross-validation (on means of at most 400 blocks),
 - a local quadratic within 0.2 of the displacement at peak, centred on its own vertex,
 - a local cubic within 0.4 of the displacement at peak, centred on its own maximum.
-All of them know the readings alone. The last line counts the conditions with noise in which the rms error of the
-displacement and of the force exceeds 1.05 times that of the spline and of the quadratic. Exits with 1 if a bias exceeds
+All methods use only the readings. The last line counts the conditions with noise in which the rms error of the
+displacement or of the force exceeds 1.05 times the error of the spline or of the quadratic. Exits with 1 if a bias exceeds
 0.3 % of the peak or 1 % of the displacement by more than three standard errors.
 """
 import struct
@@ -24,22 +24,22 @@ PEAK_N, PEAK_MM = 150.0, 0.12
 
 
 def viscous(x):
-    """Damage that viscosity limits: definitions 3.3."""
+    """Curve of viscous damage: definitions 3.3."""
     return x * np.exp((1 - x**3) / 3)
 
 
 def lopsided(x):
-    """The same with a cubic of the largest size seen in simulations."""
+    """Viscous curve with the largest cubic term that was observed in simulations."""
     return viscous(x) - 0.5 * (x - 1) ** 3 * np.exp(-(((x - 1) / 0.5) ** 2))
 
 
 def broad(x):
-    """A plateau: curvature -1 instead of -3."""
+    """Broad peak: curvature -1 instead of -3."""
     return x * np.exp(1 - x)
 
 
 def sharp(x):
-    """A sharp peak and a drop to a quarter within a fifth of the way: curvature -12."""
+    """Sharp peak: curvature -12; the force falls to a quarter within a fifth of the displacement at peak."""
     return x * np.exp((1 - x**12) / 12)
 
 

@@ -1,17 +1,17 @@
-"""scikit-image on the volumes of `cargo run --release -p fem-mesh --example segmentation FOLDER`, scored in the
-same way, beside the scores of that command, with the seconds of processor time that each takes.
+"""Segments the volumes of `cargo run --release -p fem-mesh --example segmentation FOLDER` with scikit-image. Prints the
+scores and processor seconds of scikit-image and of that command.
 
     python3 segmentation.py FOLDER [VOLUME ...]
 
-Needs numpy, scipy, scikit-image and tifffile. Two recipes, both with a median of 3³ and a watershed on the Euclidean
-distance from seeds by h-maxima of 0.5 voxel after a Gaussian of 1 voxel: `multi-otsu` takes the upper threshold of
-multi-Otsu with three classes; `inside` takes Otsu's threshold of two classes inside the specimen. Volumes of 256³ have
-the paper's rule for seeds too, `spacing`: peaks 4 voxels apart on distances in whole voxels. Beam hardening is not
-removed. The specimen is the largest component above the lower threshold of multi-Otsu, holes filled slice by slice.
-Where grains are dark, `multi-otsu` takes its middle class and `inside` the lower class; where air is the brightest then, the
-image is inverted before.
+Needs numpy, scipy, scikit-image and tifffile. Two recipes are used. Both have a median filter of 3³ voxels and a watershed on the
+Euclidean distance; the seeds are h-maxima of 0.5 voxel after a Gaussian filter of 1 voxel. The recipe `multi-otsu` uses the
+upper threshold of multi-Otsu with three classes. The recipe `inside` uses Otsu's threshold of two classes inside the specimen.
+For volumes of 256³ voxels, the paper's rule for seeds is also used, `spacing`: peaks at least 4 voxels apart, of distances in
+whole voxels. Beam hardening is not corrected. The specimen is the largest component above the lower threshold of multi-Otsu,
+with holes filled slice by slice. If grains are dark, `multi-otsu` uses the middle class and `inside` the lower class; if air is
+then the brightest, the image is inverted first.
 
-The rows are those of docs/explanation/volumes.md. Volumes are in voxels; "ours" is the rule `auto` or that of the same seeds.
+The rows are listed in docs/explanation/volumes.md. Volumes are in voxels; "ours" is Breccia with the rule `auto` or with the same seeds.
 """
 import csv
 import resource
@@ -50,16 +50,16 @@ def seeds_of(distance, rule):
 
 
 def segment(image, rule, contrast):
-    """Labels, and the voxels of the specimen."""
+    """Returns the labels, and the voxels of the specimen."""
     is_dark = contrast == "dark"
     if is_dark and np.median(image[:, :8, :8]) > np.median(image):
         image, is_dark = image.max() - image, False
-    # of whole numbers scikit-image takes a bin for each, not `nbins`, which takes minutes
+    # for integers scikit-image uses one bin per value instead of `nbins`, which takes minutes
     smooth = ndi.median_filter(image.astype(np.float32), 3)
     void, level = threshold_multiotsu(smooth, 3, nbins=1024)
     inside = specimen_of(smooth, void)
     if rule == "inside":
-        # without the rim, which is between air and matrix
+        # without the rim, whose grey values are between air and matrix
         core = ndi.binary_erosion(inside, iterations=2)
         level = threshold_otsu(smooth[core], nbins=1024)
         grain = inside & (smooth >= void) & (smooth < level) if is_dark else inside & (smooth >= level)
@@ -134,7 +134,7 @@ def volume_row(folder, name, rule, ours):
 
 
 def specimen_row(folder, name, ours):
-    """One row for our rule `auto` and both recipes: PQ, errors of the fraction and of the median volume."""
+    """Returns one row for Breccia (`auto`) and both recipes: PQ, errors of the fraction and of the median volume."""
     row = f"| {name} | {ours['true_grains']} | {float(ours['true_fraction']):.4f}"
     recipes = {rule: run(folder, name, rule, ours["contrast"]) for rule in ("multi-otsu", "inside")}
     for key in ("pq", "fraction", "median"):

@@ -85,7 +85,7 @@ impl Cluster {
     fn wait_until_idle(&self) {
         wait_for("the queue to be empty", || {
             let is_empty = self.queue().is_empty();
-            // each query of the queue starts two processes for some milliseconds
+            // pause, because each query of the queue starts two processes for some milliseconds
             std::thread::sleep(Duration::from_millis(if is_empty { 0 } else { 200 }));
             is_empty
         });
@@ -219,7 +219,7 @@ fn a_whole_study(cluster: &Cluster, folder: &Path) {
         "A: mesh",
         "A: runs",
         "B: calibration",
-        "what all show together",
+        "the comparison of all cases",
     ] {
         assert!(out.contains(part), "{part}: {out}");
     }
@@ -275,7 +275,7 @@ fn submitted_by_the_program(cluster: &Cluster, folder: &Path, expected: &[Vec<St
     assert_eq!(code, Some(0), "{err}");
     let job = out.lines().find_map(|line| line.strip_prefix("job ")?.split(':').next());
     let job = job.unwrap_or_else(|| panic!("no job number: {out}")).to_owned();
-    assert!(out.contains("ensemble.sbatch") && out.contains("collects them"), "{out}");
+    assert!(out.contains("ensemble.sbatch") && out.contains("collects the runs"), "{out}");
 
     wait_for("three runs", || finished(&results).len() >= 3);
     let mut seen = finished(&results);
@@ -301,7 +301,7 @@ fn submitted_by_the_program(cluster: &Cluster, folder: &Path, expected: &[Vec<St
     }
     assert!(results.join("runs.csv").is_file(), "{}", logs(&results));
     assert_eq!(runs(&results), expected, "{}", logs(&results));
-    // including the run with the other quadrature in the middle of the box
+    // including one run that is repeated with the other quadrature in the middle of the box
     assert_eq!(finished(&results).len(), 35);
     let (_, told, _) = breccia(cluster, folder, &["status", "jobs"]);
     assert!(told.contains("ensemble     done     34 of 34 runs"), "{told}");
@@ -338,7 +338,8 @@ fn submitted_by_hand(cluster: &Cluster, folder: &Path, expected: &[Vec<String>])
     }
 }
 
-/// If Slurm refuses a job, its message is printed. Mistakes that would fail on the cluster are reported before submission.
+/// If Slurm refuses a job, its message is printed. Mistakes that would fail on the cluster are reported before
+/// submission.
 fn refused(cluster: &Cluster, folder: &Path) {
     let ensemble = ["ensemble", "case.toml", "--out", "refused", "--slurm"];
     let (code, _, err) =

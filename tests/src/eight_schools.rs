@@ -4,11 +4,11 @@ use ppl::prelude::*;
 
 /// Estimated treatment effects.
 pub const EFFECT: [f64; 8] = [28.0, 8.0, -3.0, 7.0, -1.0, 1.0, 18.0, 12.0];
-/// Their standard errors.
+/// Standard errors of the estimated treatment effects.
 pub const ERROR: [f64; 8] = [15.0, 10.0, 16.0, 11.0, 9.0, 11.0, 10.0, 18.0];
 
 ppl::model! {
-    /// Effects as unknowns: a funnel.
+    /// Centred parametrisation: the effects are unknowns, and the posterior has a funnel.
     pub fn centred(y: &[f64; 8], se: &[f64; 8]) {
         let mu ~ Normal(0.0, 5.0);
         let tau ~ HalfCauchy(5.0);
@@ -18,7 +18,7 @@ ppl::model! {
         }
     }
 
-    /// Standardised effects as unknowns.
+    /// Non-centred parametrisation: standardised effects are unknowns.
     pub fn non_centred(y: &[f64; 8], se: &[f64; 8]) {
         let mu ~ Normal(0.0, 5.0);
         let tau ~ HalfCauchy(5.0);
@@ -30,8 +30,8 @@ ppl::model! {
     }
 }
 
-/// Mean and sd of mu, tau and the first theta: mu and theta are normal given tau, so one integral over
-/// tau remains (Gelman et al., *Bayesian Data Analysis*, §5.4).
+/// Mean and standard deviation of mu, tau and the first theta. Given tau, mu and theta are normal, so that only an
+/// integral over tau is computed numerically (Gelman et al., *Bayesian Data Analysis*, §5.4).
 pub fn moments_by_quadrature() -> [(f64, f64); 3] {
     let mut mass = 0.0;
     let mut first = [0.0; 3];

@@ -1,4 +1,4 @@
-//! What the tests across crates share.
+//! Code that the tests of several crates share.
 
 pub mod eight_schools;
 pub mod posteriors;
@@ -9,34 +9,35 @@ use ppl::check::Estimate;
 use serde_json::Value;
 use surrogate::{Input, Pce};
 
-/// Mean and standard deviation of a named element within 4 Monte Carlo standard errors.
+/// Asserts that mean and standard deviation of a named element are within 4 Monte Carlo standard errors of these
+/// values.
 ///
 /// # Panics
-/// If one is further away.
+/// If the mean or the standard deviation differs by more.
 pub fn assert_moments(posterior: &Posterior, name: &str, mean: f64, sd: f64) {
     ppl::check::mean(posterior, name, mean).within_mcse(4.0);
     ppl::check::sd(posterior, name, sd).within_mcse(4.0);
 }
 
-/// [`assert_moments`] against reference moments that have standard errors of their own.
+/// Version of [`assert_moments`] for reference moments, each with its standard error: (moment, standard error).
 ///
 /// # Panics
-/// If one is further away than 4 standard errors of the difference.
+/// If the mean or the standard deviation differs by more than 4 standard errors of the difference.
 pub fn assert_moments_of(chains: &[Vec<f64>], name: &str, mean: (f64, f64), sd: (f64, f64)) {
     let chains: Vec<&[f64]> = chains.iter().map(Vec::as_slice).collect();
     Estimate::of_mean(name, &chains, mean.0).reference_error(mean.1).within_mcse(4.0);
     Estimate::of_sd(name, &chains, sd.0).reference_error(sd.1).within_mcse(4.0);
 }
 
-/// The fixed benchmark instance of the paper's calibration (`fixtures/calibration_instance.json`):
-/// synthetic surrogate and eight synthetic experiments; inputs on [−1, 1].
+/// Fixed benchmark instance of the paper's calibration (`fixtures/calibration_instance.json`): a synthetic surrogate
+/// with inputs on [−1, 1], and eight synthetic experiments.
 #[derive(Debug)]
 pub struct Instance {
-    /// The whole file.
+    /// Contents of the file.
     pub json: Value,
     /// The surrogate.
     pub pce: Pce<3, 3>,
-    /// Normalised QoIs, one row an experiment.
+    /// Normalised QoIs, one row per experiment.
     pub qois: Vec<[f64; 3]>,
 }
 
@@ -53,7 +54,8 @@ impl Instance {
         let indices = json["multi_indices"].as_array().expect("multi-indices");
         let terms = indices.iter().enumerate().map(|(j, index)| {
             let index: [u8; 3] = std::array::from_fn(|d| index[d].as_u64().expect("degree") as u8);
-            // the file has plain Legendre polynomials, a Pce orthonormal ones
+            // the coefficients in the file refer to plain Legendre polynomials, the coefficients of a `Pce` to
+            // orthonormal ones
             let norm = index.iter().map(|&a| f64::from(2 * a + 1).sqrt()).product::<f64>();
             (index, std::array::from_fn(|m| number(&json["C"][m][j]) / norm))
         });
@@ -71,18 +73,18 @@ impl Instance {
     }
 }
 
-/// A number of a fixture.
+/// Reads a number of a fixture.
 ///
 /// # Panics
-/// If it is none.
+/// If the value is not a number.
 pub fn number(value: &Value) -> f64 {
     value.as_f64().unwrap_or_else(|| panic!("{value} is not a number"))
 }
 
-/// An array of a fixture.
+/// Reads an array of `N` numbers of a fixture.
 ///
 /// # Panics
-/// If it has other than `N` numbers.
+/// If the value is not an array of `N` numbers.
 pub fn numbers<const N: usize>(value: &Value) -> [f64; N] {
     assert_eq!(value.as_array().map(Vec::len), Some(N), "{value}");
     std::array::from_fn(|i| number(&value[i]))

@@ -1,4 +1,4 @@
-//! ArviZ opens the posteriors of `ppl` without conversion, and its summary agrees with that of `ppl`.
+//! ArviZ opens the posteriors of `ppl` without conversion, and the summaries of ArviZ and `ppl` agree.
 //!
 //! The test needs Python with ArviZ 1 or later: `python3`, or the interpreter that BRECCIA_PYTHON names. Otherwise the
 //! test prints that it was skipped.
@@ -12,7 +12,7 @@ use std::process::Command;
 use ppl::prelude::*;
 
 ppl::model! {
-    /// Pairs with a common mean and a common scale; the data do not depend on the second scale.
+    /// Pairs with a common mean and a common scale. The data do not depend on the second scale.
     fn pairs(y: &[[f64; 2]]) {
         let mu ~ Normal(0.0, 5.0);
         let sd ~ Uniform(0.1, 3.0).array::<2>();

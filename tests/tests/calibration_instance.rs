@@ -73,7 +73,8 @@ fn golden_gradient() {
     ppl::check::gradient(&model, 1);
 }
 
-/// The model with sizes that are known only at run time has the same density in the same coordinates.
+/// Compares the model with sizes known at compile time and the model with sizes known at run time: the density is the
+/// same in the same coordinates.
 #[test]
 fn sizes_from_the_data_change_nothing() {
     let instance = Instance::load();
@@ -130,7 +131,7 @@ fn compare(chains: &[Vec<f64>], name: &str, reference: &Value) {
     for program in ["stan", "nutpie"] {
         let r = &reference[program];
         let (mean, sd) = (number(&r["mean"]), number(&r["sd"]));
-        // the relative error of the reference's sd is about that of a normal sample with the same effective size
+        // the relative error of the reference's sd is about the error for a normal sample with the same effective size
         let sd_error = sd / (2.0 * number(&r["ess_bulk"])).sqrt();
         assert_moments_of(chains, name, (mean, number(&r["mcse_mean"])), (sd, sd_error));
     }

@@ -1,7 +1,7 @@
-//! Calibration against curves as a whole, on curves of a known formula.
+//! Calibration to whole curves that follow a known formula.
 //!
-//! F(u) = s u exp(−(u/a)ᵖ/p) has the peak s a e^(−1/p) at u = a, and the shape x e^((1 − xᵖ)/p) with x = u/a. Peak force
-//! and displacement at peak determine only two of the three parameters; the shape determines the third.
+//! F(u) = s u exp(−(u/a)ᵖ/p) has the peak s a e^(−1/p) at u = a, and the shape x e^((1 − xᵖ)/p) with x = u/a. Peak
+//! force and displacement at peak determine only two of the three parameters; the shape determines the third.
 
 use models::{Evidence, Prior, Qois, Quantity, TestCurve, calibrate};
 use nalgebra::{DMatrix, DVector};
@@ -31,7 +31,7 @@ fn exact([s, a, p]: [f64; 3]) -> Vec<f64> {
     [s * a * (-1.0 / p).exp(), a].into_iter().chain(shape).collect()
 }
 
-/// Generalised least squares on the formula: estimate and standard deviations.
+/// Generalised least squares with the formula: estimate and standard deviations.
 fn least_squares(specimens: &[Vec<f64>]) -> (Vec<f64>, Vec<f64>) {
     let n = specimens.len() as f64;
     let rows: Vec<DVector<f64>> = specimens.iter().map(|y| DVector::from_row_slice(y)).collect();
@@ -59,7 +59,7 @@ fn least_squares(specimens: &[Vec<f64>]) -> (Vec<f64>, Vec<f64>) {
     (at.to_vec(), (0..3).map(|i| (covariance[(i, i)] / n).sqrt()).collect())
 }
 
-/// Posterior means and standard deviations of the parameters from these quantities of the curves.
+/// Posterior means and standard deviations of the parameters, for a calibration to these quantities of the curves.
 fn posterior(specimens: &[TestCurve], quantities: &[Quantity]) -> Vec<[f64; 2]> {
     let bounds = [("s", 900.0, 1500.0), ("a", 0.08, 0.14), ("p", 2.0, 4.0)];
     let inputs: Vec<Input> =

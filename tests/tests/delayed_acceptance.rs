@@ -51,8 +51,8 @@ fn specimens() -> Vec<[f64; 3]> {
     scatter.iter().zip(&other).map(specimen).collect()
 }
 
-/// Means and standard deviations agree with those of long chains of NUTS on the exact model within 4 Monte Carlo
-/// standard errors. Means and standard deviations from the surrogate alone do not agree.
+/// Means and standard deviations agree with long chains of NUTS on the exact model within 4 Monte Carlo standard
+/// errors. Means and standard deviations from the surrogate alone do not agree.
 #[test]
 fn the_simulation_decides_though_the_surrogate_is_wrong() {
     let (surrogate, qois) = (biased(), specimens());
@@ -62,8 +62,9 @@ fn the_simulation_decides_though_the_surrogate_is_wrong() {
     let nuts = Nuts::default().draws(4000).target_accept(0.95).seed(1);
     let reference = nuts.sample(&exact).unwrap().summary();
     let screened = nuts.sample(&cheap).unwrap().summary();
-    // chains stay for long in regions where the surrogate's density decreases faster than the exact density. A wider
-    // surrogate density and steps without the surrogate solve this: all of 8 seeds mix (docs/how-to/delayed-acceptance.md)
+    // Chains stay long in regions where the surrogate's density decreases faster than the exact density. A wider
+    // surrogate density, and steps without the surrogate, prevent this: chains of all 8 seeds mix
+    // (docs/how-to/delayed-acceptance.md)
     let sampler = DelayedAcceptance::default().screening_steps(50).screening_power(0.6);
     let sampler = sampler.plain_share(0.7).warmup(2200).screened_warmup(2000).draws(20_000);
     let mut worst: f64 = 0.0;

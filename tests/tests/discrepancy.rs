@@ -9,8 +9,8 @@ use surrogate::{DynPce, Input};
 
 const SPECIMENS: usize = 50;
 
-/// Specimens with two quantities. The model predicts θ in [0, 2] for both; the measured second quantity is larger by the
-/// relative error `more`.
+/// Specimens with two quantities. The model predicts θ in [0, 2] for both; the measured second quantity is larger by
+/// the relative error `more`.
 fn specimens(more: f64) -> Vec<Vec<f64>> {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(4);
     let mut normal = || rng.sample::<f64, _>(rand_distr::StandardNormal);
@@ -26,8 +26,8 @@ fn forward() -> DynPce {
     DynPce::from_terms(vec![theta], vec!["a".into(), "b".into()], terms).unwrap()
 }
 
-/// Posterior mean and standard deviation of θ if the model's quantities have relative errors with the standard deviations
-/// `sd`.
+/// Posterior mean and standard deviation of θ if the model's quantities have relative errors with the standard
+/// deviations `sd`.
 fn posterior(more: f64, sd: [f64; 2]) -> [f64; 2] {
     let shared = vec![vec![sd[0] * sd[0], 0.0], vec![0.0, sd[1] * sd[1]]];
     let evidence = Evidence { qois: specimens(more), shared, ..Evidence::default() };
@@ -41,8 +41,9 @@ fn posterior(more: f64, sd: [f64; 2]) -> [f64; 2] {
     [mean, (draws.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt()]
 }
 
-/// Mean V jᵀ C⁻¹ ȳ and standard deviation √V in closed form, where V = (jᵀ C⁻¹ j)⁻¹, C = Σ/n + D, Σ is the sample
-/// covariance of the specimens, and D is in the units of the means.
+/// Closed form of the mean V jᵀ C⁻¹ ȳ and the standard deviation √V of θ, where j contains the derivatives of the
+/// quantities, ȳ is the mean of the n specimens, V = (jᵀ C⁻¹ j)⁻¹ and C = Σ/n + D. Σ is the sample covariance of the
+/// specimens, and D is the covariance of the discrepancy in the units of the means.
 fn closed_form(more: f64, sd: [f64; 2]) -> [f64; 2] {
     let rows: Vec<DVector<f64>> = specimens(more).into_iter().map(DVector::from_vec).collect();
     let n = rows.len() as f64;
@@ -73,7 +74,7 @@ fn an_error_of_the_model_widens_and_weighs_as_the_closed_form_says() {
         found
     });
     let [none, both, second, first, _] = found;
-    // more specimens do not reduce the discrepancy, and the quantity without a discrepancy determines θ
+    // further specimens do not reduce the discrepancy, and the quantity without a discrepancy determines θ
     assert!(both[1] > 4.0 * none[1], "{found:?}");
     assert!((second[0] - 1.0).abs() < 0.01 && (first[0] - 1.06).abs() < 0.015, "{found:?}");
 }

@@ -69,7 +69,7 @@ impl Target for StiffnessFactor {
     }
 }
 
-/// Linear elements, 12 runs with derivatives, three virtual specimens.
+/// Case with linear elements, 12 runs with derivatives, and three virtual specimens.
 const CASE: &str = r#"
 [specimen]
 radius_mm = 2.5
@@ -121,9 +121,9 @@ fn prior_variance() -> f64 {
     second / mass - (first / mass).powi(2)
 }
 
-/// Every stage uses the quantity and the parameter: they are columns of the tables and rows of the report. The derivatives
-/// of the runs are those of viscous damage, for which the secant stiffness is proportional to Young's modulus and does not
-/// depend on the viscosity; the toughness makes a difference of a few per cent.
+/// Every stage uses the quantity and the parameter: both are columns of the tables and rows of the report. The
+/// derivatives of the runs agree with viscous damage, for which the secant stiffness is proportional to Young's modulus
+/// and does not depend on the viscosity. The toughness changes the derivatives by a few per cent.
 #[test]
 fn a_quantity_and_a_parameter_from_outside_are_calibrated() {
     assert!(Registry::standard().with_qoi(SecantStiffness).with_target(StiffnessFactor).install());
@@ -156,7 +156,7 @@ fn a_quantity_and_a_parameter_from_outside_are_calibrated() {
     let number = |name: &str| -> f64 {
         row[header.iter().position(|own| *own == name).unwrap()].parse().unwrap()
     };
-    // relative to the variance of the lognormal prior; that of the uniform one on this range is 1.7 times as large
+    // relative to the variance of the lognormal prior; a uniform prior on this range has 1.7 times this variance
     let contraction = 1.0 - number("sd").powi(2) / prior_variance();
     assert!((number("contraction") - contraction).abs() < 0.05, "{row:?}, not {contraction}");
     let runs = Dataset::read_csv(out.join("runs.csv")).unwrap();

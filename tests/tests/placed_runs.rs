@@ -8,7 +8,8 @@ use surrogate::{Dataset, DesignMethod, DynPce, FitOptions, Input, PceFit};
 const NAMES: [&str; 3] = ["young_mpa", "toughness_n_per_mm", "viscosity_mpa_s"];
 const PRIOR: [[f64; 2]; 3] = [[250.0, 300.0], [1e-5, 5e-3], [0.05, 0.55]];
 
-/// Slope, peak force and displacement at peak in the viscous limit (definitions 3.3), with a small effect of the toughness.
+/// Slope, peak force and displacement at peak in the viscous limit (definitions 3.3), with a small effect of the
+/// toughness.
 fn exact(x: &[f64]) -> [f64; 3] {
     let place = (x[2] / x[0]).cbrt() * (1.0 + 4.0 * x[1]);
     [5.0 * x[0], 4.0 * x[0] * place, place]
@@ -65,7 +66,8 @@ fn error(fit: &PceFit, places: &[Vec<f64>]) -> f64 {
     (places.iter().map(of).sum::<f64>() / places.len() as f64).sqrt()
 }
 
-/// Geometric mean of the ratios of the errors b to the errors a, and its distance from 1 in standard errors.
+/// Geometric mean of the ratios of the errors `b` to the errors `a`, and the distance of this mean from 1 in standard
+/// errors.
 fn beside(a: &[f64], b: &[f64]) -> (f64, f64) {
     let n = a.len() as f64;
     let gaps: Vec<f64> = a.iter().zip(b).map(|(a, b)| (b / a).ln()).collect();
@@ -74,8 +76,8 @@ fn beside(a: &[f64], b: &[f64]) -> (f64, f64) {
     (mean.exp(), mean / (spread / n).sqrt())
 }
 
-/// In forty laboratories, 24 runs in the box and 24 runs in batches of eight, with a separate packing each, are compared
-/// with uniform runs: batches improve the surrogate, and placed runs are at least as good as uniform runs.
+/// In forty laboratories, 24 runs in the box and 24 runs in batches of eight, with a separate packing each, are
+/// compared with uniform runs: batches improve the surrogate, and placed runs are at least as good as uniform runs.
 #[test]
 fn placed_runs_are_worth_as_many_uniform_ones() {
     const COUNTS: [usize; 4] = [24, 48, 96, 144];

@@ -1,7 +1,7 @@
-//! Compares published posteriors, rewritten in `model!`, with their references: 22 of posteriordb and 4 of the MultiBUGS
-//! examples. Means and second moments (or standard deviations) agree within 4 standard errors of the difference, which
-//! include the error and the rounding of the reference. Chains begin at the default random points and have to mix: R-hat at
-//! most 1.05, at least 100 effective draws per chain.
+//! Compares published posteriors, rewritten in `model!`, with their references: 22 of posteriordb and 4 of the
+//! MultiBUGS examples. Means and second moments (or standard deviations) agree within 4 standard errors of the
+//! difference, which include the error and the rounding of the reference. Chains begin at the default random points and
+//! have to mix: R-hat at most 1.05, at least 100 effective draws per chain.
 
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -22,8 +22,8 @@ fn case<'a>(name: &'static str, model: Bound<impl Model + 'a>) -> Case<'a> {
     with(name, model, Nuts::default())
 }
 
-/// A case in which a chain with a random start may stay in a minor mode for long. The first seed with which all chains
-/// agree is used. This choice is not biased, because R-hat does not depend on the reference.
+/// A case in which a chain with a random start may stay in a minor mode for long. The first seed whose chains all agree
+/// is used. This choice does not bias the test, because R-hat does not depend on the reference.
 fn once_agreed<'a>(name: &'static str, model: Bound<impl Model + 'a>) -> Case<'a> {
     let agree = |posterior: &Posterior| posterior.summary().rows.iter().all(|r| r.rhat < 1.05);
     let sample = move |seed| {

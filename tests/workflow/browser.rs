@@ -1,4 +1,5 @@
-//! The report in a browser: nothing overflows, all text is legible, links and pictures resolve, nothing is fetched.
+//! The report in a browser: nothing overflows, all text is legible, all links and pictures resolve, and nothing is
+//! fetched from the network.
 
 use std::path::Path;
 use std::process::Command;
@@ -12,14 +13,14 @@ const WIDTHS: [u32; 3] = [390, 768, 1400];
 /// Smallest size of legible text in px.
 const SMALLEST_TEXT: f64 = 9.0;
 
-/// Collects errors; runs before everything else on the page.
+/// Script that collects errors; it runs before all other scripts of the page.
 const FIRST: &str = r#"<script>
 window.problems = [];
 window.addEventListener("error", e => window.problems.push(e.message || "cannot load " + e.target.outerHTML.slice(0, 80)), true);
 console.error = (...what) => window.problems.push(what.join(" "));
 </script>"#;
 
-/// Measures the page and sends the result to the page around it.
+/// Script that measures the page and sends the result to the surrounding page.
 const LAST: &str = r##"<script>
 window.addEventListener("load", () => {
   const found = { width: innerWidth, overflow: document.scrollingElement.scrollWidth - innerWidth, beyond: [], small: [],
@@ -55,21 +56,21 @@ window.addEventListener("load", () => {
 });
 </script>"##;
 
-/// What the browser finds on a page.
+/// Result of the measurement of a page.
 #[derive(Debug, Deserialize)]
 struct Found {
     width: f64,
     /// Number of px by which the page is wider than the window.
     overflow: f64,
-    /// Text beyond the right edge of the window that cannot be scrolled to within its own box.
+    /// Text beyond the right edge of the window that no scroll bar reveals.
     beyond: Vec<String>,
     /// Visible text that is too small.
     small: Vec<String>,
     /// Links to anchors that do not exist.
     anchors: Vec<String>,
-    /// Pictures that are not drawn.
+    /// Pictures that the browser does not draw.
     pictures: Vec<String>,
-    /// Resources from elsewhere.
+    /// Resources that are not part of the page.
     fetched: Vec<String>,
     errors: Vec<String>,
     /// Number of pieces of visible text.
@@ -89,7 +90,8 @@ fn has_browser() -> bool {
     Command::new("chromium").arg("--version").output().is_ok_and(|output| output.status.success())
 }
 
-/// Opens a page in a window of a given width. The page lies in a frame, because windows of a browser have a least width.
+/// Opens a page in a window of a given width. The page is in a frame, because the windows of a browser have a minimum
+/// width.
 fn open(page: &str, width: u32) -> Found {
     let dir = tempfile::tempdir().unwrap();
     let last = LAST.replace("SMALLEST", &SMALLEST_TEXT.to_string());
@@ -114,7 +116,7 @@ fn open(page: &str, width: u32) -> Found {
     found
 }
 
-/// The document of `around.html` after the page in it was measured.
+/// Returns the document `around.html` after the page in its frame was measured.
 fn dump(dir: &Path, width: u32) -> String {
     let output = Command::new("chromium")
         .args(["--headless", "--no-sandbox", "--disable-gpu", "--dump-dom", "--hide-scrollbars"])
@@ -156,7 +158,7 @@ fn the_report_fits_every_width_and_everything_on_it_resolves() {
     }
 }
 
-/// The measurement finds each kind of fault.
+/// Checks that the measurement finds each kind of fault.
 #[test]
 fn faults_of_a_page_are_found() {
     if !has_browser() {

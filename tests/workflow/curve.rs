@@ -1,4 +1,4 @@
-//! Calibration against whole curves instead of three quantities, with runs on two meshes, through all stages.
+//! Calibration to whole curves instead of three quantities, with runs on two meshes, through all stages.
 
 use super::{breccia, number, table, without_image};
 
@@ -41,7 +41,7 @@ fn curves_are_calibrated_against_from_runs_to_the_report() {
     let shape = |row: &std::collections::BTreeMap<String, String>| {
         COLUMNS[2..].iter().map(|column| number(row, column)).collect::<Vec<_>>()
     };
-    // drawn specimens scatter more: only their means are compared with the shape
+    // predicted specimens scatter more, so that only their means are compared with the shape
     for (file, drawn) in [("runs.csv", false), ("experiments.csv", false), ("predictive.csv", true)]
     {
         let rows = table(&results.join(file));

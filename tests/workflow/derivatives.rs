@@ -1,12 +1,12 @@
-//! Runs that give the derivatives of their quantities.
+//! Runs with the derivatives of their quantities.
 
 use super::{TINY, breccia, number, table, without_image};
 
 const PARAMETERS: [&str; 3] =
     ["matrix.young_mpa", "matrix.toughness_n_per_mm", "matrix.viscosity_mpa_s"];
 
-/// Forces are homogeneous of degree one in E, Gc and ξ of all regions together, so that
-/// Σ θ ∂q/∂θ is q for slope and peak and nothing for the displacement at peak.
+/// Forces are homogeneous of degree one in E, Gc and ξ of all regions together. Therefore Σ θ ∂q/∂θ is q for the slope
+/// and the peak force, and zero for the displacement at peak.
 #[test]
 fn derivatives_of_a_uniform_specimen_add_up() {
     let dir = tempfile::tempdir().unwrap();
@@ -34,7 +34,7 @@ fn derivatives_of_a_uniform_specimen_add_up() {
     }
 }
 
-/// With grains, cheaper meshes and specimens whose stiffness is known.
+/// A case with grains, runs on cheaper meshes, and specimens with known stiffness ratios.
 #[test]
 fn derivatives_of_corrected_runs_reach_the_posterior() {
     let dir = tempfile::tempdir().unwrap();
@@ -55,11 +55,11 @@ fn derivatives_of_corrected_runs_reach_the_posterior() {
         table(&dir.path().join("results/surrogate_orders.csv")),
     );
     assert!(runs.iter().all(|row| number(row, "d_peak_force_N_d_matrix.young_mpa") > 0.0));
-    // the 15 terms of order 2 in four inputs are more than there are runs
+    // order 2 has 15 terms in four inputs, more than there are runs; derivatives determine the terms
     assert!(orders.iter().any(|row| row["order"] == "2"), "{orders:?}");
 }
 
-/// A test that cannot be differentiated is refused by name before the first run.
+/// A test whose quantities have no derivatives is refused before the first run, with the name of the cause.
 #[test]
 fn friction_is_refused() {
     let dir = tempfile::tempdir().unwrap();

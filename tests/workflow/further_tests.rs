@@ -67,7 +67,7 @@ fn a_slow_test_tells_what_fast_ones_leave_open() {
 
     let rows = table(&results.join("design.csv"));
     assert_eq!(rows.len(), 3 * 3 * 3);
-    // without further specimens the contraction is that of the calibration
+    // with no further specimens, the contraction equals the contraction of the calibration
     let summary = table(&results.join("summary.csv"));
     let widths = [50.0, 0.005 - 0.00001, 0.5];
     for (summary, width) in summary.iter().zip(widths) {
@@ -103,7 +103,7 @@ fn a_slow_test_tells_what_fast_ones_leave_open() {
     // if Gc is close to 0, a slow test may break before its quantities can be measured
     assert!((6..=8).contains(&data.len()) && data.outputs().len() == 3);
     let page = std::fs::read_to_string(results.join("report.html")).unwrap();
-    assert!(page.contains("What further tests would tell"));
+    assert!(page.contains("Expected benefit of further tests"));
     assert!(page.contains("a hundred times slower") && page.contains("never: "));
 
     // the same command makes no product again; another number of specimens needs no run

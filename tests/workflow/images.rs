@@ -15,7 +15,7 @@ fn the_stiffness_of_scanned_specimens_is_an_input_of_the_surrogate() {
     let (code, _, err) = breccia(dir.path(), &["run", "tiny.toml", "--out", "results"]);
     assert_eq!(code, Some(0), "{err}");
     let results = dir.path().join("results");
-    // the ratios of the runs, which have the same grains, are equal or slightly larger
+    // the ratios of runs with the same grains are equal or slightly larger
     let ratios = |file: &str| -> Vec<f64> {
         table(&results.join(file)).iter().map(|row| number(row, "stiffness_ratio")).collect()
     };
@@ -175,7 +175,7 @@ fn runs_are_spread_over_the_images_of_several_specimens() {
     let mut better: Vec<String> = better.map(|row| image_of(&row["run"])).collect();
     better.sort();
     assert_eq!(better, ["1", "2", "3", "4"]);
-    // the ratios equal those of the specimens, because the images are their scans
+    // the ratios equal the ratios of the specimens, because the images are scans of the specimens
     for (row, image) in table(&out.join("experiments.csv")).iter().zip(1..) {
         assert_eq!(row["stiffness_ratio"], of(image)[0]["stiffness_ratio"]);
     }

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use super::{breccia, table};
 
-/// Number of voxels of 0.1 mm. The image has a cylinder with a radius of 1.5 mm and a height of 2.6 mm. Labels: matrix 7,
-/// balls 1 and 2 (a ball of label 1 touches a ball of label 2), a pore 3, background 255.
+/// Number of voxels of 0.1 mm. The image has a cylinder with a radius of 1.5 mm and a height of 2.6 mm. Labels: matrix
+/// 7, balls 1 and 2 (a ball of label 1 touches a ball of label 2), a pore 3, background 255.
 const SHAPE: [usize; 3] = [40, 40, 34];
 const VOXEL_MM: f64 = 0.1;
 

@@ -1,4 +1,4 @@
-//! The whole workflow on a tiny case: every documented file, skipping, kill and resume.
+//! The whole workflow on a tiny case: it writes every documented file, skips finished stages, and resumes after a kill.
 
 mod browser;
 mod curve;
@@ -96,7 +96,7 @@ fn case_folder() -> tempfile::TempDir {
 /// The tiny case and all its results in `results`, made once for all tests that only read them.
 struct Finished {
     dir: tempfile::TempDir,
-    /// What `breccia run` printed on standard output.
+    /// Standard output of `breccia run`.
     printed: String,
 }
 
@@ -111,7 +111,7 @@ fn finished_tiny() -> &'static Finished {
     })
 }
 
-/// The tiny case without a scan: its grains are meshed as they are packed.
+/// The tiny case without a scan: the grains of the packing are meshed directly.
 fn without_image() -> String {
     let text = TINY.replace("[specimen.scan]\nvoxel_mm = 0.125\n[specimen.image]\n", "");
     assert_ne!(text, TINY);
@@ -305,7 +305,8 @@ fn from_an_empty_directory_to_every_documented_file() {
     };
     assert!(correlation(&law, "displacement_at_peak_mm") > 0.9);
 
-    // the mode is inside the prior box, the truth is that of the case, and the simulation at the mode agrees with the experiments
+    // the mode is inside the prior box, the truth equals the case's values, and the simulation at the mode agrees with
+    // the experiments
     let map = table(&results.join("map.csv"));
     let names: Vec<&str> = map.iter().map(|row| row["parameter"].as_str()).collect();
     assert_eq!(names, ["matrix.young_mpa", "matrix.toughness_n_per_mm", "matrix.viscosity_mpa_s"]);
@@ -320,7 +321,7 @@ fn from_an_empty_directory_to_every_documented_file() {
         assert!(error < 10.0, "{row:?}");
     }
 
-    // the fields are those of the confirming simulation and include its peak
+    // the fields come from the confirming simulation and include its peak
     let curve = table(&results.join("curves/map.csv"));
     let states = table(&results.join("fields/map.csv"));
     let of = |rows: &[BTreeMap<String, String>]| -> Vec<[f64; 2]> {

@@ -7,7 +7,8 @@ use super::{breccia, number, table, without_image};
 const COLUMNS: [&str; 3] =
     ["energy_to_peak_N_mm", "post_peak_slope_N_per_mm", "force_at_0.05_mm_N"];
 
-/// The tiny case with these quantities in place of the paper's three, and with curves that continue past the peak.
+/// The tiny case with three further quantities in place of the paper's quantities, and with curves that continue past
+/// the peak.
 fn case() -> String {
     let qoi =
         "[qoi]\nquantities = [\"energy-to-peak\", \"post-peak-slope\", \"force-at-0.05-mm\"]\n";
@@ -16,9 +17,9 @@ fn case() -> String {
         .replace("[surrogate]", &format!("{qoi}[surrogate]"))
 }
 
-/// Computes the three quantities independently from the piecewise linear curve: the work by the trapezoidal rule, the slope
-/// by a line through many points of its window, and the force by interpolation. The window refers to the vertex of a parabola
-/// through the highest three points.
+/// Computes the three quantities independently from the piecewise linear curve: the work by the trapezoidal rule, the
+/// slope by a line through many points of its window, and the force by interpolation. The window refers to the vertex
+/// of a parabola through the highest three points.
 fn by_hand(path: &Path) -> [f64; 3] {
     let rows = table(path);
     let mut points = vec![[0.0, 0.0]];
@@ -62,7 +63,7 @@ fn further_quantities_are_calibrated_against_from_runs_to_the_report() {
             assert!((found / exact - 1.0).abs() < within, "{found} {exact} {row:?}");
         }
     }
-    // single predictions are draws from a normal distribution and may have the opposite sign
+    // single predictions are draws from a normal distribution and may have another sign than the mean
     for file in ["experiments.csv", "predictive.csv"] {
         let rows = table(&results.join(file));
         let [energy, slope, force] =

@@ -22,8 +22,8 @@ fn run(folder: &Path, case: &str, arguments: &[&str]) -> String {
     err
 }
 
-/// Runs are added in the posterior until there are enough, and the surrogate's share decreases. Finished runs are not made
-/// again, a larger `most` continues, and `status` counts the runs.
+/// Runs are added in the posterior until `most` is reached, and the surrogate's share of the variance decreases.
+/// Finished runs are not made again, a larger `most` adds runs, and `status` counts the runs.
 #[test]
 fn batches_are_placed_where_the_posterior_lives() {
     let dir = tempfile::tempdir().unwrap();
@@ -36,7 +36,7 @@ fn batches_are_placed_where_the_posterior_lives() {
     assert_eq!(batches, [[""; 4], [""; 4], ["1"; 4], ["2"; 4]].concat());
     let seeds: BTreeSet<&str> = runs.iter().map(|row| row["packing_seed"].as_str()).collect();
     assert_eq!(seeds.len(), 16, "each has a packing of its own");
-    // twelve runs determine the posterior of E and ξ well enough that the last four runs are placed in it
+    // twelve runs determine the posterior of E and ξ well enough that the last four runs are placed in this posterior
     let draws = table(&results.join("posterior.csv"));
     for parameter in ["matrix.young_mpa", "matrix.viscosity_mpa_s"] {
         let values: Vec<f64> = draws.iter().map(|row| number(row, parameter)).collect();
@@ -115,7 +115,8 @@ fn processes_share_batches() {
     }
 }
 
-/// If all runs are on one specimen, the error is the covariance of the leave-one-out residuals of the batches.
+/// If all runs are on one specimen, the error of the surrogate is the covariance of the leave-one-out residuals of the
+/// batches.
 #[test]
 fn on_one_specimen_the_error_is_that_of_the_batches() {
     let dir = tempfile::tempdir().unwrap();

@@ -1,4 +1,5 @@
-//! Several processes share one folder of results: division of the runs, interruptions and failures, and `breccia status`.
+//! Several processes share one folder of results: division of the runs, interruptions and failures, and `breccia
+//! status`.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -194,7 +195,7 @@ fn damaged_and_foreign_runs_are_told_from_good_ones() {
     let ensemble = ["ensemble", "tiny.toml", "--out", "results"];
     let runs = dir.path().join("results/ensemble");
     let before = finished(&runs);
-    // the ensemble's folder; other folders have the runs of later stages
+    // the folder of the ensemble; other folders contain the runs of later stages
     let torn = before.keys().find(|path| path.ends_with("run-000003.json")).unwrap().clone();
     let folder = torn.parent().unwrap().to_owned();
     let table = std::fs::read(dir.path().join("results/runs.csv")).unwrap();
@@ -265,6 +266,6 @@ fn what_cannot_be_written_is_told_and_what_was_finished_is_kept() {
     assert_eq!(code, Some(0), "{err}");
     assert!(!err.contains("damaged"), "{err}");
     let now = finished(&dir.path().join("out/ensemble"));
-    // the runs of the design, and one of them with the other quadrature
+    // the 12 runs of the design, and one additional run with the other quadrature
     assert!(now.len() == 12 + 1 && kept.iter().all(|(path, time)| now[path] == *time));
 }

@@ -74,14 +74,14 @@ fn cases_share_their_specimens_and_are_compared() {
     assert!(results.join("twin/report.html").is_file());
     assert_eq!(table(&results.join("study.csv")).len(), 9);
     let page = std::fs::read_to_string(results.join("report.html")).unwrap();
-    assert!(page.contains("Not in it, since it could not be calibrated: broken."), "{page}");
+    assert!(page.contains("Cases that could not be calibrated: broken."), "{page}");
     std::fs::write(dir.path().join("study.toml"), STUDY).unwrap();
     let (code, out, err) = breccia(dir.path(), &study);
     assert_eq!(code, Some(0), "{err}");
     assert!(out.contains("study.csv") && out.contains("report.html"), "{out}");
 
-    // two cases share one microstructure and one set of 14 + 1 runs, and the third case has 16 + 1 runs; the additional run
-    // has the other quadrature in the middle of the box
+    // two cases share one microstructure and one set of 14 + 1 runs, and the third case has 16 + 1 runs; the additional
+    // run has the other quadrature in the middle of the box
     assert_eq!(finished(&runs).len(), 32);
     let [second, twin] = ["second", "twin"].map(|case| results.join(case));
     for name in ["scan.tif", "labels.tif", "mesh.msh", "runs.csv", "curves/run-003.csv"] {
@@ -92,7 +92,7 @@ fn cases_share_their_specimens_and_are_compared() {
     }
     assert_eq!(finished(&second.join("ensemble")).len(), 15, "each folder is complete");
 
-    // the results equal those of the case run by itself
+    // the results equal the results of the case run by itself
     let alone = ["run", "out/second/case.toml", "--out", "alone"];
     let (code, _, err) = breccia(dir.path(), &alone);
     assert_eq!(code, Some(0), "{err}");
@@ -175,7 +175,7 @@ fn cases_share_their_specimens_and_are_compared() {
     // the suggested lines are used: the first batch is kept, and the prior no longer cuts the posterior
     let first = results.join("first/ensemble");
     let batch = finished(&first);
-    // including the run with the other quadrature in the middle of the box
+    // including one run that is repeated with the other quadrature in the middle of the box
     assert_eq!(batch.len(), 17);
     let offered = "set.extend = [{ runs = 16, prior = { matrix.young_mpa = [225.0, 275.0] } }]";
     let extended = STUDY.replace("set.design = {", &format!("{offered}\nset.design = {{"));

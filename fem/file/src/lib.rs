@@ -30,7 +30,7 @@ pub fn write_atomically(path: &Path, content: &[u8]) -> io::Result<()> {
     file.write_all(content)?;
     file.as_file().sync_all()?;
     file.persist(path)?;
-    // on systems where a folder can be opened, write the new name to the disk too
+    // where the system can open a folder as a file, also write the new name of the file to the disk
     match File::open(folder) {
         Ok(folder) => folder.sync_all(),
         Err(_) => Ok(()),
@@ -40,7 +40,7 @@ pub fn write_atomically(path: &Path, content: &[u8]) -> io::Result<()> {
 fn temporary_in(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".").suffix(".partial");
-    // a temporary file is private by default; this file gets the permissions of an ordinary new file
+    // a temporary file can be read only by its owner by default: give this file the permissions of an ordinary new file
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     builder.tempfile_in(folder)
@@ -66,7 +66,7 @@ fn temporary_in(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
 pub fn open_regular(path: &Path) -> io::Result<File> {
     let kind = std::fs::metadata(path)?.file_type();
     match irregularity(kind) {
-        // reading a folder fails with an error of the operating system
+        // a folder is not rejected here, because reading it returns a clear error of the operating system
         None => File::open(path),
         Some(what) => {
             let message =
@@ -96,7 +96,8 @@ pub fn read_regular_text(path: &Path) -> io::Result<String> {
     Ok(text)
 }
 
-/// Description of a file type that is neither a regular file nor a folder; `None` for regular files and folders.
+/// Returns the name of a file type that is neither a regular file nor a folder, for messages; `None` for regular files
+/// and folders.
 fn irregularity(kind: FileType) -> Option<&'static str> {
     if kind.is_file() || kind.is_dir() {
         return None;

@@ -11,7 +11,7 @@ pub enum ImageError {
     /// A file or folder that cannot be opened, read or written.
     #[error("cannot {action} {}: {source}", path.display())]
     Io {
-        /// `read` or `write`.
+        /// The action that failed: `read` or `write`.
         action: &'static str,
         /// The file or folder.
         path: PathBuf,
@@ -23,7 +23,7 @@ pub enum ImageError {
     Empty {
         /// The file or folder.
         path: PathBuf,
-        /// Name of the missing content.
+        /// What is missing: slices or pages.
         what: &'static str,
         /// Advice to the user.
         help: &'static str,
@@ -85,7 +85,7 @@ pub enum ImageError {
         /// Length of the file (bytes).
         file_bytes: u64,
     },
-    /// An image with more voxels than can be numbered.
+    /// An image with more voxels than this program can number.
     #[error(
         "{} × {} × {} voxels are more than {limit}; crop the image, or average blocks of voxels while it is read: the smallest sufficient value is bin = {bin} in [specimen.image]",
         shape[0], shape[1], shape[2]
@@ -95,10 +95,10 @@ pub enum ImageError {
         shape: [usize; 3],
         /// Largest number of voxels that is accepted.
         limit: u64,
-        /// Smallest edge of a block, in voxels, for which the number of blocks does not exceed the limit.
+        /// Smallest edge of the averaged blocks, in voxels, for which the number of blocks does not exceed the limit.
         bin: usize,
     },
-    /// A file without a voxel size if the user has not given a voxel size either.
+    /// Neither the file nor the user gives the size of a voxel.
     #[error("{}: {message}; give voxel_mm", path.display())]
     NoVoxelSize {
         /// The file.
@@ -106,7 +106,7 @@ pub enum ImageError {
         /// Reason why the voxel size is unknown.
         message: String,
     },
-    /// Voxels that are not cubes.
+    /// An image whose voxels are not cubes.
     #[error(
         "{}: voxels of {} × {} × {} mm ({} mm from slice to slice, along z) are not cubes. Resample the image to cubes of \
          {} mm, for example by scipy.ndimage.zoom(image, {}, order=1) (labels: order=0) or Image > Scale in Fiji; give \
@@ -129,7 +129,7 @@ pub enum ImageError {
         /// Description of the allowed values.
         requirement: &'static str,
     },
-    /// A shape whose number of voxels differs from the number of values.
+    /// The number of values differs from the number of voxels of the volume's shape.
     #[error("{shape:?} voxels, but {values} values: give one value to each voxel")]
     Shape {
         /// Voxels along x, y, z.
@@ -184,7 +184,7 @@ pub enum ImageError {
         /// Advice to the user.
         help: &'static str,
     },
-    /// Labels that contradict the label rules.
+    /// Labels of an image that contradict the label rules, or rules that contradict each other.
     #[error("{what}; {help}")]
     Labels {
         /// Description of the contradiction, with the values.
@@ -195,7 +195,7 @@ pub enum ImageError {
     /// An image to which no cylinder can be fitted.
     #[error("no cylinder in air fits the specimen: {message}; {help}")]
     NoCylinder {
-        /// Result of the failed fit.
+        /// Description of why the fit failed.
         message: String,
         /// Advice to the user.
         help: &'static str,
@@ -208,16 +208,16 @@ impl ImageError {
     }
 }
 
-/// Smallest edge of a voxel (mm).
+/// Returns the smallest edge of a voxel (mm).
 fn smallest(size_mm: &[f64; 3]) -> f64 {
     size_mm.iter().copied().fold(f64::INFINITY, f64::min)
 }
 
-/// Factors along z, y, x, the order of axes in NumPy, by which the number of voxels grows when they become cubes of the
-/// smallest edge.
+/// Returns the factors by which the number of voxels grows if the image is resampled to cubes of the smallest edge. The
+/// factors are in the order z, y, x, as in NumPy.
 fn zoom_factors(size_mm: &[f64; 3]) -> String {
     let [x, y, z] = size_mm.map(|edge| {
-        // rounding removes the error of the division
+        // round the factor, so that the message does not show the rounding error of the division
         (edge / smallest(size_mm) * 1e4).round() / 1e4
     });
     format!("({z}, {y}, {x})")

@@ -1,9 +1,9 @@
 //! Images of specimens: voxels from files, and grains from voxels.
 //!
 //! [`read`] reads a stack into a [`Volume`]; [`Segmentation`] finds the specimen, its phases and its grains in a
-//! volume. Grey values are rounded to 16 bits once. Later decisions depend only on sums of integers: results depend
-//! neither on the number of threads nor on the orientation of the image. The crate `fem` re-exports all items of this
-//! crate.
+//! volume. Grey values are rounded to 16 bits once. Later decisions depend only on sums of integers. Therefore results
+//! depend neither on the number of threads nor on the orientation of the image. The crate `fem` re-exports all items of
+//! this crate.
 //!
 //! ```
 //! use fem_image::{Segmentation, SpecimenForm, Volume};

@@ -24,7 +24,7 @@ pub enum MeshError {
     /// A tetrahedron or triangle refers to a node that does not exist.
     #[error("{entity} refers to node {node}, but there are only {nodes} nodes; renumber the nodes")]
     MissingNode {
-        /// Description of the tetrahedron or triangle.
+        /// Description of the tetrahedron or triangle, as text.
         entity: String,
         /// Number of the node that does not exist.
         node: u32,
@@ -121,10 +121,10 @@ pub enum MeshError {
          conforming before meshing (in Gmsh: Coherence or BooleanFragments)"
     )]
     Disconnected {
-        /// The first tetrahedron that is not connected to tetrahedron 0.
+        /// Number of the first tetrahedron that is not connected to tetrahedron 0.
         tet: usize,
     },
-    /// A surface triangle is not a face of the boundary.
+    /// A triangle of a surface is not a face of the boundary of the mesh.
     #[error(
         "triangle {triangle} of surface `{surface}` (nodes {nodes:?}) is not a boundary face of the \
          tetrahedra; remove the triangle from the surface"
@@ -166,7 +166,7 @@ pub enum MeshError {
         /// Name of the surface.
         name: String,
     },
-    /// The mid-edge point of a curved edge is invalid.
+    /// The mid-edge point that defines a curved edge is invalid.
     #[error("the mid-edge point {point_mm:?} of the edge with nodes {edge:?}: {fault}")]
     EdgePoint {
         /// Nodes of the edge.
@@ -176,7 +176,7 @@ pub enum MeshError {
         /// Description of the fault.
         fault: &'static str,
     },
-    /// A tetrahedron is folded by its curved edges.
+    /// A tetrahedron is folded by its curved edges: its Jacobian determinant is not positive everywhere.
     #[error(
         "tetrahedron {tet} is folded by its curved edges (smallest Jacobian {jacobian_mm3:e} mm³); move \
          the mid-edge points towards the midpoints of the edges (in Gmsh: Mesh.HighOrderOptimize = 1)"
@@ -187,7 +187,7 @@ pub enum MeshError {
         /// Lower bound of the Jacobian determinant of the tetrahedron (mm³).
         jacobian_mm3: f64,
     },
-    /// Several errors of one check.
+    /// Several errors that one check of the mesh has found.
     #[error("the mesh has {count} errors: {}{}", listed(first), if *count > first.len() { "; …" } else { "" })]
     Several {
         /// The first errors.
@@ -231,7 +231,7 @@ pub enum MeshError {
     Mesher {
         /// Path of the program.
         program: PathBuf,
-        /// Message of the operating system or the program.
+        /// Message of the operating system or of the meshing program.
         reason: String,
     },
     /// A file cannot be opened, read or written.

@@ -21,7 +21,7 @@ use mpi::request::WaitGuard;
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator as _, CommunicatorCollectives as _, Destination as _, Source as _};
 
-/// Why MPI cannot be started.
+/// Reason why MPI cannot be started.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MpiError {
@@ -38,9 +38,9 @@ pub enum MpiError {
     NoThreads,
 }
 
-/// The processes that `mpirun` or another launcher has started together.
+/// Communicator of the processes that `mpirun` or another launcher has started together.
 struct Mpi {
-    /// Ends MPI when it is dropped.
+    /// Handle of MPI: MPI ends when the handle is dropped.
     _universe: Universe,
     rank: usize,
     size: usize,
@@ -52,14 +52,14 @@ impl fmt::Debug for Mpi {
     }
 }
 
-/// The processes of this run of `mpirun`, or this process alone if no launcher has started it.
+/// Returns the processes of this run of `mpirun` as ranks, or a single rank if no launcher has started this process.
 ///
 /// MPI ends when the last clone of the ranks is dropped. A process that panics ends all processes.
 ///
 /// # Errors
 /// [`MpiError`] for a second call in one process, or for an MPI library without support for threads.
 pub fn ranks() -> Result<Ranks, MpiError> {
-    // only one thread at a time calls MPI, but it is not always the first thread of the process
+    // only one thread at a time calls MPI, but this thread is not always the first thread of the process
     let (universe, threading) =
         mpi::initialize_with_threading(Threading::Serialized).ok_or(MpiError::StartedBefore)?;
     if threading < Threading::Serialized {
@@ -139,7 +139,7 @@ impl Communicator for Mpi {
 impl Drop for Mpi {
     fn drop(&mut self) {
         if std::thread::panicking() {
-            // otherwise the other processes would wait for this process for ever
+            // end all processes: otherwise the other processes would wait for this process for ever
             SimpleCommunicator::world().abort(1);
         }
     }

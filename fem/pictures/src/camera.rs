@@ -29,18 +29,18 @@ impl Camera {
         [azimuth.cos(), azimuth.sin(), 0.0]
     }
 
-    /// Projects a point to view coordinates: to the right, downwards and towards the viewer.
+    /// Projects a point to view coordinates: the distances to the right, downwards and towards the viewer.
     pub(crate) fn project(&self, p: [f64; 3]) -> [f64; 3] {
         [dot(p, self.right), -dot(p, self.up), dot(p, self.towards)]
     }
 
-    /// Returns the point with these view coordinates.
+    /// Returns the point in space with the given view coordinates (to the right, downwards, towards the viewer).
     pub(crate) fn unproject(&self, [x, y, depth]: [f64; 3]) -> [f64; 3] {
         [0, 1, 2].map(|k| x * self.right[k] - y * self.up[k] + depth * self.towards[k])
     }
 }
 
-/// Brightness of a surface with this outward unit normal, from 0.5 (unlit) to 1.
+/// Returns the brightness of a surface with the outward unit normal `normal`, from 0.5 (unlit) to 1.
 pub(crate) fn light(normal: [f64; 3]) -> f64 {
     0.5 + 0.5 * dot(normal, LIGHT).max(0.0)
 }
@@ -67,7 +67,7 @@ mod tests {
         let p = [0.3, -1.2, 2.5];
         let back = camera.unproject(camera.project(p));
         assert!(sub(p, back).iter().all(|d| d.abs() < 1e-14), "{back:?}");
-        // points with larger z are higher in the picture, and nearer points have a larger depth
+        // a point with larger z must be higher in the picture, and a nearer point must have a larger depth
         assert!(camera.project([0.0, 0.0, 1.0])[1] < 0.0);
         assert!(camera.project(camera.towards)[2] > 0.0);
     }

@@ -1,14 +1,15 @@
-//! Draws triangles in space as pixels, so that the nearest surface is visible.
+//! Drawing of triangles in space as pixels. Nearer triangles hide triangles behind them.
 
 use crate::raster::{Colour, Raster};
 
 const PAPER: Colour = [255; 3];
-/// Half width of an edge in pixels.
+/// Half width in pixels of the line that is drawn along an edge of a triangle.
 const EDGE: f64 = 0.8;
-/// Smallest height in pixels of a triangle with visible edges. The edges would cover a smaller triangle.
+/// Smallest height in pixels of a triangle whose edges are drawn. The edges would cover the whole area of a smaller
+/// triangle.
 const LEAST_HEIGHT: f64 = 7.0;
 
-/// A picture with a depth buffer: the nearest of several surfaces is visible.
+/// A picture with a depth buffer, so that only the nearest of several surfaces is visible at each pixel.
 pub(crate) struct Canvas {
     picture: Raster,
     depth: Vec<f64>,
@@ -22,8 +23,8 @@ impl Canvas {
 
     /// Draws a triangle. Each corner is given by its column and row in pixels, and its depth.
     ///
-    /// `colour` gets the barycentric coordinates of a pixel, and whether the pixel is on an edge of the triangle. The
-    /// triangle is transparent at pixels where `colour` returns `None`.
+    /// `colour` gets the barycentric coordinates of a pixel, and whether the pixel is on an edge of the triangle that
+    /// is drawn. The triangle is transparent at pixels where `colour` returns `None`.
     pub(crate) fn fill(
         &mut self,
         corners: [[f64; 3]; 3],
@@ -34,7 +35,8 @@ impl Canvas {
         if twice_area.abs() < 1e-9 {
             return;
         }
-        // distance of each corner from the opposite edge: barycentric coordinate × height = distance from that edge
+        // heights of the triangle: the barycentric coordinate of a corner times the height of this corner is the
+        // distance from the opposite edge
         let length = |p: [f64; 3], q: [f64; 3]| (q[0] - p[0]).hypot(q[1] - p[1]);
         let heights = [length(b, c), length(c, a), length(a, b)].map(|l| twice_area.abs() / l);
         let has_edges = heights.iter().all(|&h| h >= LEAST_HEIGHT);

@@ -6,9 +6,10 @@ use crate::camera::{Camera, cross, dot, light, sub};
 use crate::canvas::Canvas;
 use crate::raster::{Raster, lit};
 
-/// Longer side of the drawing in pixels. In the final picture each pixel is the mean of four drawn pixels.
+/// Longer side of the drawing in pixels. The final picture has half this size: each of its pixels is the mean of four
+/// drawn pixels.
 const SIDE: f64 = 1100.0;
-/// Margin around the undeformed specimen, as a fraction of its size, so that bulges remain visible.
+/// Margin around the undeformed specimen, as a fraction of its size, so that a bulging specimen fits into the picture.
 const PAD: f64 = 0.06;
 /// Colours of damage from 0 to 1, evenly spaced.
 const RAMP: [[u8; 3]; 5] =
@@ -18,14 +19,14 @@ pub const LEGEND: [&str; 5] =
     ["rgb(236,232,222)", "rgb(246,200,96)", "rgb(226,112,58)", "rgb(160,30,52)", "rgb(52,12,40)"];
 const GRAIN: [f64; 3] = [140.0, 148.0, 160.0];
 
-/// State of a body of linear tetrahedra.
+/// Mesh of linear tetrahedra with displacement and damage.
 #[derive(Clone, Copy, Debug)]
 pub struct DamagedBody<'a> {
     /// Positions of the nodes before loading, mm.
     pub nodes: &'a [[f64; 3]],
     /// Corners of the tetrahedra.
     pub tets: &'a [[u32; 4]],
-    /// Grain fraction of each tetrahedron, from 0 to 1.
+    /// Volume fraction of grain in each tetrahedron, from 0 to 1.
     pub grain: &'a [f64],
     /// Displacement of each node, mm.
     pub displacement: &'a [[f64; 3]],
@@ -35,7 +36,7 @@ pub struct DamagedBody<'a> {
 
 /// Draws the half of the body behind a vertical plane through its axis; the viewer looks at the section.
 ///
-/// The displacements are not magnified, and all states of a body are drawn to the same scale.
+/// The displacements are not magnified. All states of a body have the same scale.
 pub fn damage_picture(body: &DamagedBody<'_>) -> Raster {
     let camera = Camera::new();
     let plane = Plane::through_axis(body.nodes, camera.ahead());
@@ -83,7 +84,7 @@ struct Plane {
 }
 
 impl Plane {
-    /// Plane through the centre of the bounding box of the nodes, parallel to z.
+    /// Creates the vertical plane with this normal through the centre of the bounding box of the nodes.
     fn through_axis(nodes: &[[f64; 3]], normal: [f64; 3]) -> Self {
         let middle = |k: usize| {
             let low = nodes.iter().map(|x| x[k]).fold(f64::INFINITY, f64::min);
@@ -99,7 +100,7 @@ impl Plane {
     }
 }
 
-/// A corner of a triangle on the surface or on the section of the body.
+/// A corner of a triangle that is drawn: a triangle on the surface or on the section of the body.
 #[derive(Clone, Copy)]
 struct Corner {
     /// Displaced position, mm.
@@ -116,7 +117,7 @@ impl Corner {
         Self { position, ahead: plane.ahead(x), damage: body.damage[node] }
     }
 
-    /// Intersection of the plane with the edge to another corner.
+    /// Returns the intersection of the plane with the edge from this corner to another corner.
     fn on_plane(&self, other: &Corner) -> Self {
         let t = self.ahead / (self.ahead - other.ahead);
         let mix = |a: f64, b: f64| a + t * (b - a);
@@ -147,7 +148,7 @@ impl DamagedBody<'_> {
         faces
     }
 
-    /// Triangles of the section of the body with the plane, each with the index of its tetrahedron.
+    /// Returns triangles that fill the section of the body by the plane, each with the index of its tetrahedron.
     fn section(&self, plane: &Plane) -> Vec<([Corner; 3], usize)> {
         let mut triangles = Vec::new();
         for (tet, nodes) in self.tets.iter().enumerate() {
@@ -186,8 +187,8 @@ fn brightness(camera: &Camera, [p, q, r]: [[f64; 3]; 3], centre: [f64; 3]) -> Op
     (dot(normal, camera.towards) > 0.0).then(|| light(normal))
 }
 
-/// Colour at damage 0 to 1 and grain fraction 0 to 1. Undamaged grains are grey; damage changes the colour of a grain
-/// to the colour of the damaged matrix.
+/// Returns the colour for a damage from 0 to 1 and a grain fraction from 0 to 1. Undamaged grains are grey; damage
+/// changes the colour of a grain to the colour of the damaged matrix.
 fn colour(damage: f64, grain: f64) -> [f64; 3] {
     let damage = damage.clamp(0.0, 1.0);
     let position = damage * (RAMP.len() - 1) as f64;
@@ -241,7 +242,7 @@ mod tests {
     fn damaged_matrix_is_dark_and_grains_are_grey() {
         let mesh = mesh();
         let n = mesh.nodes.len();
-        // fully damaged above mid-height
+        // the body is fully damaged above mid-height
         let damage: Vec<f64> = mesh.nodes.iter().map(|x| f64::from(u8::from(x[2] > 2.2))).collect();
         let body = DamagedBody {
             nodes: &mesh.nodes,

@@ -6,7 +6,8 @@ use rayon::prelude::*;
 use crate::camera::{Camera, light};
 use crate::raster::{Colour, Raster, grain_colour, lit};
 
-/// Longer side of the drawing in pixels. In the final picture each pixel is the mean of four drawn pixels.
+/// Longer side of the drawing in pixels. The final picture has half this size: each of its pixels is the mean of four
+/// drawn pixels.
 const SIDE: f64 = 1200.0;
 const BACKGROUND: Colour = [255; 3];
 /// Half width in voxels of the neighbourhood from which the normal of a surface is computed.
@@ -58,7 +59,8 @@ fn first_grain(labels: &Volume<u32>, start: [f64; 3], way: [f64; 3]) -> Option<[
     let inside = |k: usize| (start[k] + enter * way[k]).floor().clamp(0.0, size[k] - 1.0) as i64;
     let mut voxel = [inside(0), inside(1), inside(2)];
     let step = way.map(|w| if w > 0.0 { 1 } else { -1 });
-    // for each axis: distance along the ray to the next voxel face normal to the axis, and between two such faces
+    // for each axis: distance along the ray to the next voxel face that is normal to the axis, and distance between two
+    // such faces
     let mut next = [0, 1, 2].map(|k| {
         let face = voxel[k] + i64::from(step[k] > 0);
         (face as f64 - start[k]) / way[k]
@@ -82,8 +84,8 @@ fn first_grain(labels: &Volume<u32>, start: [f64; 3], way: [f64; 3]) -> Option<[
     }
 }
 
-/// Colour of a grain at a voxel of its surface. The surface normal points to the side on which the grain has fewer
-/// voxels.
+/// Returns the colour of a grain at a voxel of its surface, with shading. The surface normal is estimated: it points to
+/// the side on which the grain has fewer voxels.
 fn shaded(labels: &Volume<u32>, voxel: [usize; 3]) -> Colour {
     let grain = *labels.at(voxel);
     let mut normal = [0.0; 3];

@@ -1,7 +1,7 @@
 //! Shaded pictures of grains, meshes and damage, drawn pixel by pixel.
 //!
-//! This crate depends on images and meshes only. It is separate from `models`, whose report shows the pictures, because
-//! it must be compiled with all optimisations.
+//! This crate depends on images and meshes only. This crate is separate from `models`, whose report shows the pictures,
+//! because the pictures need a crate that is compiled with all optimisations.
 //!
 //! ```
 //! let lattice = fem_mesh::CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 };

@@ -8,9 +8,10 @@ use crate::camera::{Camera, cross, dot, light, sub};
 use crate::canvas::Canvas;
 use crate::raster::{Raster, grain_colour, lit};
 
-/// Sector about the axis, in degrees of azimuth. Matrix tetrahedra with their centroid in the sector are not drawn.
+/// Sector about the axis, in degrees of azimuth. Matrix tetrahedra whose centroid is in the sector are not drawn.
 const CUT: (f64, f64) = (-100.0, -4.0);
-/// Longer side of the drawing in pixels. In the final picture each pixel is the mean of four drawn pixels.
+/// Longer side of the drawing in pixels. The final picture has half this size: each of its pixels is the mean of four
+/// drawn pixels.
 const SIDE: f64 = 1500.0;
 const MATRIX: [f64; 3] = [226.0, 222.0, 214.0];
 
@@ -73,14 +74,15 @@ fn brightness(
 ) -> Option<f64> {
     let normal = cross(sub(q, p), sub(r, p));
     let length = dot(normal, normal).sqrt();
-    // the winding of the faces is not reliable: outward is the direction away from the centroid of the tetrahedron
+    // the orientation of the faces may be wrong: use the direction away from the centroid of the tetrahedron as outward
     let middle = [0, 1, 2].map(|k| (p[k] + q[k] + r[k]) / 3.0);
     let outward = dot(normal, sub(middle, centroid(mesh, tet))).signum() / length;
     let normal = normal.map(|n| n * outward);
     (dot(normal, camera.towards) > 0.0).then(|| light(normal))
 }
 
-/// Colour of a tetrahedron: pale in the matrix, a separate colour for each grain, and a blend in mixed tetrahedra.
+/// Returns the colour of a tetrahedron: a pale colour for the matrix, a colour per grain, and a blend of both for a
+/// tetrahedron that contains matrix and grain.
 fn colour(mesh: &TetMesh, tet: usize) -> [f64; 3] {
     let between = |f: f64| {
         let grains = grain_colour(0);
@@ -93,8 +95,8 @@ fn colour(mesh: &TetMesh, tet: usize) -> [f64; 3] {
     }
 }
 
-/// Number of the grain that contains a tetrahedron, 0 in the matrix; in a mesh without grain numbers, the number of
-/// the tetrahedron's region.
+/// Returns the number of the grain that contains a tetrahedron, and 0 for the matrix. In a mesh without grain numbers,
+/// returns the number of the tetrahedron's region.
 fn grain(mesh: &TetMesh, tet: usize) -> u32 {
     mesh.grain_of.as_ref().map_or(u32::from(mesh.region_of[tet]), |g| g[tet])
 }

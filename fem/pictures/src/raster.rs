@@ -60,7 +60,8 @@ impl Raster {
         self.pixels[y * self.width + x] = colour;
     }
 
-    /// Copies another image, which must fit, with its top left corner at column x and row y.
+    /// Copies another image into this image, with the top left corner at column x and row y. The other image must fit
+    /// into this image.
     pub fn paste(&mut self, other: &Raster, x: usize, y: usize) {
         for (row, pixels) in other.pixels.chunks(other.width).enumerate() {
             let start = (y + row) * self.width + x;
@@ -68,7 +69,8 @@ impl Raster {
         }
     }
 
-    /// Returns the image at half the size. Each pixel is the mean of four; an odd last column or row is dropped.
+    /// Returns the image at half the size. Each pixel is the mean of four pixels of this image; an odd last column or
+    /// row is dropped.
     pub fn halved(&self) -> Self {
         let (width, height) = (self.width / 2, self.height / 2);
         let mean = |x: usize, y: usize| -> Colour {
@@ -82,8 +84,7 @@ impl Raster {
 
     /// Encodes the image as the bytes of a PNG file.
     ///
-    /// # Errors
-    /// If the image has no pixels.
+    /// # Errors An error if the image has no pixels.
     pub fn to_png(&self) -> io::Result<Vec<u8>> {
         let side = |n: usize| u32::try_from(n).map_err(io::Error::other);
         let mut bytes = Vec::new();
@@ -99,9 +100,9 @@ impl Raster {
 
 /// Number of pixels between two pictures of a row.
 const GAP: usize = 12;
-/// Smallest width in pixels of a picture in a row, if an enlargement by at most [`MOST`] reaches it.
+/// Pictures in a row are enlarged to at least this width in pixels, but by at most the factor [`MOST`].
 const WIDTH: usize = 300;
-/// Largest factor of enlargement.
+/// Largest factor by which pictures in a row are enlarged.
 const MOST: usize = 6;
 
 /// Places pictures in a row on white, and enlarges small pictures.
@@ -121,7 +122,7 @@ pub fn side_by_side(pictures: &[Raster]) -> Raster {
     row
 }
 
-/// Colour of a grain. Six colours repeat with the number of the grain.
+/// Returns the colour of a grain. The six colours are used cyclically, in the order of the grain numbers.
 pub(crate) fn grain_colour(grain: u32) -> [f64; 3] {
     const GRAINS: [[f64; 3]; 6] = [
         [230.0, 159.0, 60.0],

@@ -1,4 +1,4 @@
-//! Conditions on a finite-element space: constrained degrees of freedom, loads and contact.
+//! Conditions on the nodes of a finite-element space: constrained degrees of freedom, loads and contact.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -25,7 +25,8 @@ pub(crate) struct Boundary {
     constrained: Vec<ConstrainedDof>,
     /// Nodes of every surface whose reaction is recorded.
     pub(crate) surfaces: BTreeMap<String, Vec<u32>>,
-    /// Prescribed displacement components by surface, with the share of the force that belongs to the surface.
+    /// Prescribed displacement components of each surface, each with the share of the nodal force that belongs to the
+    /// surface.
     supports: BTreeMap<String, Vec<Support>>,
     tractions: Vec<Traction>,
     body_force: Option<Function<[f64; 3]>>,
@@ -41,11 +42,11 @@ pub(crate) struct Boundary {
 }
 
 impl Boundary {
-    /// Finds the nodes and areas of all conditions, and checks that the conditions are consistent and leave no rigid
-    /// motion.
+    /// Finds the nodes and areas of all conditions, and checks that the conditions are consistent and prevent all rigid
+    /// motions.
     ///
-    /// `damaged` states for each region whether damage is possible. At a node that surfaces share, their prescribed
-    /// values must be equal; this is checked at half of `duration_s` and at its end.
+    /// `damaged` states for each region whether damage is possible. At a node that surfaces share, the prescribed
+    /// values of these surfaces must be equal. The values are compared at half of `duration_s` and at its end.
     pub(crate) fn new(
         domain: &dyn Domain,
         mesh: &TetMesh,
@@ -137,9 +138,9 @@ impl Boundary {
         })
     }
 
-    /// Returns the conditions on this rank's part of the space. Constrained values and contact include all nodes of
-    /// the part; surfaces include only the nodes that the rank owns, and tractions only its faces. `domain` is the
-    /// whole space, and `rank_of_tet` the rank of each of its elements.
+    /// Returns the conditions on this rank's part of the space. Constrained values and contact include all nodes of the
+    /// part. Surfaces include only the nodes that the rank owns, and tractions include only the faces of the rank.
+    /// `domain` is the whole space, and `rank_of_tet` the rank of each of its elements.
     pub(crate) fn of_part(self, part: Arc<Part>, domain: &dyn Domain, rank_of_tet: &[u32]) -> Self {
         let tractions = loads::of_part(self.tractions, domain, rank_of_tet, &part);
         let local = part.local();
@@ -235,8 +236,8 @@ impl Boundary {
         self.constrained.iter().filter(|dof| dof.component == 3).map(|dof| dof.node)
     }
 
-    /// Returns three maxima over all prescribed displacement components of all ranks, mm: |`guess` − `after`|,
-    /// |`before` − `after`| and |`after`|.
+    /// Returns the maxima over the prescribed displacement components of all ranks of the differences between `guess` and
+    /// `after`, the differences between `before` and `after`, and the values in `after`, mm.
     pub(crate) fn jump(&self, guess: &Fields, before: &Fields, after: &Fields) -> [f64; 3] {
         let mut sizes = [0.0f64; 3];
         for dof in self.constrained.iter().filter(|dof| dof.component < 3) {
@@ -249,7 +250,8 @@ impl Boundary {
         sizes
     }
 
-    /// Returns displacement (mm) and force (N) of the measured surface; the force is taken from the reactions.
+    /// Returns the displacement (mm) and the force (N) of the measured surface. The force is computed from the
+    /// reactions.
     pub(crate) fn measure(
         &self,
         time_s: f64,
@@ -289,8 +291,8 @@ impl Boundary {
         Some(out)
     }
 
-    /// Returns the derivative of the measured force with respect to a parameter. `residual` and `contact` are the
-    /// derivatives of the residual and of the contact forces, platen after platen.
+    /// Returns the derivative of the measured force with respect to a parameter. `residual` contains the derivatives of
+    /// the residual, and `contact` the derivatives of the contact forces of all platens, one platen after the other.
     pub(crate) fn force_rate(&self, residual: &[[f64; 4]], contact: &[(u32, [f64; 3])]) -> f64 {
         let Some(probe) = &self.probe else { return 0.0 };
         let along = |v: &[f64]| -> f64 { (0..3).map(|k| v[k] * probe.direction[k]).sum() };
@@ -333,8 +335,8 @@ fn normal_axis(mesh: &TetMesh, name: &str, triangles: &[[u32; 3]]) -> Result<Axi
         .ok_or_else(|| FemError::unsupported(format!("surface '{name}'"), Unsupported::NotAPlane))
 }
 
-/// Returns constraints (node, component) that remove the free rigid motions if `remove` is true. Otherwise a free
-/// rigid motion is an error.
+/// If `remove` is true, returns constraints (node, component) that prevent the free rigid motions. Otherwise returns an
+/// error if a rigid motion is free.
 fn supports(
     nodes: &[[f64; 3]],
     constrained: &[ConstrainedDof],

@@ -12,11 +12,11 @@ use fem_mesh::TetMesh;
 /// Axis of the global coordinate system.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Axis {
-    /// First coordinate.
+    /// Axis of the first coordinate.
     X,
-    /// Second coordinate.
+    /// Axis of the second coordinate.
     Y,
-    /// Third coordinate, the axis of a cylinder.
+    /// Axis of the third coordinate, which is the axis of a cylindrical specimen.
     Z,
 }
 
@@ -30,14 +30,14 @@ impl Axis {
 pub(crate) enum Travel {
     /// Mean displacement of the surface's nodes along the direction.
     Mean,
-    /// Displacement of the second gauge point relative to the first, along the direction. The points are reference
-    /// positions, mm.
+    /// Displacement of the second gauge point relative to the first gauge point, along the direction. The gauge points
+    /// are reference positions, mm.
     Gauge([[f64; 3]; 2]),
-    /// Given function of time (s), mm.
+    /// The displacement (mm) is a given function of time (s).
     Known(Function<f64>),
 }
 
-/// Surface on which force and displacement of the curve are measured.
+/// Surface on which the force and the displacement of the curve are measured, with the direction of both.
 #[derive(Clone, Debug)]
 pub(crate) struct Probe {
     pub(crate) surface: String,
@@ -45,7 +45,7 @@ pub(crate) struct Probe {
     pub(crate) travel: Travel,
 }
 
-/// Prescribed displacement components of a surface. `displacement` = `None` prescribes zero.
+/// Prescribed displacement components of a surface. If `displacement` is `None`, the prescribed displacement is zero.
 #[derive(Clone, Debug)]
 pub(super) struct Prescribed {
     pub(super) surface: String,
@@ -55,9 +55,9 @@ pub(super) struct Prescribed {
 
 /// Boundary conditions and loads of a [`Problem`](crate::Problem).
 ///
-/// Functions take the *reference* position in mm and the time in s. On a surface without a condition, the traction is
-/// zero, and so is the flux of the damage. A surface may have several conditions. At nodes that surfaces share, all
-/// conditions must prescribe the same value.
+/// Functions take the *reference* position in mm and the time in s. On a surface without a condition, the traction and
+/// the flux of the damage are zero. A surface may have several conditions. At nodes that surfaces share, all conditions
+/// must prescribe the same value.
 ///
 /// # Example
 /// A bar pulled at one end, with two planes of symmetry:
@@ -94,9 +94,9 @@ impl Conditions {
         Self::default()
     }
 
-    /// Names a selection of nodes. Conditions accept this name like the name of a surface, except tractions, platens
-    /// and symmetry, which need an area. If several conditions prescribe the same component of a node and one of
-    /// these conditions belongs to a node set, the force is divided equally among the conditions.
+    /// Names a selection of nodes. Conditions accept this name like the name of a surface. Exceptions are tractions,
+    /// platens and symmetry, which need an area. If several conditions prescribe the same component of a node and one
+    /// of these conditions belongs to a node set, the force is divided equally among the conditions.
     ///
     /// # Example
     /// A plate on a line support and a pin:
@@ -176,8 +176,8 @@ impl Conditions {
         self
     }
 
-    /// Sets a source on the right-hand side of the damage equation, MPa, e.g. for a manufactured solution. It acts in
-    /// the regions that have a toughness.
+    /// Sets a source on the right-hand side of the damage equation, MPa, e.g. for a manufactured solution. The source
+    /// acts in the regions that have a toughness.
     pub fn damage_source(
         mut self,
         source_mpa: impl Fn([f64; 3], f64) -> f64 + Send + Sync + 'static,
@@ -192,7 +192,7 @@ impl Conditions {
         self
     }
 
-    /// Constrains single nodes to remove the rigid motions that the other conditions leave free.
+    /// Constrains single nodes, so that the rigid motions that the other conditions allow are no longer possible.
     ///
     /// Loads must be in equilibrium along these motions; the reactions at these nodes then vanish.
     pub fn remove_rigid_motions(mut self) -> Self {
@@ -205,7 +205,7 @@ impl Conditions {
         self.platens.iter().any(|(_, platen)| platen.resists_sliding())
     }
 
-    /// Returns whether there are only prescribed values, without loads and platens.
+    /// Returns whether the conditions consist of prescribed values only, without loads and platens.
     pub(crate) fn only_prescribe(&self) -> bool {
         let loaded = self.body_force.is_some() || self.damage_source.is_some();
         self.tractions.is_empty() && self.platens.is_empty() && !loaded
@@ -283,8 +283,8 @@ impl Conditions {
         self
     }
 
-    /// Sets the initial guess of the first increment, mm. Without a guess, the iteration starts from zero with the
-    /// prescribed values imposed, and the element size at the surface limits the first step.
+    /// Sets the initial guess of the first increment, mm. Without a guess, the iteration starts from zero displacement,
+    /// except for the prescribed values. The size of the elements at the surface then limits the first load step.
     pub fn first_guess(
         mut self,
         displacement_mm: impl Fn([f64; 3], f64) -> [f64; 3] + Send + Sync + 'static,

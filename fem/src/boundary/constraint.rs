@@ -38,7 +38,8 @@ pub(super) struct Constraints<'a> {
     nodes: &'a [[f64; 3]],
     duration_s: f64,
     dofs: Vec<ConstrainedDof>,
-    /// For each constrained (node, component): index in `dofs`, and name of the surface that constrained it first.
+    /// For each constrained component of a node: its index in `dofs`, and the name of the surface that constrained it
+    /// first.
     first: BTreeMap<(u32, usize), (usize, String)>,
 }
 
@@ -49,8 +50,8 @@ impl<'a> Constraints<'a> {
         Self { nodes, duration_s, dofs: Vec::new(), first: BTreeMap::new() }
     }
 
-    /// Constrains a component on the nodes of a surface. Fails if another surface prescribes a different value at a
-    /// common node.
+    /// Constrains a component on the nodes of a surface. Returns an error if another surface prescribes a different
+    /// value at a common node.
     pub(super) fn add(
         &mut self,
         surface: &str,
@@ -75,7 +76,7 @@ impl<'a> Constraints<'a> {
         self.dofs
     }
 
-    /// Checks that two surfaces prescribe the same value at a common node.
+    /// Returns an error if two surfaces prescribe different values at a common node.
     fn agree(
         &self,
         first: &ConstrainedDof,

@@ -23,7 +23,7 @@ pub(crate) struct ExternalForces {
 }
 
 impl ExternalForces {
-    /// Creates external forces without loads and contact.
+    /// Creates the external forces of a body without loads and contact.
     pub(crate) fn none(boundary: &Boundary) -> Self {
         Self { part: Arc::clone(boundary.part()), ..Self::default() }
     }
@@ -75,7 +75,7 @@ impl ExternalForces {
         self.contacts.iter().flat_map(|c| c.blocks(fields)).collect()
     }
 
-    /// Returns whether any surface faces a platen. Contact passes then determine the contact pressures.
+    /// Returns whether any surface faces a platen, so that contact pressures must be determined.
     pub(crate) fn has_contact(&self) -> bool {
         !self.contacts.is_empty()
     }
@@ -85,8 +85,8 @@ impl ExternalForces {
         self.contacts.iter().any(ContactStep::has_friction)
     }
 
-    /// Performs one augmentation pass: updates the contact pressures from the gaps. Returns the sum of the squared
-    /// changes of the nodal contact forces, N².
+    /// Performs one augmentation of the augmented Lagrangian method: updates the contact pressures from the gaps.
+    /// Returns the sum of the squared changes of the nodal contact forces, N².
     pub(crate) fn augment(&mut self, fields: &Fields) -> f64 {
         let mut square = [self.contacts.iter_mut().map(|contact| contact.update(fields)).sum()];
         self.part.ranks().sum(&mut square);
@@ -94,13 +94,14 @@ impl ExternalForces {
     }
 
     /// Returns the derivatives of the nodal contact forces with respect to a parameter θ that keep the gaps of
-    /// frictionless contact closed: −γ A (n·du/dθ) n, N, for the derivatives du/dθ in `rates`.
+    /// frictionless contact closed: −γ A (n·du/dθ) n, N per unit of θ, with the penalty γ, the nodal area A, the normal
+    /// n and the derivatives du/dθ in `rates`.
     pub(crate) fn follow(&self, fields: &Fields, rates: &[[f64; 4]]) -> Vec<(u32, [f64; 3])> {
         self.contacts.iter().flat_map(|c| c.follow(fields, rates)).collect()
     }
 
-    /// Returns the rounding error of the contact forces in two parts: the part per mm of displacement, N/mm, and the
-    /// part that does not depend on the displacement, N.
+    /// Returns an estimate of the rounding error of the contact forces in two parts: the part per mm of displacement,
+    /// N/mm, and the part that does not depend on the displacement, N.
     pub(crate) fn rounding(&self) -> [f64; 2] {
         let mut squares = [0.0; 2];
         for (square, length) in self.contacts.iter().map(ContactStep::stiffness) {
@@ -129,8 +130,8 @@ impl ExternalForces {
         !self.part.ranks().any(!finite)
     }
 
-    /// Returns the external forces at all nodes: three components in equilibrium with the internal forces, N, and a
-    /// fourth component from prescribed damage and sources of damage, N mm.
+    /// Returns the external forces at all nodes. Three components are the forces that balance the internal forces, N;
+    /// the fourth component results from prescribed damage and sources of damage, N mm.
     pub(crate) fn outer_forces(
         &self,
         boundary: &Boundary,

@@ -14,7 +14,7 @@ pub(super) struct Traction {
     pub(super) stress: Function<[f64; 3]>,
 }
 
-/// Nodal loads and resultants at one time.
+/// Nodal loads and resultant forces at one time.
 #[derive(Clone, Debug)]
 pub(crate) struct Loads {
     /// Nodal forces (N) and damage sources (N mm).

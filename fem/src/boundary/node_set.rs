@@ -7,7 +7,8 @@ use crate::element::Domain;
 use crate::error::FemError;
 use fem_mesh::TetMesh;
 
-/// Largest distance of a node on a segment from this segment, as a fraction of the segment's length.
+/// A node counts as lying on a segment if its distance from the segment is at most this fraction of the segment's
+/// length.
 const ON_SEGMENT: f64 = 1e-6;
 
 /// Selection of nodes, for supports of single nodes and edges. [`Conditions::node_set`](crate::Conditions::node_set)
@@ -15,8 +16,8 @@ const ON_SEGMENT: f64 = 1e-6;
 /// [`prescribe_damage`](crate::Conditions::prescribe_damage) and [`measure`](crate::Conditions::measure) accept this
 /// name like the name of a surface.
 ///
-/// The displacement under a force on a node or an edge of a solid grows without limit as the mesh is refined: use such
-/// supports where the force is zero or small, or where the local field does not matter.
+/// If a force acts on a single node or on an edge of a solid, the displacement there grows without limit as the mesh is
+/// refined. Use such supports only where the force is zero or small, or where the local field does not matter.
 #[derive(Clone, Debug)]
 pub struct NodeSet(Selection);
 

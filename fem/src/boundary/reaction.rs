@@ -1,4 +1,4 @@
-//! Distribution of the forces of prescribed values over surfaces.
+//! Distribution of the reactions to prescribed values among the surfaces that prescribe them.
 //!
 //! A condition on a surface exerts forces only in the components that it prescribes, e.g. a plane of symmetry only
 //! along its normal. At a node that surfaces share, several conditions may prescribe the same component. The force in
@@ -23,7 +23,7 @@ pub(super) struct Support {
     pub(super) share: f64,
 }
 
-/// Surfaces that prescribe each (node, component).
+/// The surfaces that prescribe each component of each node.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Claims(BTreeMap<(u32, usize), BTreeSet<String>>);
 

@@ -6,11 +6,11 @@ use nalgebra::{Matrix6, Vector3, Vector6};
 pub(super) struct RigidMotions {
     centre: Vector3<f64>,
     size: f64,
-    /// Projector onto the free motions.
+    /// Projector onto the space of the free motions, in the basis of the six rigid motions.
     free: Matrix6<f64>,
 }
 
-/// Smallest fraction of a free motion that a support must constrain; a support that constrains less is ignored.
+/// A support that constrains less than this fraction of the free motions is ignored.
 const LEAST_STOPPED: f64 = 1e-6;
 
 impl RigidMotions {
@@ -25,13 +25,13 @@ impl RigidMotions {
     fn row(&self, x: [f64; 3], direction: [f64; 3]) -> Vector6<f64> {
         let arm = (Vector3::from(x) - self.centre) / self.size;
         let d = Vector3::from(direction);
-        // (ω × r) · d = ω · (r × d)
+        // a rotation ω moves the point at r along d by (ω × r) · d = ω · (r × d)
         let turn = arm.cross(&d);
         Vector6::new(d[0], d[1], d[2], turn[0], turn[1], turn[2])
     }
 
-    /// Returns the fraction of the free motions that a support at `x` along `direction` would constrain: the norm of
-    /// the displacements at `x` along `direction` in the free motions.
+    /// Returns the fraction of the free motions that a support at `x` along `direction` would constrain. The fraction
+    /// is the norm of the displacements at `x` along `direction` that the free motions cause.
     fn stopped(&self, x: [f64; 3], direction: [f64; 3]) -> f64 {
         (self.free * self.row(x, direction)).norm()
     }
@@ -64,7 +64,7 @@ impl RigidMotions {
             .map_or("", |k| WORDS[k])
     }
 
-    /// Returns constraints (node, axis) that remove the free motions. Each constraint is placed at the node and axis
+    /// Returns constraints (node, axis) that prevent the free motions. Each constraint is placed at the node and axis
     /// where it constrains the free motions most.
     pub(super) fn supports(mut self, nodes: &[[f64; 3]]) -> Vec<(u32, usize)> {
         let unit = |axis: usize| std::array::from_fn(|k| f64::from(k == axis));

@@ -29,7 +29,8 @@ impl<T: Pod + Zeroable> Array<T> {
         Ok(Self { memory, len, numbers: PhantomData })
     }
 
-    /// Creates a placeholder for an array whose memory could not be allocated. Every transfer to or from it fails.
+    /// Creates a placeholder for an array whose memory could not be allocated. Every transfer to or from the
+    /// placeholder fails.
     pub fn lost(len: usize) -> Self {
         Self { memory: Box::new(Lost), len, numbers: PhantomData }
     }

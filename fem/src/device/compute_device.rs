@@ -33,7 +33,7 @@ impl ComputeDevice {
         ))
     }
 
-    /// Uses the processor as a device, for tests. The C compiler compiles the same kernels.
+    /// Uses the processor as a device, for tests. The C compiler compiles the same kernels as for a GPU.
     ///
     /// # Errors
     /// [`DeviceError`] if there is no C compiler.

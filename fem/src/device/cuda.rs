@@ -20,8 +20,8 @@ pub(super) struct Cuda {
     stream: Arc<CudaStream>,
 }
 
-/// Threads per block. The kernel of quadratic elements uses the largest possible number of registers per thread,
-/// which limits this number.
+/// Number of threads per block. The kernel of quadratic elements uses the largest possible number of registers per
+/// thread, which limits the number of threads.
 const THREADS: u32 = 128;
 
 fn failed(what: &str) -> impl Fn(&dyn Display) -> DeviceError {
@@ -62,7 +62,7 @@ impl Device for Cuda {
     fn compile(&self, text: &str, kernels: &[Kernel]) -> Result<Box<dyn Program>, DeviceError> {
         let failed = failed("the kernels cannot be compiled");
         let (major, minor) = self.context.compute_capability().map_err(|e| failed(&e))?;
-        // no fused multiply-add unless the source calls `fma`, as on the processor
+        // as on the processor, no fused multiply-add unless the source calls `fma`
         let options =
             ["--fmad=false".to_string(), format!("--gpu-architecture=compute_{major}{minor}")];
         let options = CompileOptions { options: options.to_vec(), ..CompileOptions::default() };

@@ -22,7 +22,7 @@ pub struct Host {
 const ITEMS: usize = 4096;
 
 impl Host {
-    /// Uses the compiler that the environment variable `CC` names; `cc` without this variable.
+    /// Creates the device with the compiler that the environment variable `CC` names; without this variable, with `cc`.
     pub fn new() -> Result<Self, DeviceError> {
         let compiler = std::env::var("CC").unwrap_or_else(|_| "cc".into());
         match Command::new(&compiler).arg("--version").output() {
@@ -55,7 +55,7 @@ impl Host {
         };
         let mut output = compile(&["-march=native"])?;
         if !output.status.success() {
-            // the compiler may not support -march=native for this machine
+            // compile without -march=native, which the compiler may not support on this machine
             output = compile(&[])?;
         }
         if !output.status.success() {
@@ -132,7 +132,7 @@ type Entry = unsafe extern "C" fn(first: u64, last: u64, arguments: *const *cons
 #[derive(Debug)]
 struct Compiled {
     entries: Vec<Entry>,
-    /// Library that contains the code of `entries`.
+    /// Library that contains the code of `entries`; it must stay loaded while `entries` are used.
     _library: Library,
 }
 

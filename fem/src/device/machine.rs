@@ -45,10 +45,10 @@ pub trait Program: fmt::Debug + Send + Sync {
 /// Argument of a kernel. The variant must match the C type of the kernel's parameter.
 #[derive(Clone, Copy, Debug)]
 pub enum Argument<'a> {
-    /// For a pointer to device memory.
+    /// Argument for a parameter that is a pointer to device memory.
     Memory(&'a dyn Memory),
-    /// For a parameter of type `index`.
+    /// Argument for a parameter of type `index`.
     Index(u64),
-    /// For a parameter of type `double`.
+    /// Argument for a parameter of type `double`.
     Real(f64),
 }

@@ -16,7 +16,8 @@ use crate::fields::Fields;
 const OUTSIDE: f64 = 1e-6;
 /// Largest number of iterations that compute the barycentric coordinates of a point in an element.
 const POINT_ITERATIONS: u32 = 50;
-/// Distance from the point at which these iterations have converged, relative to the element size.
+/// The iterations have converged when the computed point is closer to the given point than this distance, relative to
+/// the element size.
 const POINT_TOLERANCE: f64 = 1e-11;
 
 /// Values of the fields at a point inside the body.
@@ -44,8 +45,8 @@ pub trait Domain {
     /// Returns the nodes of an element: its vertices, then the nodes on its edges.
     fn nodes_of(&self, tet: usize) -> &[u32];
 
-    /// Returns whether an element is plain: straight and of a single phase. The tangent of a plain element needs less
-    /// storage.
+    /// Returns whether an element is *plain*: straight, and not a mixture of two phases. The tangent of a plain element
+    /// needs less storage.
     fn is_plain(&self, tet: usize) -> bool;
 
     /// Returns the integration rule of all elements.
@@ -56,8 +57,8 @@ pub trait Domain {
         self.tets() * self.rule().points.len()
     }
 
-    /// Returns the integral of a nodal field over the regions whose entry in `regions` is true, and the volume of
-    /// these regions, mm³. Of a mixture only the matrix fraction is included.
+    /// Returns the integral of a nodal field over the regions whose entry in `regions` is true, and the volume (mm³) of
+    /// these regions. An element that is a mixture contributes only its matrix fraction.
     fn integral(&self, field: &[f64], regions: &[bool]) -> [f64; 2];
 
     /// Returns the reference positions of all nodes, mm.
@@ -66,8 +67,8 @@ pub trait Domain {
     /// Returns the nodes on triangles of the mesh, in increasing order.
     fn nodes_on(&self, triangles: &[[u32; 3]]) -> Vec<u32>;
 
-    /// Adds ∫ N_a f dV to the entry of node a in `out`, over the elements of the regions for which `acts` is true.
-    /// `density` is f as a function of the reference position, mm.
+    /// Adds the nodal load ∫ N_a f dV, N, over the elements of the regions for which `acts` is true, to the entry of
+    /// node a in `out`. `density` is f as a function of the reference position, mm.
     fn volume_load(
         &self,
         acts: &dyn Fn(usize) -> bool,
@@ -108,7 +109,7 @@ struct FacePoint {
     position: [f64; 3],
     /// Values N_a of the shape functions of the face's nodes.
     values: [f64; 6],
-    /// Area that belongs to the point, mm².
+    /// Weight of the point in integrals over the face, mm².
     area: f64,
 }
 
@@ -120,8 +121,8 @@ impl<const N: usize> Space<N> {
         triangle.iter().copied().chain(on_edges.into_iter().flatten()).collect()
     }
 
-    /// Returns the points of a quadrature rule of degree 5 on a face. The shape functions of the face are the shape
-    /// functions of the tetrahedron on its face λ₃ = 0.
+    /// Returns the points of a quadrature rule of degree 5 on a face. The shape functions of the face equal the shape
+    /// functions of a tetrahedron on the face λ₃ = 0.
     fn face_points(&self, nodes: &[u32]) -> [FacePoint; 7] {
         let of_tet = |a: usize| if a < 3 { a } else { a + 1 };
         seven().map(|(at, weight)| {
@@ -142,7 +143,8 @@ impl<const N: usize> Space<N> {
         })
     }
 
-    /// Returns the points of a quadrature rule of degree 5 on an element, with N_a and ∂N_a/∂λ_k.
+    /// Returns the points of a quadrature rule of degree 5 on an element, each with the values N_a and the derivatives
+    /// ∂N_a/∂λ_k of the shape functions.
     fn fine_rule(&self) -> Vec<(QuadraturePoint, [f64; N], [[f64; 4]; N])> {
         let values = |q: QuadraturePoint| (q, (self.values)(q.at), (self.slopes)(q.at));
         fourteen().into_iter().map(values).collect()
@@ -160,8 +162,8 @@ impl<const N: usize> Space<N> {
         let edges = Matrix3::from_columns(&[edge(1), edge(2), edge(3)]);
         let (inverse, size) = (edges.try_inverse()?, edges.norm());
         let mut at = [1.0, 0.0, 0.0, 0.0];
-        // the inverse map of the straight element is exact for straight elements; curved elements need a few
-        // iterations
+        // the iteration uses the inverse map of the straight element, which is exact for straight elements; curved
+        // elements need a few iterations
         for _ in 0..POINT_ITERATIONS {
             let off = Vector3::from(position) - Vector3::from(mix(&x, &(self.values)(at)));
             if off.norm() <= POINT_TOLERANCE * size {
@@ -175,7 +177,7 @@ impl<const N: usize> Space<N> {
     }
 }
 
-/// Returns the weighted sum of points.
+/// Returns the sum of `points`, weighted by `weights`.
 fn mix<const K: usize>(points: &[[f64; 3]; K], weights: &[f64; K]) -> [f64; 3] {
     std::array::from_fn(|k| points.iter().zip(weights).map(|(x, w)| w * x[k]).sum())
 }
@@ -190,7 +192,7 @@ impl<const N: usize> Domain for Space<N> {
     }
 
     fn is_plain(&self, tet: usize) -> bool {
-        !self.is_curved(tet) && self.fraction(tet) == 0.0
+        !self.is_curved(tet) && self.fraction(tet) == 0.0 && !self.rule.extra.stored
     }
 
     fn rule(&self) -> &Rule {

@@ -2,12 +2,13 @@
 
 use nalgebra::Vector3;
 
-/// Gradients of the barycentric coordinates at a point of an element.
+/// Gradients of the barycentric coordinates λ_k at a point of an element, and the volume factor at this point.
 #[derive(Clone, Copy, Debug)]
 pub struct Geometry<T> {
     /// ∇λ_k for k = 1 … 3, 1/mm.
     pub barycentric: [[T; 3]; 3],
-    /// Determinant of the map's derivative, divided by 6, mm³; for a straight element this is its volume.
+    /// Determinant of the derivative of the map, divided by 6, mm³. For a straight element, this value is the volume of
+    /// the element.
     pub volume: T,
 }
 

@@ -13,6 +13,6 @@ pub use tetrahedron::Order;
 
 pub use domain::Domain;
 pub use geometry::Geometry;
-pub use rule::{DamageRule, Rule};
+pub use rule::{DamageRule, ExtraTerms, Rule};
 pub use space::Space;
 pub use tetrahedron::{Linear, Quadratic, Tetrahedron};

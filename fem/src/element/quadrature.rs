@@ -7,7 +7,7 @@ pub(super) struct QuadraturePoint {
     pub weight: f64,
 }
 
-/// Returns the one-point rule, the centroid: exact to degree 1.
+/// Returns the one-point rule, whose point is the centroid; exact to degree 1.
 pub(super) fn one() -> Vec<QuadraturePoint> {
     vec![QuadraturePoint { at: [0.25; 4], weight: 1.0 }]
 }

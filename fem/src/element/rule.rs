@@ -3,18 +3,28 @@
 use super::quadrature::{QuadraturePoint, eleven, four, fourteen, one};
 use super::tetrahedron::{Linear, Quadratic, Tetrahedron};
 
-/// Placement of the damage points: a [`DamageQuadrature`](crate::DamageQuadrature) whose `Auto` is replaced by the
-/// rule that it selects.
+/// Placement of the quadrature points of the damage terms. The variants are the variants of
+/// [`DamageQuadrature`](crate::DamageQuadrature), but `Auto` is replaced by the variant that it selects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DamageRule {
-    /// No damage anywhere.
+    /// The problem has no damage.
     Absent,
-    /// At the nodes.
+    /// The damage points are the nodes.
     Vertex,
-    /// At Gauss points with positive weights: four in linear elements, fourteen in quadratic elements.
+    /// The damage points are Gauss points with positive weights: four in linear elements, fourteen in quadratic
+    /// elements.
     Consistent,
-    /// At four Gauss points in linear elements, at eleven Gauss points in quadratic elements.
+    /// The damage points are four Gauss points in linear elements, and eleven Gauss points in quadratic elements.
     Eleven,
+}
+
+/// Terms that viscoelastic and plastic laws add to the tangent of elastic laws.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ExtraTerms {
+    /// Whether the terms are stored: stresses outside the principal axes, driving stress, antisymmetric moduli.
+    pub stored: bool,
+    /// Whether the tangent is not symmetric.
+    pub unsymmetric: bool,
 }
 
 /// Integration rule of one element type.
@@ -30,10 +40,13 @@ pub struct Rule {
     pub points: Vec<ElasticPoint>,
     /// Damage points p with weights w_p.
     pub damage: Vec<DamagePoint>,
-    /// Coefficients C_qp: one row per elastic point q, one column per damage point p.
+    /// Coefficients C_qp of the coupling between elastic points and damage points: one row per elastic point q, one
+    /// column per damage point p.
     pub mixing: Vec<Vec<f64>>,
-    /// Whether all damage points have the same weight and the same coefficients C_qp.
+    /// Whether all damage points p have the same weight w_p and the same coefficients C_qp for each elastic point q.
     pub alike: bool,
+    /// Terms that the laws of the mesh add to the tangent of elastic laws.
+    pub extra: ExtraTerms,
 }
 
 /// Quadrature point of the elastic terms.
@@ -43,7 +56,7 @@ pub struct ElasticPoint {
     pub at: [f64; 4],
     /// Weight as a fraction of the element's volume.
     pub weight: f64,
-    /// ∂N_a/∂λ_k − ∂N_a/∂λ₀ for k = 1 … 3, by node.
+    /// Derivatives ∂N_a/∂λ_k − ∂N_a/∂λ₀ of the shape functions for k = 1 … 3, one entry per node a.
     pub slopes: Vec<[f64; 3]>,
 }
 
@@ -65,8 +78,8 @@ impl Rule {
             (DamageRule::Absent, _) => (Vec::new(), vec![Vec::new(); elastic.len()]),
             (DamageRule::Vertex, false) => (nodal::<N>(|_| 0.25), vec![vec![0.25; N]]),
             (DamageRule::Vertex, true) => (
-                // weights of the vertices of eight sub-tetrahedra: four at the corners, and four from an octahedron
-                // that is cut along a diagonal (mean over its three diagonals)
+                // each weight is the share of a node in eight sub-tetrahedra: four at the vertices, and four into which
+                // a diagonal divides the inner octahedron (mean over the three diagonals)
                 nodal::<N>(|a| if a < 4 { 1.0 / 32.0 } else { 7.0 / 48.0 }),
                 (0..4).map(|q| (0..N).map(|a| corner_mean::<N, T>(q, a)).collect()).collect(),
             ),
@@ -90,18 +103,20 @@ impl Rule {
             .collect();
         let alike = damage.windows(2).all(|p| p[0].weight == p[1].weight)
             && mixing.iter().all(|row: &Vec<f64>| row.windows(2).all(|c| c[0] == c[1]));
-        Self { nodes: N, points, damage, mixing, alike }
+        let extra = ExtraTerms::default();
+        Self { nodes: N, points, damage, mixing, alike, extra }
     }
 
-    /// Returns the rule with the same points and the linear shape functions of the vertices.
+    /// Returns the rule for linear elements with the same quadrature points, i.e. with the linear shape functions of
+    /// the vertices.
     pub fn linear(&self) -> Self {
         let slopes = Linear::slopes([0.25; 4]).map(|d| [d[1] - d[0], d[2] - d[0], d[3] - d[0]]);
         let mut rule = self.clone();
         rule.nodes = 4;
         rule.points.iter_mut().for_each(|point| point.slopes = slopes.to_vec());
         for point in &mut rule.damage {
-            // the linear shape function of a vertex is its quadratic shape function plus half of the shape functions
-            // of the nodes on its edges
+            // the linear shape function of a vertex equals its quadratic shape function plus half of the quadratic
+            // shape functions of the nodes on the edges at this vertex
             for (edge, ends) in Quadratic::EDGES.iter().enumerate().take(self.nodes - 4) {
                 ends.iter().for_each(|&end| point.shape[end] += 0.5 * point.shape[4 + edge]);
             }
@@ -134,8 +149,8 @@ fn at_points<const N: usize, T: Tetrahedron<N>>(points: &[QuadraturePoint]) -> V
     points.iter().map(point).collect()
 }
 
-/// Returns the weight of node `a` in the mean at Gauss point `q`, which represents the sub-tetrahedron at vertex q
-/// and a quarter of the octahedron; both have the same volume.
+/// Returns the weight of node `a` in the mean value at Gauss point `q`. The Gauss point represents the sub-tetrahedron
+/// at vertex q and a quarter of the inner octahedron, which have the same volume.
 fn corner_mean<const N: usize, T: Tetrahedron<N>>(q: usize, a: usize) -> f64 {
     match a.checked_sub(4) {
         None => f64::from(a == q) / 8.0,

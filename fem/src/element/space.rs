@@ -11,7 +11,8 @@ use fem_mesh::TetMesh;
 /// Lagrange space of equal order for displacement and damage, with `N` nodes per element.
 #[derive(Clone, Debug)]
 pub struct Space<const N: usize> {
-    /// Reference positions, mm: the nodes of the mesh, then the nodes on its edges (P2).
+    /// Reference positions of the nodes, mm: the nodes of the mesh, then (for quadratic elements) the nodes on its
+    /// edges.
     pub nodes: Vec<[f64; 3]>,
     /// Nodes of each element.
     pub tets: Vec<[u32; N]>,
@@ -24,9 +25,10 @@ pub struct Space<const N: usize> {
     pub values: fn([f64; 4]) -> [f64; N],
     /// Derivatives ∂N_a/∂λ_k of the shape functions of the element type.
     pub slopes: fn([f64; 4]) -> [[f64; 4]; N],
-    /// Node on each edge, by the sorted end nodes of the edge.
+    /// Node on each edge. The key of an edge consists of its two end nodes in increasing order.
     midpoints: BTreeMap<[u32; 2], u32>,
-    /// Geometry factors: one entry per straight element, one entry per elastic quadrature point of a curved element.
+    /// Geometry of the elements: one entry per straight element, and one entry per elastic quadrature point of a curved
+    /// element.
     geometry: Vec<Geometry<f64>>,
     /// CSR offsets of the elements into `geometry`; length `tets + 1`.
     first: Vec<u32>,
@@ -72,7 +74,7 @@ impl<const N: usize> Space<N> {
             }));
             first.push(geometry.len() as u32);
         }
-        // an element whose two phases are the same is no mixture
+        // an element whose two phases are the same region is not a mixture
         let fraction = |(mixture, &region): (&fem_mesh::Mixture, &u16)| {
             if region != mixture.region { f64::from(mixture.fraction) } else { 0.0 }
         };

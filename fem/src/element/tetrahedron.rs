@@ -6,9 +6,10 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "u8", into = "u8")]
 pub enum Order {
-    /// P1: four nodes.
+    /// P1: linear element with four nodes.
     Linear,
-    /// P2: ten nodes, the vertices followed by the midpoints of the edges 01, 12, 20, 03, 13, 23.
+    /// P2: quadratic element with ten nodes, the vertices followed by the midpoints of the edges 01, 12, 20, 03, 13,
+    /// 23.
     Quadratic,
 }
 
@@ -26,8 +27,7 @@ impl TryFrom<u8> for Order {
 
     /// Converts the polynomial order 1 or 2.
     ///
-    /// # Errors
-    /// For any other number.
+    /// # Errors The number itself, if it is neither 1 nor 2.
     fn try_from(order: u8) -> Result<Self, Self::Error> {
         match order {
             1 => Ok(Self::Linear),

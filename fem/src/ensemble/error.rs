@@ -16,7 +16,7 @@ pub enum EnsembleError {
     Foreign {
         /// The ensemble's directory.
         directory: PathBuf,
-        /// The lines of the fingerprints that differ.
+        /// The lines in which the two fingerprints differ.
         difference: String,
     },
     /// The manifest of the ensemble is malformed.
@@ -72,7 +72,7 @@ pub enum EnsembleError {
         id: usize,
         /// The file of the run.
         path: PathBuf,
-        /// How checksum and content differ.
+        /// Whether the checksum is missing, or how it differs from the content.
         reason: String,
     },
     /// The input of a run is invalid, or the curve of a failed run is requested.

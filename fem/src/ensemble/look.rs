@@ -14,7 +14,7 @@ pub struct EnsembleState {
     pub records: Vec<RunRecord>,
     /// Numbers of the runs that a process on any machine is computing.
     pub under_way: Vec<usize>,
-    /// Numbers of the runs whose files cannot be read; these runs will be computed again.
+    /// Numbers of the runs whose files are damaged; these runs will be computed again.
     pub damaged: Vec<usize>,
     /// Numbers of the runs whose checksum is missing or does not match. An ensemble that needs one of these
     /// runs returns an error.
@@ -25,8 +25,8 @@ impl EnsembleState {
     /// Reads the state of an ensemble from its directory while processes may be writing to it. The state is
     /// empty if the directory does not exist.
     ///
-    /// A run is in progress if its lock is held. This does not depend on a clock: the lock of a killed
-    /// process is released.
+    /// A run is in progress if its lock is held. The test needs no clock, because the operating system releases the
+    /// lock of a killed process.
     ///
     /// # Errors
     /// [`EnsembleError::Io`] if the directory or a file cannot be read.
@@ -63,15 +63,16 @@ impl EnsembleState {
                 StoredRun::Nothing => {}
             }
         }
-        // a run that is being retried, or whose lock is about to be removed, has both a record and a lock
+        // a run that has a record is not under way, even if a process still holds its lock to retry it or is about to
+        // remove the lock
         locks.retain(|id| !state.records.iter().any(|record| record.id == *id));
         state.under_way = locks;
         Ok(state)
     }
 }
 
-/// Whether a process holds the lock. The test itself holds a shared lock for a very short time; a worker that
-/// tries to lock the run during this time tries a second time after a short delay.
+/// Whether a process holds the lock. The test holds a shared lock for a very short time. A worker that tries to lock
+/// the run during this time repeats its attempt after a short delay.
 fn is_locked(path: &Path) -> bool {
     File::open(path)
         .is_ok_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))

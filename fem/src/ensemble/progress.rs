@@ -12,22 +12,22 @@ pub trait EnsembleProgress: Sync {
         let _ = (finished, total, fraction);
     }
 
-    /// This process has started a run.
+    /// Called after this process has started a run.
     fn started(&self, id: usize) {
         let _ = id;
     }
 
-    /// A run in progress has completed this fraction of its work (0 to 1).
+    /// Called when a run in progress has completed this fraction of its work (0 to 1).
     fn advanced(&self, id: usize, fraction: f64) {
         let _ = (id, fraction);
     }
 
-    /// This process has finished a run or recorded its failure.
+    /// Called after this process has finished a run or recorded its failure.
     fn ended(&self, record: &RunRecord) {
         let _ = record;
     }
 
-    /// A warning for the user, for example that the run of a damaged file will be computed again.
+    /// Called with a warning for the user, for example that a run will be computed again because its file is damaged.
     fn warning(&self, message: &str) {
         let _ = message;
     }

@@ -55,7 +55,7 @@ pub enum RunStatus {
     Failed(String),
 }
 
-/// How a recorded test ended.
+/// Reason for the end of a recorded test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RunEnd {
@@ -68,7 +68,7 @@ pub enum RunEnd {
 }
 
 impl RunRecord {
-    /// Creates the record of a run; `end` contains the reason if the run failed.
+    /// Creates the record of a run. If the run failed, `end` contains the reason.
     pub(super) fn new(
         run: &RunInput,
         names: &[&str],
@@ -98,7 +98,7 @@ impl RunRecord {
         }
     }
 
-    /// Names and values of the inputs, as text for messages.
+    /// Returns the names and values of the inputs, as text for messages.
     pub(super) fn described(names: &[impl AsRef<str>], inputs: &[f64]) -> String {
         let pairs: Vec<String> = names
             .iter()

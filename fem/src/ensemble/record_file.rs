@@ -11,7 +11,7 @@ use crate::problem::Fingerprint;
 pub(super) enum StoredRun {
     /// There is no file.
     Nothing,
-    /// A record of the run.
+    /// The file is a valid record of the run.
     Record(RunRecord),
     /// The file is not a record of this run; the text gives the reason.
     Damaged(String),
@@ -19,7 +19,7 @@ pub(super) enum StoredRun {
     Edited(String),
 }
 
-/// Whether a record without a checksum is accepted.
+/// Rule that states whether a record without a checksum is accepted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Checksums {
     /// Every record must have a checksum.
@@ -28,12 +28,12 @@ pub(super) enum Checksums {
     Optional,
 }
 
-/// The layout of the file.
+/// The content of the file of a run, as it is serialised.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RecordFile<R> {
-    /// FNV-1a hash of the record as compact JSON, 16 hexadecimal digits. It does not depend on white space in
-    /// the file.
+    /// FNV-1a hash of the record as compact JSON, 16 hexadecimal digits. The hash does not depend on white space in the
+    /// file.
     checksum: String,
     record: R,
 }

@@ -14,13 +14,14 @@ use super::{EnsembleError, EnsembleProgress, RunEnd, RunInput, RunRecord, RunSta
 use crate::error::FemError;
 use crate::problem::{End, Outcome, Sensitivities};
 
-/// Delay before checking again a run that another process has locked.
+/// Delay before a run that another process has locked is checked again.
 const WAIT: Duration = Duration::from_millis(200);
 
-/// Computes one run from its input; the second argument reports the completed fraction of the run.
+/// Function that computes one run. The first argument is the input of the run; the second argument is a function to
+/// which the completed fraction of the run is reported.
 type Job<'a> = &'a (dyn Fn(&RunInput, &dyn Fn(f64)) -> Result<Outcome, FemError> + Sync);
 
-/// A function that a run calls before it starts. It may block; its result is dropped when the run ends.
+/// A function that each run calls before it starts. The function may block; its result is dropped when the run ends.
 struct Turn(Box<dyn Fn() -> Box<dyn Any> + Send + Sync>);
 
 impl std::fmt::Debug for Turn {
@@ -82,8 +83,8 @@ impl Ensemble {
     /// Opens the directory of an ensemble, or creates it.
     ///
     /// `fingerprint` is a text that describes everything that makes the runs comparable (mesh, loading, fixed
-    /// parameters, design), ideally one setting per line. It is stored and compared line by line; error
-    /// messages quote the lines that differ.
+    /// parameters, design), ideally one setting per line. This text is stored and compared line by line; error messages
+    /// quote the lines that differ.
     ///
     /// # Errors
     /// [`EnsembleError::Foreign`] if the directory has another fingerprint, [`EnsembleError::Manifest`] or
@@ -100,27 +101,27 @@ impl Ensemble {
         self
     }
 
-    /// Sets whether [`Self::run`] returns as soon as other processes are computing all missing runs (default:
-    /// no). By default it waits for these runs, and computes a run itself if the other process ends without a
-    /// record.
+    /// Sets whether [`Self::run`] returns as soon as other processes are computing all missing runs (default: no). By
+    /// default, [`Self::run`] waits for these runs, and computes a run itself if the other process ends without writing
+    /// a record.
     pub fn leave_to_others(mut self, leave: bool) -> Ensemble {
         self.leave_to_others = leave;
         self
     }
 
-    /// Sets a function that each run calls before it starts; its result is dropped when the run ends. The
-    /// function may block, to limit the number of computations on a machine that several ensembles share. The
-    /// default does nothing.
+    /// Sets a function that each run calls before it starts; the function's result is dropped when the run ends. The
+    /// function may block, to limit the number of computations on a machine that several ensembles share. The default
+    /// function does nothing.
     pub fn in_turn(self, turn: impl Fn() -> Box<dyn Any> + Send + Sync + 'static) -> Ensemble {
         Ensemble { turn: Turn(Box::new(turn)), ..self }
     }
 
     /// Computes all runs that are not stored yet, and returns the records in the order of `runs`.
     ///
-    /// `names` are the names of the inputs, with units. `threads` runs are computed at once (0: one per
-    /// processor). `job` computes a run; its second argument reports the completed fraction. If `interrupt` is
-    /// true, an outcome with [`End::Interrupted`](crate::End) is not recorded. If a job panics, the run is
-    /// recorded as failed.
+    /// `names` are the names of the inputs, with units. `threads` runs are computed at once (0: one per processor).
+    /// `job` computes a run; the second argument of `job` is a function that reports the completed fraction. If
+    /// `interrupt` is true, an outcome with [`End::Interrupted`](crate::End) is not recorded. If a job panics, the run
+    /// is recorded as failed.
     ///
     /// After `interrupt` becomes true, no further run is started, and only the existing records are returned.
     /// To end runs in progress, the job must check `interrupt` too.
@@ -184,7 +185,7 @@ fn check(runs: &[RunInput], names: &[&str]) -> Result<(), EnsembleError> {
     Ok(())
 }
 
-/// The data of one call of [`Ensemble::run`].
+/// The arguments and the shared state of one call of [`Ensemble::run`].
 struct EnsembleCall<'a> {
     ensemble: &'a Ensemble,
     runs: &'a [RunInput],
@@ -195,34 +196,36 @@ struct EnsembleCall<'a> {
     state: Mutex<Queue>,
 }
 
-/// The runs of one call: records, progress, and the runs that still have to be computed.
+/// The runs of one call of [`Ensemble::run`]: their records, their progress, and the queue of the runs that still have
+/// to be computed.
 #[derive(Default)]
 struct Queue {
     /// Record of each run; None until the run has ended.
     records: Vec<Option<RunRecord>>,
     /// Completed fraction of each run.
     fractions: Vec<f64>,
-    /// Indices of the runs to be computed; the flag is true if another process held the lock of the run.
+    /// Indices of the runs to be computed. The flag is true if another process held the lock of the run at the last
+    /// attempt.
     queue: VecDeque<(usize, bool)>,
-    /// The error that ends the call.
+    /// The error that ends the call, if any.
     error: Option<EnsembleError>,
 }
 
-/// Result of the attempt to compute a run.
+/// Result of an attempt to compute a run.
 enum Attempt {
     Ended(RunRecord),
-    /// Another process is computing the run.
+    /// The run was not computed, because another process is computing it.
     Elsewhere,
     Interrupted,
 }
 
 impl EnsembleCall<'_> {
     fn state(&self) -> MutexGuard<'_, Queue> {
-        // a poisoned lock is safe to use: jobs, which may panic, never run while it is held
+        // a poisoned lock is safe to use: jobs, which may panic, never run while the lock is held
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Reads the stored records and fills the queue.
+    /// Reads the stored records and puts the runs without a record into the queue.
     fn begin(&self) -> Result<(), EnsembleError> {
         let records = self
             .runs
@@ -243,7 +246,7 @@ impl EnsembleCall<'_> {
         self.ensemble.retry_failed && record.status != RunStatus::Finished
     }
 
-    /// The stored record of a run; None if there is no file or the file is damaged.
+    /// Returns the stored record of a run; `None` if there is no file or the file is damaged.
     fn stored(&self, run: &RunInput) -> Result<Option<RunRecord>, EnsembleError> {
         let path = || self.ensemble.store.path(run.id);
         match self.ensemble.store.read(run.id)? {
@@ -274,7 +277,7 @@ impl EnsembleCall<'_> {
         }
     }
 
-    /// The loop of each thread: computes runs from the queue until the queue is empty.
+    /// The loop that each thread executes: computes runs from the queue until the queue is empty.
     fn work(&self) {
         while !self.interrupt.load(Ordering::Relaxed) {
             let next = {
@@ -325,7 +328,7 @@ impl EnsembleCall<'_> {
         }
         self.progress.started(run.id);
         let Some(record) = self.compute(k) else { return Ok(Attempt::Interrupted) };
-        // a record can exist now only if the lock of this process did not exclude another process
+        // if a record exists now, another process has computed the same run although this process held the lock
         match store.read(run.id)? {
             StoredRun::Record(other) if !self.is_to_be_retried(&other) => {
                 self.warn_of_second_computation(run.id);
@@ -356,11 +359,12 @@ impl EnsembleCall<'_> {
         ));
     }
 
-    /// Runs the job; None if the job was interrupted.
+    /// Computes run number `k` of the call and returns its record; `None` if the computation was interrupted.
     fn compute(&self, k: usize) -> Option<RunRecord> {
         let run = &self.runs[k];
         let done = |fraction: f64| {
-            // a fraction of 1 does not finish the run: a run is finished when its record has been written
+            // a fraction of 1 does not mean that the run is finished: a run is finished when its record has been
+            // written
             self.state().fractions[k] = fraction.clamp(0.0, 1.0);
             self.progress.advanced(run.id, fraction);
             self.report_progress();

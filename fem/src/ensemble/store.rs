@@ -12,10 +12,10 @@ use super::{EnsembleError, RunRecord};
 use fem_file::{read_regular, write_atomically};
 
 const MANIFEST: &str = "ensemble.json";
-/// The format that this version writes: each record has a checksum.
+/// The format of the files that this version writes, in which each record has a checksum.
 const FORMAT: u32 = 2;
-/// The older format, in which records have no checksums. Records without checksums are accepted in a directory
-/// whose manifest has this format.
+/// The older format of the files, in which records have no checksums. Records without checksums are accepted in a
+/// directory whose manifest has this format.
 const WITHOUT_CHECKSUMS: u32 = 1;
 /// Longest time for which a process holds the shared lock of a run to test whether the run is in progress.
 const MOMENT: Duration = Duration::from_millis(30);
@@ -35,7 +35,7 @@ pub(super) struct Store {
 }
 
 impl Store {
-    /// The files of a directory, without a check of the fingerprint.
+    /// Returns the files of an ensemble's directory without checking the fingerprint.
     pub(super) fn at(directory: &Path) -> Store {
         let manifest = read_regular(&directory.join(MANIFEST)).ok();
         let manifest = manifest.and_then(|bytes| serde_json::from_slice(&bytes).ok());
@@ -126,14 +126,15 @@ impl Store {
         write().map_err(|source| EnsembleError::Write { path, source })
     }
 
-    /// Locks a run for this process. Returns None if another process holds the lock. The operating system
-    /// releases the lock when the file is closed or the process ends in any way.
+    /// Locks a run for this process. Returns `None` if another process holds the lock. The operating system releases
+    /// the lock when the file is closed or the process ends in any way.
     pub(super) fn lock(&self, id: usize) -> Result<Option<File>, EnsembleError> {
         let path = self.lock_path(id);
         let file = File::create(&path).map_err(|e| EnsembleError::io("open", &path, e))?;
         let mut locked = file.try_lock();
         if matches!(locked, Err(TryLockError::WouldBlock)) {
-            // the shared lock of a process that only reads the state of the ensemble is released within `MOMENT`
+            // wait, because a process that only reads the state of the ensemble releases its shared lock within
+            // `MOMENT`
             std::thread::sleep(MOMENT);
             locked = file.try_lock();
         }
@@ -149,7 +150,7 @@ impl Store {
     /// Call this method only after the record of the run has been written: a process that locks the removed
     /// file afterwards finds the record and does not compute the run.
     pub(super) fn remove_lock(&self, id: usize) {
-        // a lock file that cannot be removed does no harm
+        // ignore the error: a lock file that was not removed has no effect
         let _ = fs::remove_file(self.lock_path(id));
     }
 
@@ -162,12 +163,12 @@ fn checksums_of(format: u32) -> Checksums {
     if format == WITHOUT_CHECKSUMS { Checksums::Optional } else { Checksums::Required }
 }
 
-/// The run number in the file name of a record.
+/// Returns the run number in the file name of a record; `None` for other file names.
 pub(super) fn run_of_record(name: &str) -> Option<usize> {
     name.strip_prefix("run-")?.strip_suffix(".json")?.parse().ok()
 }
 
-/// The run number in the file name of a lock.
+/// Returns the run number in the file name of a lock; `None` for other file names.
 pub(super) fn run_of_lock(name: &str) -> Option<usize> {
     run_of_record(name.strip_prefix('.')?.strip_suffix(".lock")?)
 }

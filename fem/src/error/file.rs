@@ -9,7 +9,7 @@ pub enum CheckpointError {
     /// The content of the file was changed or truncated.
     #[error("the file is damaged: delete the file to start the test from the beginning")]
     Damaged,
-    /// The file has the format of another version.
+    /// The file has the format of another version of this program.
     #[error(
         "the file was written by another version of this program: delete the file to start the test from the beginning"
     )]

@@ -29,7 +29,7 @@ pub enum FemError {
     MissingSurface {
         /// Name of the missing surface.
         name: String,
-        /// Purpose of the surface.
+        /// What the condition does on the surface.
         role: &'static str,
         /// Names of the existing surfaces.
         present: String,
@@ -61,7 +61,7 @@ pub enum FemError {
     /// A combination of settings is not supported.
     #[error("{entity}: {reason}; {}", reason.help())]
     Unsupported {
-        /// Object that the error concerns.
+        /// The setting or object that is not supported, such as a material or a surface.
         entity: String,
         /// Reason; [`Unsupported::help`] is its remedy.
         reason: Unsupported,
@@ -76,7 +76,7 @@ pub enum FemError {
         /// Number of nodes of the problem.
         expected: usize,
     },
-    /// Fields with the state of the laws of another problem.
+    /// The given fields contain the state of the laws of another problem.
     #[error(
         "the fields have {values} state values of laws and the problem has {expected}: use fields of this problem"
     )]
@@ -104,7 +104,7 @@ pub enum FemError {
         step_s: f64,
         /// Reason for the failure of the last attempt.
         source: StepFailure,
-        /// Advice.
+        /// Advice how to change the problem so that an equilibrium is found.
         help: String,
     },
     /// The matrix could not be factorised in the available memory.
@@ -135,7 +135,7 @@ pub enum FemError {
         /// Cause of the error.
         source: CheckpointError,
     },
-    /// Another rank reported an error, e.g. could not write a file, so that all ranks stop.
+    /// Another rank reported an error, for example because it could not write a file. All ranks then stop.
     #[error("rank {rank}: {message}")]
     Rank {
         /// Number of the rank.

@@ -1,6 +1,6 @@
 //! Reasons for the failure of a load step.
 
-/// Reason why an increment found no equilibrium. Residuals are relative, as `tolerance` of
+/// Reason why an increment found no equilibrium. Residuals are relative, like `tolerance` in
 /// [`SolverOptions`](crate::SolverOptions).
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -19,7 +19,7 @@ pub enum StepFailure {
         "the line search found no smaller residual than {residual:.1e} after {iterations} iterations"
     )]
     Stalled {
-        /// Newton iterations of the attempt.
+        /// Number of Newton iterations of the failed attempt.
         iterations: u32,
         /// Relative residual at the end of the attempt.
         residual: f64,
@@ -27,7 +27,7 @@ pub enum StepFailure {
     /// The limit of iterations was reached.
     #[error("too many iterations: the residual is {residual:.1e} after {iterations} iterations")]
     TooManyIterations {
-        /// Iterations of the attempt: Newton iterations, alternations, or steps of a gradient flow.
+        /// Number of iterations of the failed attempt: Newton iterations, alternations, or steps of a gradient flow.
         iterations: u32,
         /// Relative residual at the end of the attempt.
         residual: f64,
@@ -45,7 +45,7 @@ pub enum StepFailure {
         /// Change of the contact forces in the last pass, relative to the forces on the body.
         change: f64,
     },
-    /// The step controller ended the run, although every step so far found an equilibrium.
+    /// The step controller ended the run, although no step has failed.
     #[error("the step controller ended the run")]
     GivenUp,
     /// The crack energy of an arc-length step increased by more than the controller allows.
@@ -55,7 +55,7 @@ pub enum StepFailure {
     Release {
         /// Increase of the crack energy in the step, N mm.
         released_n_mm: f64,
-        /// Largest allowed increase, N mm.
+        /// Largest increase of the crack energy that the controller allows, N mm.
         allowed_n_mm: f64,
     },
 }

@@ -27,17 +27,17 @@ pub enum Unsupported {
         node: u32,
         /// Reference position of the node, mm.
         position_mm: [f64; 3],
-        /// Component with two values: a displacement or the damage.
+        /// Component that has two values: a displacement component or the damage.
         component: &'static str,
-        /// Value of the first condition.
+        /// Value that the first condition prescribes.
         first: f64,
-        /// Value of the second condition.
+        /// Value that the second condition prescribes.
         second: f64,
     },
-    /// A compression test whose upper surface is not above the lower surface.
+    /// A compression test in which the surface `top` is not above the surface `bottom`.
     #[error("surface 'top' is not above surface 'bottom' (the axis is z)")]
     TopBelowBottom,
-    /// A compression test whose surfaces have common nodes.
+    /// A compression test in which the surfaces `top` and `bottom` have common nodes.
     #[error(
         "surfaces 'bottom' and 'top' have common nodes, which cannot be fixed and moved at the same time"
     )]
@@ -54,13 +54,13 @@ pub enum Unsupported {
         /// Reference position, mm.
         [f64; 3],
     ),
-    /// A sparse factor on a device.
+    /// Sparse factorisation on a device; only multigrid runs on devices.
     #[error("the sparse factorisation does not run on a device")]
     FactorOnDevice,
-    /// A sparse factor with several ranks.
+    /// Sparse factorisation with several ranks; only multigrid supports several ranks.
     #[error("the sparse factorisation does not run on several ranks")]
     FactorOnRanks,
-    /// A device with several ranks.
+    /// A device together with several ranks.
     #[error("a device cannot be used with several ranks")]
     DeviceOnRanks,
     /// Sensitivities with several ranks.
@@ -107,50 +107,66 @@ pub enum Unsupported {
     ParameterSides {
         /// Name of the region.
         region: String,
-        /// The constant in the materials for a smaller value of the parameter.
+        /// Value of the constant in the material for a smaller value of the parameter.
         below: f64,
-        /// The constant in the materials for a larger value of the parameter.
+        /// Value of the constant in the material for a larger value of the parameter.
         above: f64,
-        /// The constant in the materials of the problem.
+        /// Value of the constant in the material of the problem.
         value: f64,
     },
-    /// A mesh with mixtures that has one region only.
+    /// A mesh with mixtures of two phases that has one region only.
     #[error("a mixed element consists of two regions, but the mesh has only one region")]
     MixtureOfOne,
-    /// A mixture with a law whose moduli cannot be homogenised.
+    /// A mixture of two phases with a law whose moduli cannot be homogenised.
     #[error("a mixed element needs homogenised moduli, which exist for Hencky's law only")]
     MixtureLaw,
-    /// AT1 on quadratic elements with Gauss points.
+    /// A mixture whose matrix has a viscosity or plasticity that cannot be localised.
+    #[error(
+        "a mixed element needs the strain of its matrix, which exists for Prony series of the shear modulus that damage degrades too, beside elastic grains"
+    )]
+    MixtureInelastic,
+    /// The crack density AT1 on quadratic elements whose damage terms are integrated at Gauss points.
     #[error("with Gauss points, AT1 damages the vertices of quadratic elements without any load")]
     At1AtGaussPoints,
-    /// A spectral split of a law other than Hencky's.
+    /// The spectral split of the energy of a law other than Hencky's.
     #[error("the energy of this law has no spectral split")]
     SpectralSplit,
-    /// A mixture with a user-defined split.
+    /// A mixture of two phases whose energy has a user-defined split.
     #[error("a user-defined split cannot divide the energy of a mixture")]
     UserSplitOfMixture,
-    /// A hybrid model with a user-defined split.
+    /// The hybrid damage model with a user-defined split.
     #[error("a hybrid model with a user-defined split is not implemented")]
     HybridUserSplit,
-    /// A split for a law that defines its own split.
+    /// A split of the energy that is selected for a law which defines its own split.
     #[error("this law itself defines which part of its energy damage degrades")]
     SplitOfOwnLaw,
+    /// Plasticity of a law other than Hencky's.
+    #[error("plasticity is implemented for Hencky's law only")]
+    PlasticLaw,
+    /// Viscoelasticity of a law whose energy is not a sum of a volumetric and an isochoric part.
+    #[error(
+        "viscoelasticity needs an elastic law that is a sum of a function of the volume and a function of the isochoric strain"
+    )]
+    ViscoelasticLaw,
+    /// A split of the energy of a viscoelastic or plastic material that is not defined.
+    #[error("this split of the energy is not defined for a viscoelastic or plastic material")]
+    SplitOfInelasticLaw,
     /// A degradation function that does not decrease from 1 to 0.
     #[error(
         "the degradation function g does not decrease from 1 to 0: g(0) = {start}, g(1) = {end}"
     )]
     Degradation {
-        /// Value without damage.
+        /// Value g(0), without damage.
         start: f64,
-        /// Value at full damage.
+        /// Value g(1), at full damage.
         end: f64,
     },
     /// A law with too many state values.
     #[error("the law has {state_len} state values per point; at most {most} are allowed")]
     StateValues {
-        /// Number of state values of the law.
+        /// Number of state values per point that the law has.
         state_len: usize,
-        /// Largest number of state values.
+        /// Largest supported number of state values per point.
         most: usize,
     },
     /// A law whose moduli at zero strain are not positive.
@@ -163,10 +179,10 @@ pub enum Unsupported {
         /// Shear modulus, MPa.
         shear_mpa: f64,
     },
-    /// A law with energy or stress at zero strain.
+    /// A law whose energy or stress is not zero at zero strain.
     #[error("the energy or the stress of the law at zero strain is not zero")]
     StressAtRest,
-    /// A law that depends on the order of the principal strains.
+    /// A law whose energy changes if the principal strains are exchanged.
     #[error("the energy of the law changes when two principal strains are exchanged")]
     NotSymmetric,
     /// Arc-length steps with loads or platens.
@@ -174,7 +190,7 @@ pub enum Unsupported {
         "arc-length steps need a load that consists of prescribed displacements; they cannot scale loads and moving platens"
     )]
     ArcLengthWithLoads,
-    /// Arc-length steps without damage.
+    /// Arc-length steps in a problem without damage.
     #[error("arc-length steps control the crack energy, but no region can break")]
     ArcLengthWithoutDamage,
     /// Arc-length steps with a damage model that does not minimise an energy.
@@ -188,7 +204,7 @@ pub enum Unsupported {
         "arc-length steps have no duration, but the evolution of the state of a law may depend on the duration"
     )]
     ArcLengthWithState,
-    /// A controller that requests an arc-length step without announcing such steps.
+    /// A controller that requests an arc-length step although its `controls_crack_energy` is false.
     #[error(
         "the step controller requests a step of crack energy (arc-length step) without announcing such steps"
     )]
@@ -239,6 +255,14 @@ impl Unsupported {
             }
             Self::MixtureLaw => {
                 "use law = \"hencky\" for all phases, or a mesh whose element faces follow the grain surfaces"
+            }
+            Self::MixtureInelastic => {
+                "use a mesh whose element faces follow the grain surfaces (grain_mode = \"conforming\")"
+            }
+            Self::PlasticLaw => "use law = \"hencky\"",
+            Self::ViscoelasticLaw => "use law = \"hencky\", \"mooney-rivlin\" or \"ogden\"",
+            Self::SplitOfInelasticLaw => {
+                "use split = \"volumetric-deviatoric\" without hybrid, or split = \"none\""
             }
             Self::At1AtGaussPoints => {
                 "use quadrature = \"vertex\", which \"auto\" selects, or linear elements"

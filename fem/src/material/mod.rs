@@ -15,6 +15,10 @@ mod closed_forms;
 mod conformance;
 mod crack_density;
 mod degradation;
+mod inelastic;
+#[cfg(test)]
+#[path = "../../tests/unit/inelastic.rs"]
+mod inelastic_tests;
 mod law;
 mod mixture;
 mod number;
@@ -35,6 +39,10 @@ mod tests;
 pub use conformance::assert_material;
 pub use crack_density::CrackDensity;
 pub use degradation::{DegradationFunction, UserDegradation};
+pub use inelastic::{
+    Hardening, HardeningPoint, Inelasticity, PlasticRate, Plasticity, PronyModuli, PronyTerm,
+    TimeShift, Viscoelasticity, YieldCriterion,
+};
 pub use law::{
     ConstitutiveLaw, ElasticLaw, Elasticity, HyperelasticLaw, MooneyRivlin, Ogden, OgdenTerm,
     SaintVenantKirchhoff, UserConstitutiveLaw, UserLaw,
@@ -42,9 +50,11 @@ pub use law::{
 pub use mixture::Homogenisation;
 pub use number::{Number, Scalar};
 pub use parameters::{Fracture, Material};
-pub use phase_field::{DamageQuadrature, Irreversibility, PhaseField};
+pub use phase_field::{
+    DamageEnergies, DamageQuadrature, EnergyKind, EnergySet, Irreversibility, PhaseField,
+};
 pub use principal::{Principal, Strains};
-pub use response::{ElasticResponse, Response};
+pub use response::{ElasticResponse, Oblique, Response};
 pub use split::{ElasticPoint, EnergySplit, Split, UserSplit};
 pub use strain::PrincipalStrain;
 

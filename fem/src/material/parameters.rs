@@ -3,6 +3,7 @@
 use std::fmt;
 
 use super::degradation::{DegradationFunction, DegradationLaw, UserDegradation};
+use super::inelastic::{Inelasticity, Plasticity, Viscoelasticity};
 use super::law::{
     ConstitutiveLaw, Elasticity, HyperelasticLaw, Moduli, UserConstitutiveLaw, UserLaw,
     check_moduli,
@@ -30,6 +31,8 @@ use crate::error::{FemError, Unsupported};
 pub struct Material {
     /// Elastic law and moduli.
     pub elasticity: Elasticity,
+    /// Viscous or plastic part of the law; `None`: only the state of a user-defined law.
+    pub inelasticity: Option<Inelasticity>,
     /// Resistance to damage; `None`: the region stays elastic.
     pub fracture: Option<Fracture>,
     /// User-defined split; `None`: [`PhaseField::split`].
@@ -38,13 +41,16 @@ pub struct Material {
     pub degradation: Option<UserDegradation>,
 }
 
-/// Split and degradation function are omitted unless they are user-defined. The text identifies the material in
+/// The inelastic part is omitted if there is none, split and degradation function are omitted unless they are user-defined. The text identifies the material in
 /// checkpoints.
 impl fmt::Debug for Material {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let Self { elasticity, fracture, split, degradation } = self;
+        let Self { elasticity, inelasticity, fracture, split, degradation } = self;
         let mut text = f.debug_struct("Material");
         text.field("elasticity", elasticity).field("fracture", fracture);
+        if let Some(inelasticity) = inelasticity {
+            text.field("inelasticity", inelasticity);
+        }
         if let Some(split) = split {
             text.field("split", split);
         }
@@ -102,7 +108,26 @@ impl Material {
     }
 
     fn elastic(elasticity: Elasticity) -> Self {
-        Self { elasticity, fracture: None, split: None, degradation: None }
+        Self { elasticity, inelasticity: None, fracture: None, split: None, degradation: None }
+    }
+
+    /// Returns the material with Prony series for its elastic law.
+    pub fn with_viscoelasticity(self, series: Viscoelasticity) -> Self {
+        Self { inelasticity: Some(Inelasticity::Viscoelastic(series)), ..self }
+    }
+
+    /// Returns the material with plastic flow. The elastic law must be Hencky's.
+    pub fn with_plasticity(self, plasticity: Plasticity) -> Self {
+        Self { inelasticity: Some(Inelasticity::Plastic(plasticity)), ..self }
+    }
+
+    /// Returns the material with the relaxation times at a temperature in °C.
+    pub fn at_temperature(mut self, celsius: f64) -> Self {
+        if let Some(Inelasticity::Viscoelastic(series)) = self.inelasticity {
+            let series = series.at_temperature(celsius);
+            self.inelasticity = Some(Inelasticity::Viscoelastic(series));
+        }
+        self
     }
 
     /// Returns the material with a user-defined split, which replaces [`PhaseField::split`] in the regions of the
@@ -121,9 +146,20 @@ impl Material {
 
     /// Returns the number of state values of the law at an integration point.
     pub fn state_len(&self) -> usize {
-        match &self.elasticity {
-            Elasticity::Constitutive(law) => law.state_len(),
-            Elasticity::Hencky { .. } | Elasticity::NeoHookean { .. } | Elasticity::User(_) => 0,
+        match (&self.inelasticity, &self.elasticity) {
+            (Some(law), _) => law.state_len(),
+            (None, Elasticity::Constitutive(law)) => law.state_len(),
+            _ => 0,
+        }
+    }
+
+    /// Returns whether the material may be a phase of a mixture: its strain in a mixture is known for elastic laws and for
+    /// Prony series of the shear modulus.
+    pub(crate) fn is_mixable(&self) -> bool {
+        match &self.inelasticity {
+            None => true,
+            Some(Inelasticity::Viscoelastic(series)) => series.bulk.is_empty(),
+            Some(Inelasticity::Plastic(_)) => false,
         }
     }
 
@@ -146,6 +182,7 @@ impl Material {
             }
         };
         check_moduli(&entity, self.elasticity.young_mpa(), self.elasticity.poisson())?;
+        self.validate_inelasticity(&entity, phase_field)?;
         let Some(fracture) = &self.fracture else { return Ok(()) };
         check(
             (1e-9..=1e3).contains(&fracture.toughness_n_per_mm),
@@ -166,6 +203,36 @@ impl Material {
             "in [0, 1), usually 0.01",
         )?;
         phase_field.map_or(Ok(()), |field| self.validate_split(entity, field))
+    }
+
+    /// Checks the inelastic part, and that the elastic law and the split support it.
+    fn validate_inelasticity(
+        &self,
+        entity: &str,
+        phase_field: Option<&PhaseField>,
+    ) -> Result<(), FemError> {
+        let refuse = |reason| Err(FemError::unsupported(entity, reason));
+        let Some(inelasticity) = &self.inelasticity else { return Ok(()) };
+        match (inelasticity, &self.elasticity) {
+            (Inelasticity::Plastic(law), Elasticity::Hencky { .. }) => law.validate(entity)?,
+            (Inelasticity::Plastic(_), _) => return refuse(Unsupported::PlasticLaw),
+            (Inelasticity::Viscoelastic(series), Elasticity::Hencky { .. }) => {
+                series.validate(entity)?;
+            }
+            (Inelasticity::Viscoelastic(series), Elasticity::User(law)) if law.is_decoupled() => {
+                series.validate(entity)?;
+            }
+            (Inelasticity::Viscoelastic(_), _) => return refuse(Unsupported::ViscoelasticLaw),
+        }
+        let spectral = phase_field.is_some_and(|field| field.split == Split::Spectral);
+        if self.fracture.is_some() && (spectral || self.split.is_some()) {
+            return refuse(Unsupported::SplitOfInelasticLaw);
+        }
+        let hybrid = phase_field.is_some_and(|field| field.hybrid && field.split != Split::None);
+        if self.fracture.is_some() && hybrid {
+            return refuse(Unsupported::SplitOfInelasticLaw);
+        }
+        Ok(())
     }
 
     /// Checks that the law supports the split.
@@ -200,6 +267,7 @@ impl Material {
             };
             Damage {
                 degraded: Degraded { split, hybrid: field.hybrid },
+                energies: field.energies(),
                 degradation,
                 density: field.model,
                 history: field.irreversibility == Irreversibility::History,
@@ -210,6 +278,7 @@ impl Material {
             }
         });
         let moduli = Moduli::new(self.elasticity.young_mpa(), self.elasticity.poisson());
-        PointMaterial { elasticity: self.elasticity.clone(), moduli, damage }
+        let inelastic = self.inelasticity.clone();
+        PointMaterial { elasticity: self.elasticity.clone(), moduli, inelastic, damage }
     }
 }

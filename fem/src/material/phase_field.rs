@@ -49,6 +49,74 @@ pub enum DamageQuadrature {
     Eleven,
 }
 
+/// Kinds of energy of a material, as a set: `["elastic", "viscous"]` in files.
+///
+/// The elastic energy is the energy of the elastic law and, in a viscoelastic material, of the equilibrium spring; it is
+/// always in the set. The viscous energy is the energy stored in the Prony terms, the plastic energy is the plastic work.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "Vec<EnergyKind>", into = "Vec<EnergyKind>")]
+pub struct EnergySet {
+    /// Whether the set contains the viscous energy.
+    pub viscous: bool,
+    /// Whether the set contains the plastic energy.
+    pub plastic: bool,
+}
+
+/// Name of a kind of energy in files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum EnergyKind {
+    /// Energy of the elastic law.
+    Elastic,
+    /// Energy of the Prony terms.
+    Viscous,
+    /// Plastic work.
+    Plastic,
+}
+
+impl TryFrom<Vec<EnergyKind>> for EnergySet {
+    type Error = &'static str;
+
+    fn try_from(kinds: Vec<EnergyKind>) -> Result<Self, Self::Error> {
+        if !kinds.contains(&EnergyKind::Elastic) {
+            return Err("the list must contain \"elastic\"");
+        }
+        let has = |kind| kinds.contains(&kind);
+        Ok(Self { viscous: has(EnergyKind::Viscous), plastic: has(EnergyKind::Plastic) })
+    }
+}
+
+impl From<EnergySet> for Vec<EnergyKind> {
+    fn from(set: EnergySet) -> Self {
+        let optional = [(set.viscous, EnergyKind::Viscous), (set.plastic, EnergyKind::Plastic)];
+        let others = optional.into_iter().filter(|(present, _)| *present).map(|(_, kind)| kind);
+        std::iter::once(EnergyKind::Elastic).chain(others).collect()
+    }
+}
+
+/// Energies that drive damage and energies that damage degrades, at a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DamageEnergies {
+    /// Energies that drive damage.
+    pub drive: EnergySet,
+    /// Energies that damage degrades.
+    pub degrade: EnergySet,
+    /// Plastic work above which it drives damage, MPa.
+    pub plastic_threshold_mpa: f64,
+}
+
+impl Default for DamageEnergies {
+    fn default() -> Self {
+        let degrade = default_degrade();
+        Self { drive: EnergySet::default(), degrade, plastic_threshold_mpa: 0.0 }
+    }
+}
+
+/// Returns the energies that damage degrades unless others are given: elastic and viscous.
+fn default_degrade() -> EnergySet {
+    EnergySet { viscous: true, plastic: false }
+}
+
 /// The phase-field damage model.
 ///
 /// # Example
@@ -87,6 +155,15 @@ pub struct PhaseField {
     /// Quadrature rule of the damage terms.
     #[serde(default)]
     pub quadrature: DamageQuadrature,
+    /// Energies that drive damage.
+    #[serde(default)]
+    pub drive: EnergySet,
+    /// Energies that damage degrades; the plastic energy stands for the yield stress.
+    #[serde(default = "default_degrade")]
+    pub degrade: EnergySet,
+    /// Plastic work per reference volume above which it drives damage, MPa.
+    #[serde(default)]
+    pub plastic_threshold_mpa: f64,
 }
 
 impl PhaseField {
@@ -99,7 +176,16 @@ impl PhaseField {
             irreversibility: Irreversibility::None,
             length_mm,
             quadrature: DamageQuadrature::Auto,
+            drive: EnergySet::default(),
+            degrade: default_degrade(),
+            plastic_threshold_mpa: 0.0,
         }
+    }
+
+    /// Returns the energies that drive damage and the energies that damage degrades.
+    pub fn energies(&self) -> DamageEnergies {
+        let Self { drive, degrade, plastic_threshold_mpa, .. } = *self;
+        DamageEnergies { drive, degrade, plastic_threshold_mpa }
     }
 
     /// Returns whether displacement and damage make a common energy stationary.
@@ -113,6 +199,12 @@ impl PhaseField {
     /// # Errors
     /// [`FemError::OutOfRange`].
     pub fn validate(&self) -> Result<(), FemError> {
+        let threshold = self.plastic_threshold_mpa;
+        if !(threshold >= 0.0 && threshold.is_finite()) {
+            let (field, requirement) =
+                ("plastic_threshold_mpa", "zero or a positive energy in MPa");
+            return Err(FemError::parameter("phase_field", field, threshold, requirement));
+        }
         if self.length_mm > 0.0 && self.length_mm.is_finite() {
             return Ok(());
         }

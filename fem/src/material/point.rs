@@ -2,8 +2,10 @@
 
 use super::crack_density::CrackDensity;
 use super::degradation::DegradationLaw;
+use super::inelastic::Inelasticity;
 use super::law::{Elasticity, Moduli};
 use super::number::Scalar;
+use super::phase_field::DamageEnergies;
 use super::point_law::PointLaw;
 use super::principal::Principal;
 use super::region_law::{LaneLaw, LawForm, RegionLaw};
@@ -15,6 +17,8 @@ use super::split::Degraded;
 pub struct PointMaterial {
     pub elasticity: Elasticity,
     pub moduli: Moduli,
+    /// Viscous or plastic part of the law.
+    pub inelastic: Option<Inelasticity>,
     /// Damage constants; `None`: the region stays elastic.
     pub damage: Option<Damage>,
 }
@@ -23,6 +27,7 @@ pub struct PointMaterial {
 #[derive(Clone, Debug)]
 pub struct Damage {
     pub degraded: Degraded,
+    pub energies: DamageEnergies,
     pub degradation: DegradationLaw,
     pub density: CrackDensity,
     /// Whether the largest driving energy so far drives damage.
@@ -45,17 +50,64 @@ impl PointMaterial {
 
     /// Returns the law of the region. In a region without damage, the whole energy counts as degraded.
     pub fn law(&self) -> RegionLaw {
-        let degraded = self.damage.as_ref().map_or(Degraded::ALL, |d| d.degraded.clone());
-        RegionLaw { form: self.form(), degraded }
+        let damage = self.damage.as_ref();
+        RegionLaw {
+            form: self.form(),
+            inelastic: self.inelastic.clone(),
+            degraded: damage.map_or(Degraded::ALL, |d| d.degraded.clone()),
+            energies: damage.map_or_else(DamageEnergies::default, |d| d.energies),
+        }
     }
 
-    /// Returns the response (with tangent) and the state after an increment of one second that starts at the state
-    /// zero.
-    pub(super) fn increment<T: Scalar>(&self, trial: &Principal<T>, g: T) -> (Response<T>, Vec<T>) {
+    /// Returns whether the tangent of a viscoelastic or plastic law is symmetric; true for other laws.
+    ///
+    /// The tangent is not symmetric if damage is driven by other energies than it degrades, or if plastic flow is not
+    /// associated.
+    pub fn has_symmetric_tangent(&self) -> bool {
+        if let Some(Inelasticity::Plastic(law)) = &self.inelastic {
+            let [friction, dilatancy, _] = law.criterion.cone();
+            if friction != dilatancy {
+                return false;
+            }
+        }
+        let Some(DamageEnergies { drive, degrade, plastic_threshold_mpa }) =
+            self.damage.as_ref().map(|damage| damage.energies)
+        else {
+            return true;
+        };
+        match &self.inelastic {
+            None => true,
+            Some(Inelasticity::Viscoelastic(_)) => false,
+            Some(Inelasticity::Plastic(_)) => {
+                drive.plastic == degrade.plastic && (!drive.plastic || plastic_threshold_mpa == 0.0)
+            }
+        }
+    }
+
+    /// Returns the response without state values.
+    #[cfg(test)]
+    pub(super) fn respond<T: Scalar>(&self, trial: &Principal<T>, g: T) -> Response<T> {
         let laws = [self.law()];
         let moduli = [self.moduli.bulk, self.moduli.shear].map(|x| g.constant(x));
         let law = LaneLaw::new(&laws, g.constant(0.0), moduli, None);
-        let (old, mut new) = (vec![g.constant(0.0); law.state_len()], vec![g; law.state_len()]);
-        (law.respond::<true>(trial, g, g.constant(1.0), &old, &mut new), new)
+        law.respond::<true>(trial, g, g.constant(1.0), &[], &mut [])
+    }
+
+    /// Computes an increment from the state `old` to the displacement gradient h. Returns the trial deformation, the
+    /// response with its tangent, and the state at the end. `dt` is the duration in s.
+    pub(super) fn increment<T: Scalar>(
+        &self,
+        h: &[[T; 3]; 3],
+        g: T,
+        dt: T,
+        old: &[T],
+    ) -> (Principal<T>, Response<T>, Vec<T>) {
+        let laws = [self.law()];
+        let moduli = [self.moduli.bulk, self.moduli.shear].map(|x| g.constant(x));
+        let law = LaneLaw::new(&laws, g.constant(0.0), moduli, None);
+        let trial = law.trial(h, old);
+        let mut new = old.to_vec();
+        let response = law.respond::<true>(&trial, g, dt, old, &mut new);
+        (trial, response, new)
     }
 }

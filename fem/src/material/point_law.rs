@@ -14,6 +14,19 @@ pub trait PointLaw<T: Scalar> {
     /// Returns the number of state values of a point; zero for an elastic law.
     fn state_len(&self) -> usize;
 
+    /// Returns the trial deformation: the principal strains of F = I + H, or of its elastic part if the law has a plastic
+    /// strain in `old`.
+    #[inline(always)]
+    fn trial(&self, h: &[[T; 3]; 3], _old: &[T]) -> Principal<T> {
+        Principal::new(h)
+    }
+
+    /// Returns whether stresses may have components outside the principal axes of the strain.
+    #[inline(always)]
+    fn is_oblique(&self) -> bool {
+        false
+    }
+
     /// Returns energies and stress for a degradation g, and the tangent (`normal` and `shear` of [`Response`]) if
     /// `TANGENT` is true. `trial` is the deformation at the end of the increment, `dt` the duration of the increment
     /// in seconds.
@@ -45,6 +58,16 @@ impl<T: Scalar, L: PointLaw<T>> PointLaw<T> for DrivingHistory<L> {
     }
 
     #[inline(always)]
+    fn trial(&self, h: &[[T; 3]; 3], old: &[T]) -> Principal<T> {
+        self.law.trial(h, &old[..self.law.state_len()])
+    }
+
+    #[inline(always)]
+    fn is_oblique(&self) -> bool {
+        self.law.is_oblique()
+    }
+
+    #[inline(always)]
     fn respond<const TANGENT: bool>(
         &self,
         trial: &Principal<T>,
@@ -61,6 +84,12 @@ impl<T: Scalar, L: PointLaw<T>> PointLaw<T> for DrivingHistory<L> {
         // a driving energy below the largest driving energy so far has no influence: its derivative is zero
         let below = out.driving.less_than(old[last]);
         out.softening = T::select(below, g.constant(0.0), out.softening);
+        for i in 0..3 {
+            let zero = g.constant(0.0);
+            out.driving_stress[i] = T::select(below, zero, out.driving_stress[i]);
+            let oblique = &mut out.oblique.driving_stress[i];
+            *oblique = T::select(below, zero, *oblique);
+        }
         out.driving = out.driving.max(old[last]);
         new[last] = out.driving;
         out

@@ -78,6 +78,13 @@ impl<T: Scalar> Principal<T> {
     /// Computes the principal logarithmic strains of F = I + H.
     #[inline(always)]
     pub fn new(h: &[[T; 3]; 3]) -> Self {
+        Self::of_elastic_part(h, None)
+    }
+
+    /// Computes the principal logarithmic strains of the elastic part b_e = F C_p⁻¹ Fᵀ of the deformation F = I + H, for
+    /// C_p⁻¹ − I packed as by [`packed`](super::packed). `None`: C_p = I. `push` contains the whole F.
+    #[inline(always)]
+    pub fn of_elastic_part(h: &[[T; 3]; 3], plastic: Option<&[T; 6]>) -> Self {
         let zero = h[0][0].constant(0.0);
         let one = zero.constant(1.0);
         let mut f = *h;
@@ -103,6 +110,17 @@ impl<T: Scalar> Principal<T> {
                 excess[j][i] = excess[i][j];
             }
         }
+        if let Some(plastic) = plastic {
+            let [xx, yx, yy, zx, zy, zz] = *plastic;
+            let rows = [[xx, yx, zx], [yx, yy, zy], [zx, zy, zz]];
+            for i in 0..3 {
+                let image = [dot(&rows[0], &f[i]), dot(&rows[1], &f[i]), dot(&rows[2], &f[i])];
+                for j in 0..=i {
+                    excess[i][j] += dot(&image, &f[j]);
+                    excess[j][i] = excess[i][j];
+                }
+            }
+        }
         let (mut values, basis) = symmetric_eigen(excess);
         let inverse = one / determinant;
         let mut push = [[zero; 3]; 3];
@@ -117,14 +135,25 @@ impl<T: Scalar> Principal<T> {
         Self { strains: Strains::from_excess(values), basis, push, sound }
     }
 
-    /// Returns the nominal stress P = τ F⁻ᵀ times `weight`, from the principal values `stress` of τ.
+    /// Returns the nominal stress P = τ F⁻ᵀ times `weight`, from the principal values `stress` of τ and, unless they
+    /// are zero, its components `oblique` outside the principal axes (entry k belongs to the other two axes).
     #[inline(always)]
-    pub fn piola(&self, stress: &[T; 3], weight: T) -> [[T; 3]; 3] {
+    pub fn piola(&self, stress: &[T; 3], oblique: Option<&[T; 3]>, weight: T) -> [[T; 3]; 3] {
         let mut scaled = self.push;
         for i in 0..3 {
             let stress = weight * stress[i];
             for j in 0..3 {
                 scaled[i][j] = stress * self.push[i][j];
+            }
+        }
+        if let Some(oblique) = oblique {
+            for k in 0..3 {
+                let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+                let component = weight * oblique[k];
+                for x in 0..3 {
+                    scaled[i][x] = component.mul_add(self.push[j][x], scaled[i][x]);
+                    scaled[j][x] = component.mul_add(self.push[i][x], scaled[j][x]);
+                }
             }
         }
         let mut out = scaled;

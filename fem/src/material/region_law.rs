@@ -1,8 +1,13 @@
 //! Laws of the regions of a mesh, and the law of the elements in SIMD lanes.
 
+use super::inelastic::{
+    DecoupledLaw, Inelasticity, PlasticPoint, Plasticity, Viscoelasticity, ViscousDamage,
+    ViscousIncrement, ViscousPoint,
+};
 use super::law::{Elasticity, MOST_STATE, UserConstitutiveLaw, UserLaw, hencky, neo_hookean};
 use super::mixture::{MixedPhases, Modulus};
 use super::number::Scalar;
+use super::phase_field::DamageEnergies;
 use super::point_law::PointLaw;
 use super::principal::Principal;
 use super::response::{ElasticResponse, Response};
@@ -12,7 +17,10 @@ use super::split::{Degraded, ElasticPoint, PointSplit, Split};
 #[derive(Clone, Debug, PartialEq)]
 pub struct RegionLaw {
     pub form: LawForm,
+    /// Viscous or plastic part; `None`: the law is elastic, or a user-defined law with a state.
+    pub inelastic: Option<Inelasticity>,
     pub degraded: Degraded,
+    pub energies: DamageEnergies,
 }
 
 /// Form of an elastic law, without its moduli.
@@ -65,10 +73,23 @@ impl<T: Scalar> Constants<'_, T> {
 impl RegionLaw {
     /// Returns the number of state values of a point.
     pub fn state_len(&self) -> usize {
-        match &self.form {
-            LawForm::Constitutive(law) => law.state_len(),
+        match (&self.inelastic, &self.form) {
+            (Some(law), _) => law.state_len(),
+            (None, LawForm::Constitutive(law)) => law.state_len(),
             _ => 0,
         }
+    }
+
+    /// Returns whether the law has a plastic strain, which is C_p⁻¹ − I in the first six state values.
+    #[inline(always)]
+    fn is_plastic(&self) -> bool {
+        matches!(self.inelastic, Some(Inelasticity::Plastic(_)))
+    }
+
+    /// Returns whether stresses may have components outside the principal axes of the strain.
+    #[inline(always)]
+    pub fn is_oblique(&self) -> bool {
+        matches!(self.inelastic, Some(Inelasticity::Viscoelastic(_)))
     }
 
     #[inline(always)]
@@ -81,6 +102,15 @@ impl RegionLaw {
         old: &[T],
         new: &mut [T],
     ) -> Response<T> {
+        match &self.inelastic {
+            Some(Inelasticity::Plastic(law)) => {
+                return self.plastic(law, constants, trial, g, dt, old, new);
+            }
+            Some(Inelasticity::Viscoelastic(law)) => {
+                return self.viscoelastic(law, constants, trial, g, dt, old, new);
+            }
+            None => {}
+        }
         let strains = &trial.strains;
         let Degraded { split, hybrid } = &self.degraded;
         let whole = match &self.form {
@@ -107,6 +137,61 @@ impl RegionLaw {
         }
         let volumetric = self.volumetric(constants, trace);
         self.degraded.respond(&ElasticPoint::new(strains, whole, volumetric, constants.moduli), g)
+    }
+
+    /// Returns 1 if damage degrades the volumetric energy, 0 if damage does not, for tr ε.
+    #[inline(always)]
+    fn volume_share<T: Scalar>(&self, trace: T) -> T {
+        let [zero, one] = [0.0, 1.0].map(|x| trace.constant(x));
+        match &self.degraded.split {
+            PointSplit::Standard(Split::VolumetricDeviatoric) => {
+                T::select(trace.less_than(zero), zero, one)
+            }
+            _ => one,
+        }
+    }
+
+    #[inline(always)]
+    fn plastic<T: Scalar>(
+        &self,
+        law: &Plasticity,
+        constants: Constants<T>,
+        trial: &Principal<T>,
+        g: T,
+        dt: T,
+        old: &[T],
+        new: &mut [T],
+    ) -> Response<T> {
+        let [bulk, shear] = constants.moduli;
+        let volume_share = self.volume_share(trial.strains.trace());
+        let energies = &self.energies;
+        PlasticPoint { law, bulk, shear, volume_share, energies, g, dt }.respond(trial, old, new)
+    }
+
+    #[inline(always)]
+    fn viscoelastic<T: Scalar>(
+        &self,
+        law: &Viscoelasticity,
+        constants: Constants<T>,
+        trial: &Principal<T>,
+        g: T,
+        dt: T,
+        old: &[T],
+        new: &mut [T],
+    ) -> Response<T> {
+        let strains = &trial.strains;
+        let volumetric = self.volumetric(constants, strains.trace());
+        let deviatoric = match &self.form {
+            LawForm::Energy(law) => law.whole::<T, true>(strains).without_volume(volumetric),
+            LawForm::NeoHookean | LawForm::Hencky | LawForm::Constitutive(_) => {
+                hencky::deviatoric(constants.moduli[1], strains)
+            }
+        };
+        let elastic = DecoupledLaw { deviatoric, volumetric, moduli: constants.moduli };
+        let volume_share = self.volume_share(strains.trace());
+        let damage = ViscousDamage { g, volume_share, energies: &self.energies };
+        let (point, phases) = (ViscousPoint { law, dt }, constants.phases);
+        g.vectorize(ViscousIncrement { point, elastic, phases, damage, trial, old, new })
     }
 
     /// Returns the energy U(t) of a pure change of volume with t = tr ε, and its derivatives U′ and U″, MPa.
@@ -155,6 +240,33 @@ impl<'a, T: Scalar> LaneLaw<'a, T> {
 }
 
 impl<T: Scalar> PointLaw<T> for LaneLaw<'_, T> {
+    /// Returns the elastic trial deformation; lanes of other laws have the whole deformation.
+    #[inline(always)]
+    fn trial(&self, h: &[[T; 3]; 3], old: &[T]) -> Principal<T> {
+        if !self.laws.iter().any(RegionLaw::is_plastic) {
+            return Principal::new(h);
+        }
+        let mut plastic: [T; 6] = *old.first_chunk().expect("a plastic law has more state values");
+        if self.laws.len() > 1 {
+            let zero = self.law.constant(0.0);
+            for (k, law) in self.laws.iter().enumerate() {
+                if law.is_plastic() {
+                    continue;
+                }
+                let mask = self.law.equals(self.law.constant(k as f64));
+                for entry in 0..6 {
+                    plastic[entry] = T::select(mask, zero, plastic[entry]);
+                }
+            }
+        }
+        Principal::of_elastic_part(h, Some(&plastic))
+    }
+
+    #[inline(always)]
+    fn is_oblique(&self) -> bool {
+        self.laws.iter().any(RegionLaw::is_oblique)
+    }
+
     /// Returns the largest number of state values among the laws of the mesh.
     #[inline(always)]
     fn state_len(&self) -> usize {

@@ -19,6 +19,37 @@ pub struct Response<T> {
     pub normal: [T; 6],
     /// ½ (τ_i − τ_j) coth(ε_i − ε_j), MPa; entry k belongs to the pair (i, j) of the other two strains.
     pub shear: [T; 3],
+    /// Principal values of ∂ψ_d/∂ε with the driving energy ψ_d, MPa: equal to `stress_plus` if the law makes an energy
+    /// stationary, also in g.
+    pub driving_stress: [T; 3],
+    /// Energy that the law dissipates in the increment, MPa; zero for elastic laws.
+    pub dissipation: T,
+    /// Antisymmetric part of ∂τ_i/∂ε_j as a vector w, D_ij − D_ji = 2 (w_i − w_j), MPa; zero unless plastic flow is not
+    /// associated.
+    pub skew: [T; 3],
+    /// Components of stresses outside the principal axes of the strain; zero except in viscoelastic laws.
+    pub oblique: Oblique<T>,
+}
+
+/// Components outside the principal axes; entry k belongs to the pair (i, j) of the other two axes.
+#[derive(Clone, Copy, Debug)]
+pub struct Oblique<T> {
+    /// Components of the stress τ, MPa. The stress has the form dev a with a tensor a that moves with the material, a =
+    /// J^(−2/3) F A Fᵀ at constant A; the tangent follows from this form.
+    pub stress: [T; 3],
+    /// Components of ∂τ/∂g, MPa.
+    pub stress_plus: [T; 3],
+    /// Components of ∂ψ_d/∂ε with the driving energy ψ_d, MPa.
+    pub driving_stress: [T; 3],
+}
+
+impl<T: Scalar> Oblique<T> {
+    /// Returns components that are zero. `number` only selects the number type.
+    #[inline(always)]
+    pub fn zero(number: T) -> Self {
+        let zero = [number.constant(0.0); 3];
+        Self { stress: zero, stress_plus: zero, driving_stress: zero }
+    }
 }
 
 /// Returns the index of entry (r, s ≤ r) of a symmetric matrix in packed storage.
@@ -54,6 +85,20 @@ impl<T: Scalar> ElasticResponse<T> {
     pub fn volumetric([energy, stress, curvature]: [T; 3]) -> Self {
         let zero = energy.constant(0.0);
         Self { energy, stress: [stress; 3], normal: [curvature; 6], shear: [zero; 3] }
+    }
+
+    /// Returns this response minus the response of an energy of the volume change alone, see
+    /// [`volumetric`](Self::volumetric).
+    #[inline(always)]
+    pub(super) fn without_volume(mut self, [energy, stress, curvature]: [T; 3]) -> Self {
+        self.energy = self.energy - energy;
+        for i in 0..3 {
+            self.stress[i] = self.stress[i] - stress;
+        }
+        for entry in 0..6 {
+            self.normal[entry] = self.normal[entry] - curvature;
+        }
+        self
     }
 
     /// Returns the response multiplied by a factor.
@@ -104,11 +149,16 @@ impl<T: Scalar> ElasticResponse<T> {
             stress_plus: self.stress,
             normal: self.normal,
             shear: self.shear,
+            driving_stress: self.stress,
+            dissipation: g.constant(0.0),
+            skew: [g.constant(0.0); 3],
+            oblique: Oblique::zero(g),
         };
         for i in 0..3 {
             out.stress_plus[i] = self.stress[i] - spared.stress[i];
             out.stress[i] = g.mul_add(out.stress_plus[i], spared.stress[i]);
             out.shear[i] = g.mul_add(self.shear[i] - spared.shear[i], spared.shear[i]);
+            out.driving_stress[i] = self.stress[i] - passive.stress[i];
         }
         for entry in 0..6 {
             out.normal[entry] =
@@ -119,6 +169,12 @@ impl<T: Scalar> ElasticResponse<T> {
 }
 
 impl<T: Scalar> Response<T> {
+    /// Returns the response of zero energy. `number` only selects the number type.
+    #[inline(always)]
+    pub fn zero(number: T) -> Self {
+        ElasticResponse::zero(number).degraded(number)
+    }
+
     /// Returns energy, stress and tangent without the quantities of damage.
     #[inline(always)]
     pub(super) fn elastic(&self) -> ElasticResponse<T> {
@@ -136,24 +192,38 @@ impl<T: Scalar> Response<T> {
             no.stress[i] = T::select(mask, yes.stress[i], no.stress[i]);
             no.stress_plus[i] = T::select(mask, yes.stress_plus[i], no.stress_plus[i]);
             no.shear[i] = T::select(mask, yes.shear[i], no.shear[i]);
+            let driving = T::select(mask, yes.driving_stress[i], no.driving_stress[i]);
+            no.driving_stress[i] = driving;
+            no.skew[i] = T::select(mask, yes.skew[i], no.skew[i]);
+            let (from, to) = (&yes.oblique, &mut no.oblique);
+            to.stress[i] = T::select(mask, from.stress[i], to.stress[i]);
+            to.stress_plus[i] = T::select(mask, from.stress_plus[i], to.stress_plus[i]);
+            to.driving_stress[i] = T::select(mask, from.driving_stress[i], to.driving_stress[i]);
         }
         for entry in 0..6 {
             no.normal[entry] = T::select(mask, yes.normal[entry], no.normal[entry]);
         }
+        no.dissipation = T::select(mask, yes.dissipation, no.dissipation);
         no
     }
 }
 
 impl<T: Copy> Response<T> {
     /// Returns all values, for comparisons.
-    pub(super) fn numbers(&self) -> [T; 18] {
-        let mut all = [self.energy; 18];
+    pub(super) fn numbers(&self) -> [T; 34] {
+        let mut all = [self.energy; 34];
         all[1] = self.driving;
         all[2..5].copy_from_slice(&self.stress);
         all[5..8].copy_from_slice(&self.stress_plus);
         all[8..14].copy_from_slice(&self.normal);
         all[14..17].copy_from_slice(&self.shear);
         all[17] = self.softening;
+        all[18..21].copy_from_slice(&self.driving_stress);
+        all[21..24].copy_from_slice(&self.skew);
+        all[24..27].copy_from_slice(&self.oblique.stress);
+        all[27..30].copy_from_slice(&self.oblique.stress_plus);
+        all[30..33].copy_from_slice(&self.oblique.driving_stress);
+        all[33] = self.dissipation;
         all
     }
 }

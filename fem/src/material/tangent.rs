@@ -2,9 +2,11 @@
 //! (1998), section 8.4, with the shear term of [`equations`](crate::equations)).
 //!
 //! With h = ∇δu F⁻¹ in these axes, the stress increment d has the components d_ii = Σ_j D_ij h_jj − τ_i h_ii and d_ij
-//! = G_ij (h_ij + h_ji) + h_ij τ_j, where G_ij = ½ (τ_i − τ_j) coth(ε_i − ε_j) − ½ (τ_i + τ_j).
+//! = G_ij (h_ij + h_ji) + h_ij τ_j, where G_ij = ½ (τ_i − τ_j) coth(ε_i − ε_j) − ½ (τ_i + τ_j). Components o of τ
+//! outside the principal axes add h o − ⅔ (o tr h + (o : h) I): the increment of dev a for a tensor a that moves with
+//! the material.
 
-use super::number::{Scalar, dot};
+use super::number::Scalar;
 use super::principal::Principal;
 use super::response::{Response, packed};
 
@@ -19,6 +21,10 @@ pub struct PointTangent<T> {
     pub shear: [T; 3],
     /// Principal stresses τ_i.
     pub stress: [T; 3],
+    /// Antisymmetric part of D, see [`Response::skew`].
+    pub skew: [T; 3],
+    /// Components of τ outside the principal axes, see [`Oblique`](super::Oblique).
+    pub oblique: [T; 3],
 }
 
 impl<T: Scalar> PointTangent<T> {
@@ -31,9 +37,13 @@ impl<T: Scalar> PointTangent<T> {
             normal: response.normal,
             shear: response.shear,
             stress: response.stress,
+            skew: response.skew,
+            oblique: response.oblique.stress,
         };
         for i in 0..3 {
             out.stress[i] = weight * response.stress[i];
+            out.skew[i] = weight * response.skew[i];
+            out.oblique[i] = weight * response.oblique.stress[i];
             for m in 0..3 {
                 out.axes[i][m] = principal.basis[m][i];
             }
@@ -52,50 +62,39 @@ impl<T: Scalar> PointTangent<T> {
         out
     }
 
-    /// Returns the 3 × 3 block ∂R_a/∂u_b in global axes, for two spatial gradients a and b in the principal basis. In
-    /// the principal basis, the block is K_ij = δ_ij Σ_l A_il a_l b_l + (1 − δ_ij)(D_ij a_i b_j + G_ij a_j b_i), with
-    /// A_ii = D_ii − τ_i and A_il = G_il + τ_l.
+    /// Returns the stress increment d, times the weight, for the gradient h = ∇δu F⁻¹; both in the principal axes.
     #[inline(always)]
-    pub fn block(&self, a: &[T; 3], b: &[T; 3]) -> [[T; 3]; 3] {
-        let products = [a[0] * b[0], a[1] * b[1], a[2] * b[2]];
-        let mut local = [*a; 3];
+    pub fn increment(&self, h: &[[T; 3]; 3]) -> [[T; 3]; 3] {
+        let mut d = *h;
+        let trace = h[0][0] + h[1][1] + h[2][2];
+        let mut inclined = trace.constant(0.0);
+        let mut slanted = inclined;
+        for k in 0..3 {
+            let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+            inclined = self.oblique[k].mul_add(h[i][j] + h[j][i], inclined);
+            slanted = self.skew[k].mul_add(h[k][k], slanted);
+        }
+        let third = trace.constant(-2.0 / 3.0);
         for i in 0..3 {
-            let mut diagonal = self.normal[packed(i, i)] * products[i];
+            d[i][i] = third * inclined + self.skew[i] * trace - slanted;
             for j in 0..3 {
+                let normal = self.normal[packed(i.max(j), i.min(j))];
+                d[i][i] = normal.mul_add(h[j][j], d[i][i]);
                 if i != j {
-                    let shear = self.shear[3 - i - j];
-                    diagonal = (shear + self.stress[j]).mul_add(products[j], diagonal);
-                    let (r, s) = if i > j { (i, j) } else { (j, i) };
-                    let normal = self.normal[packed(r, s)] * a[i];
-                    local[i][j] = normal.mul_add(b[j], shear * a[j] * b[i]);
+                    let k = 3 - i - j;
+                    let stress = self.stress[j] * h[i][j] + third * trace * self.oblique[k];
+                    d[i][j] = self.shear[k].mul_add(h[i][j] + h[j][i], stress);
                 }
             }
-            local[i][i] = diagonal;
         }
-        let mut turned = local;
-        for i in 0..3 {
-            for n in 0..3 {
-                let column = [self.axes[0][n], self.axes[1][n], self.axes[2][n]];
-                turned[i][n] = dot(&local[i], &column);
+        // h τ for the components of τ outside the principal axes
+        for k in 0..3 {
+            let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+            for row in 0..3 {
+                d[row][j] = h[row][i].mul_add(self.oblique[k], d[row][j]);
+                d[row][i] = h[row][j].mul_add(self.oblique[k], d[row][i]);
             }
         }
-        let mut out = turned;
-        for n in 0..3 {
-            let column = self.turn(&[turned[0][n], turned[1][n], turned[2][n]]);
-            for m in 0..3 {
-                out[m][n] = column[m];
-            }
-        }
-        out
-    }
-
-    /// Transforms a vector from the principal basis to global axes.
-    #[inline(always)]
-    pub fn turn(&self, v: &[T; 3]) -> [T; 3] {
-        let mut out = *v;
-        for m in 0..3 {
-            out[m] = dot(&[self.axes[0][m], self.axes[1][m], self.axes[2][m]], v);
-        }
-        out
+        d
     }
 }

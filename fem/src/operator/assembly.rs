@@ -138,7 +138,8 @@ impl<const N: usize> Operator for Assembly<N> {
             let work = TangentsOf { rule: &self.space.rule, coupled, out: to };
             each_register(&gather, selection, work)
         };
-        let add = |first: usize, elements: &[_]| out.add_elements(first, elements);
+        let unsymmetric = self.space.rule.extra.unsymmetric;
+        let add = |first: usize, elements: &[_]| out.add_elements(first, elements, unsymmetric);
         let blank = [[[[0.0; 4]; 4]; N]; N];
         let sound = deterministic_reduce::<N, _>(self.space.tets.len(), blank, compute, add);
         self.agreed(sound)?;

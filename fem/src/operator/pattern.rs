@@ -43,7 +43,8 @@ pub struct Tangent {
     pub pattern: Arc<Pattern>,
     /// Blocks of the node pairs, in the order of `pattern.graph.near`.
     pub blocks: Vec<Block>,
-    /// Whether block (b, a) is the transpose of block (a, b) for all node pairs; friction makes it false.
+    /// Whether block (b, a) is the transpose of block (a, b) for all node pairs. Friction, and laws that make no energy
+    /// stationary, make it false.
     pub symmetric: bool,
 }
 
@@ -59,21 +60,27 @@ impl Tangent {
         self.symmetric = true;
     }
 
-    /// Adds the symmetric matrices of consecutive elements. Only the blocks (a, b ≤ a) of an element are
-    /// read.
+    /// Adds the matrices of consecutive elements. If `unsymmetric` is false, only the blocks (a, b ≤ a) of an element
+    /// are read.
     ///
     /// Each thread owns a range of the blocks of the tangent and adds in the order of the elements, so that
     /// the sums do not depend on the number of threads.
-    pub fn add_elements<const N: usize>(&mut self, first: usize, elements: &[[[Block; N]; N]]) {
+    pub fn add_elements<const N: usize>(
+        &mut self,
+        first: usize,
+        elements: &[[[Block; N]; N]],
+        unsymmetric: bool,
+    ) {
+        self.symmetric &= !unsymmetric;
         let positions = &self.pattern.positions[first * N * N..(first + elements.len()) * N * N];
         if elements.len() <= LANES {
-            return add_in_range(&mut self.blocks, 0, positions, elements);
+            return add_in_range(&mut self.blocks, 0, positions, elements, unsymmetric);
         }
         let low = positions.iter().copied().min().unwrap_or(0) as usize;
         let high = positions.iter().copied().max().map_or(0, |p| p as usize + 1);
         let range = (high - low).div_ceil(rayon::current_num_threads()).max(1);
         self.blocks[low..high].par_chunks_mut(range).enumerate().for_each(|(part, blocks)| {
-            add_in_range(blocks, low + part * range, positions, elements);
+            add_in_range(blocks, low + part * range, positions, elements, unsymmetric);
         });
     }
 
@@ -128,6 +135,7 @@ fn add_in_range<const N: usize>(
     from: usize,
     positions: &[u32],
     elements: &[[[Block; N]; N]],
+    unsymmetric: bool,
 ) {
     for (element, positions) in elements.iter().zip(positions.chunks_exact(N * N)) {
         for a in 0..N {
@@ -141,6 +149,10 @@ fn add_in_range<const N: usize>(
                     continue;
                 }
                 if let Some(to) = blocks.get_mut(index(positions[b * N + a])) {
+                    if unsymmetric {
+                        add(to, &element[b][a]);
+                        continue;
+                    }
                     for i in 0..4 {
                         for j in 0..4 {
                             to[i][j] += block[j][i];

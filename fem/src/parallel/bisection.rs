@@ -13,7 +13,7 @@ pub(crate) fn bisect(points: &[[f64; 3]], parts: usize) -> Vec<u32> {
     part_of
 }
 
-/// Assigns the points `ids` to the parts `first` to `first + parts` − 1.
+/// Assigns the points with the numbers `ids` to the parts `first` to `first + parts` − 1.
 fn cut(ids: &mut [u32], points: &[[f64; 3]], parts: usize, first: usize, part_of: &mut [u32]) {
     if parts <= 1 {
         ids.iter().for_each(|&id| part_of[id as usize] = first as u32);

@@ -4,8 +4,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
 /// Messages between the ranks of a run. All ranks call the same methods in the same order.
 ///
-/// If a rank ends, a call that waits for its message must not wait for ever: either the implementation ends the whole
-/// run, or the call returns [`RankLost`]. The current step of the run then returns
+/// If a rank ends, a call that waits for a message of this rank must not wait for ever: either the implementation ends
+/// the whole run, or the call returns [`RankLost`]. The current step of the run then returns
 /// [`FemError::RankLost`](crate::FemError::RankLost).
 pub trait Communicator: std::fmt::Debug + Send + Sync {
     /// The number of this rank, from 0.

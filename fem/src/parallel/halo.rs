@@ -17,14 +17,14 @@ pub(crate) struct Neighbour {
     pub(crate) ghosts: Vec<u32>,
 }
 
-/// The nodes that this rank shares with other ranks; empty if there is only one rank.
+/// The nodes that this rank shares with other ranks. The halo is empty if there is only one rank.
 ///
 /// Each node has exactly one owner. On every other rank that has the node, the node is a ghost.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Halo {
     ranks: Ranks,
-    /// Ranges of local numbers of the nodes that this rank owns: vertices, then nodes on edges. Unused if there is
-    /// only one rank.
+    /// Ranges of local numbers of the nodes that this rank owns: first the vertices, then the nodes on edges. The
+    /// ranges are not used if there is only one rank.
     own: [Range<usize>; 2],
     /// Neighbours, in increasing order of their ranks.
     neighbours: Vec<Neighbour>,
@@ -35,9 +35,9 @@ impl Halo {
         Self { ranks, own, neighbours }
     }
 
-    /// The halo of items that are numbered over all ranks: rank r owns the items from `first[r]` to
-    /// `first[r + 1]` − 1. A rank stores the items that it owns first, then `ghosts`, which are given by their
-    /// global numbers in increasing order.
+    /// Creates the halo of items that are numbered over all ranks: rank r owns the items from `first[r]` to `first[r +
+    /// 1]` − 1. A rank stores the items that it owns first, then `ghosts`, which are given by their global numbers in
+    /// increasing order.
     pub(crate) fn of_ghosts(ranks: &Ranks, first: &[usize], ghosts: &[u32]) -> Self {
         let rank = ranks.rank();
         let own = first[rank + 1] - first[rank];
@@ -50,7 +50,8 @@ impl Halo {
             let neighbour = neighbours.last_mut().expect("the neighbour was added above");
             neighbour.ghosts.push((own + k) as u32);
         }
-        // a rank can compute the owners of its ghosts, but not which ranks have its owned items as ghosts
+        // a rank can compute the owners of its ghosts; the other ranks must send to this rank which of its items are
+        // their ghosts
         let asked: Vec<u32> = neighbours.iter().map(|n| n.rank as u32).collect();
         for (other, asked) in ranks.gather(&asked).into_iter().enumerate() {
             if asked.contains(&(rank as u32)) && !neighbours.iter().any(|n| n.rank == other) {
@@ -78,7 +79,7 @@ impl Halo {
         &self.neighbours
     }
 
-    /// The ranges of the owned nodes among `nodes` local nodes.
+    /// Returns the ranges of the nodes that this rank owns, among its `nodes` local nodes.
     pub(crate) fn own(&self, nodes: usize) -> [Range<usize>; 2] {
         if self.ranks.is_alone() { [0..nodes, nodes..nodes] } else { self.own.clone() }
     }
@@ -89,7 +90,7 @@ impl Halo {
         self.ranks.is_alone() || self.own.iter().any(|own| own.contains(&node))
     }
 
-    /// The values of the nodes that this rank owns.
+    /// Selects the values of the nodes that this rank owns.
     pub(crate) fn own_of<'a, T>(
         &self,
         values: &'a [T],
@@ -122,8 +123,8 @@ impl Halo {
         }
     }
 
-    /// Sums the contributions of all ranks at shared nodes. Afterwards all ranks that share a node have the
-    /// same sum.
+    /// Replaces the values at shared nodes by the sums of the contributions of all ranks. Afterwards all ranks that
+    /// share a node have the same sum.
     pub(crate) fn complete<T: Pod + AddAssign, const R: usize>(&self, values: &mut [[T; R]]) {
         if self.ranks.is_alone() {
             return;
@@ -139,7 +140,8 @@ impl Halo {
         self.forward(values);
     }
 
-    /// Sums the contributions of all ranks to R × R blocks at shared nodes, as [`Self::complete`] does for vectors.
+    /// Replaces the R × R blocks at shared nodes by the sums of the contributions of all ranks, as [`Self::complete`]
+    /// does for vectors.
     pub(crate) fn complete_blocks<const R: usize>(&self, blocks: &mut [[[f64; R]; R]]) {
         for row in 0..R {
             let mut rows: Vec<[f64; R]> = blocks.iter().map(|block| block[row]).collect();
@@ -149,7 +151,7 @@ impl Halo {
     }
 }
 
-/// The values of the given nodes, `width` values per node.
+/// Returns the values of the given nodes, `width` values per node.
 fn pick<T: Pod>(values: &[T], nodes: &[u32], width: usize) -> Vec<T> {
     let at_node = |&node: &u32| &values[node as usize * width..][..width];
     nodes.iter().flat_map(at_node).copied().collect()

@@ -9,14 +9,14 @@ use super::ranks::Ranks;
 
 /// The part of a mesh that belongs to one rank: some elements and all their nodes. A single rank has the whole mesh.
 ///
-/// Local nodes are numbered in this order: vertices of the mesh, then nodes on edges. Within each kind, nodes
-/// that the rank owns are first. Within these groups, nodes are in the order of the mesh. A node is owned by
-/// the lowest rank that has an element with this node.
+/// Local nodes are numbered in this order: vertices of the mesh, then nodes on edges. Within each kind, nodes that the
+/// rank owns are first. Within each of these groups, nodes are in the order of the mesh. A node is owned by the lowest
+/// rank that has an element with this node.
 #[derive(Clone, Debug, Default)]
 pub struct Part {
-    /// Number in the whole mesh of each local element.
+    /// For each local element, its number in the whole mesh.
     pub(crate) tets: Vec<u32>,
-    /// Number in the whole mesh of each local node.
+    /// For each local node, its number in the whole mesh.
     pub(crate) nodes: Vec<u32>,
     /// Number of nodes of the whole mesh.
     pub(crate) all_nodes: usize,
@@ -26,12 +26,12 @@ pub struct Part {
     pub(crate) vertices: Arc<Halo>,
 }
 
-/// Marks a node that this rank does not have.
+/// Placeholder for the local number of a node that this rank does not have.
 const ABSENT: u32 = u32::MAX;
 
 impl Part {
-    /// The part of the calling rank. `nodes_of` returns the nodes of an element. The first `vertices` of the
-    /// `nodes` nodes are vertices of the mesh, the others are on edges.
+    /// Creates the part of the calling rank. `nodes_of` returns the nodes of an element. Of the `nodes` nodes, the
+    /// first `vertices` are vertices of the mesh, and all others are on edges.
     pub(crate) fn new<'a>(
         ranks: &Ranks,
         rank_of_tet: &[u32],
@@ -45,7 +45,7 @@ impl Part {
         for &tet in &tets {
             nodes_of(tet as usize).iter().for_each(|&n| here[n as usize] = true);
         }
-        // (node, rank) for each node of this rank and each other rank that shares it
+        // one pair (node, rank) for each node of this rank and each other rank that has this node
         let mut shared: Vec<(u32, u32)> = Vec::new();
         let mut owner: Vec<u32> = here.iter().map(|&h| if h { rank } else { ABSENT }).collect();
         for (tet, &other) in rank_of_tet.iter().enumerate().filter(|(_, other)| **other != rank) {
@@ -106,15 +106,15 @@ impl Part {
         self.ranks().is_alone()
     }
 
-    /// A map from the number of a node in the mesh to its local number; None if this rank does not have the
-    /// node.
+    /// Returns a function that converts the number of a node in the mesh to its local number; `None` if this rank does
+    /// not have the node.
     pub(crate) fn local(&self) -> impl Fn(u32) -> Option<u32> + use<> {
         let mut local = vec![ABSENT; self.all_nodes];
         self.nodes.iter().zip(0..).for_each(|(&n, i)| local[n as usize] = i);
         move |node| Some(local[node as usize]).filter(|&local_node| local_node != ABSENT)
     }
 
-    /// Nodal values of the whole mesh, collected from all ranks.
+    /// Collects the nodal values of the whole mesh from all ranks.
     pub(crate) fn gather_nodes<T: Pod>(&self, values: &[T]) -> Vec<T> {
         if self.is_whole() || values.is_empty() {
             return values.to_vec();
@@ -124,7 +124,7 @@ impl Part {
         self.ordered(&numbers, 1, &own(values), self.all_nodes)
     }
 
-    /// Element values of the whole mesh, collected from all ranks.
+    /// Collects the element values of the whole mesh from all ranks.
     pub(crate) fn gather_tets<T: Pod>(&self, values: &[T]) -> Vec<T> {
         if self.is_whole() || values.is_empty() {
             return values.to_vec();
@@ -135,8 +135,8 @@ impl Part {
         self.ordered(&self.tets, width, values, all)
     }
 
-    /// Collects values of items from all ranks. This rank contributes `width` values for each item in `numbers`,
-    /// a list of numbers in the whole mesh. The result is ordered by item number, from 0 to `all` − 1.
+    /// Collects values of items (nodes or elements) from all ranks. This rank contributes `width` values for each item
+    /// in `numbers`, a list of numbers in the whole mesh. The result is ordered by item number, from 0 to `all` − 1.
     pub(crate) fn ordered<T: Pod>(
         &self,
         numbers: &[u32],
@@ -154,7 +154,7 @@ impl Part {
         out
     }
 
-    /// The values of this rank's nodes, from nodal values of the whole mesh.
+    /// Selects the values of this rank's nodes from the nodal values of the whole mesh.
     pub(crate) fn pick_nodes<T: Copy>(&self, values: &[T]) -> Vec<T> {
         if self.is_whole() || values.is_empty() {
             return values.to_vec();
@@ -162,7 +162,8 @@ impl Part {
         self.nodes.iter().map(|&n| values[n as usize]).collect()
     }
 
-    /// The values of this rank's elements, from element values of the whole mesh; `width` values per element.
+    /// Selects the values of this rank's elements from the element values of the whole mesh; `width` values per
+    /// element.
     pub(crate) fn pick_tets<T: Copy>(&self, values: &[T], width: usize) -> Vec<T> {
         if self.is_whole() || values.is_empty() {
             return values.to_vec();

@@ -10,9 +10,9 @@ use crate::error::FemError;
 
 /// The ranks that solve one problem: processes, or threads of one process. By default there is one rank.
 ///
-/// Each rank builds the same [`Problem`](crate::Problem) from the same input and computes its own elements.
-/// Each rank gets the same curve and the fields of the whole body. All ranks must call the same methods in the
-/// same order: if one rank does not take a step, the others wait.
+/// Each rank builds the same [`Problem`](crate::Problem) from the same input and computes its own elements. Each rank
+/// gets the same curve and the fields of the whole body. All ranks must call the same methods in the same order: if one
+/// rank does not take a step, the other ranks wait.
 ///
 /// # Example
 /// Two threads, each with half of a cylinder:
@@ -42,18 +42,18 @@ use crate::error::FemError;
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct Ranks {
-    /// None if there is only one rank.
+    /// Communicator with the other ranks; `None` if there is only one rank.
     others: Option<Arc<dyn Communicator>>,
 }
 
 impl Ranks {
-    /// Ranks that communicate by `communicator`.
+    /// Creates the ranks that communicate by `communicator`.
     pub fn new(communicator: impl Communicator + 'static) -> Self {
         let shared = communicator.size() > 1;
         Self { others: shared.then(|| Arc::new(communicator) as Arc<dyn Communicator>) }
     }
 
-    /// Creates `count` ranks within this process, one for each thread.
+    /// Creates `count` ranks within this process, one for each thread that the caller starts.
     ///
     /// A single rank with rayon's threads is faster; use this function to test a problem with several ranks.
     pub fn threads(count: usize) -> Vec<Self> {
@@ -80,8 +80,8 @@ impl Ranks {
         self.gather_even(&[u8::from(flag)]).is_some_and(|all| all.contains(&1)) || flag
     }
 
-    /// Returns the text of the lowest rank that gives a text, with the number of that rank; None if no rank gives
-    /// a text.
+    /// Returns the text of the lowest rank that gives a text, with the number of that rank; `None` if no rank gives a
+    /// text.
     ///
     /// # Errors
     /// [`RankLost`] if another rank has ended.
@@ -94,7 +94,7 @@ impl Ranks {
         Ok(first.map(|(rank, text)| (rank, String::from_utf8_lossy(&text[1..]).into_owned())))
     }
 
-    /// Returns success only if all ranks succeeded; otherwise the error of the lowest failing rank.
+    /// Returns `result` if all ranks succeeded; otherwise returns the error of the lowest rank that failed.
     pub(crate) fn agreed<T>(&self, result: Result<T, FemError>) -> Result<T, FemError> {
         let message = result.as_ref().err().map(ToString::to_string);
         match received(self.first_text(message.as_deref())) {

@@ -5,17 +5,17 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
 use super::communicator::{Communicator, RankLost};
 
-/// Messages in transit by (sender, receiver), the oldest first.
+/// Messages that are sent but not yet received, by (sender, receiver), oldest first.
 type Mail = HashMap<(usize, usize), VecDeque<Vec<u8>>>;
 
-/// The messages between the ranks of a process, and a flag for each rank that has ended.
+/// The messages between the ranks of a process, and for each rank a flag that is true once the rank has ended.
 #[derive(Debug, Default)]
 struct Post {
     mail: Mutex<(Mail, Vec<bool>)>,
     changed: Condvar,
 }
 
-/// One rank. When it is dropped, the other ranks are notified.
+/// A rank that is a thread of this process. When the value is dropped, the other ranks are notified.
 #[derive(Debug)]
 pub(super) struct ThreadRank {
     rank: usize,

@@ -13,7 +13,8 @@ use fem_mesh::TetMesh;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Platens {
-    /// The ends stay in contact with the platens and slide without friction. Exact if no part of an end lifts off.
+    /// The ends stay in contact with the platens and slide on them without friction. This is exact if no part of an end
+    /// lifts off.
     #[default]
     Sliding,
     /// The ends can lift off; [`Friction`] resists sliding.
@@ -23,7 +24,7 @@ pub enum Platens {
 /// Resistance of the platens to sliding; the equations are given at [`Platen`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Friction {
-    /// Coulomb's coefficient μ.
+    /// Coulomb's coefficient of friction μ.
     pub coefficient: f64,
     /// Slip velocity ε, mm/s. Below ε, the friction stress decreases to zero with the velocity, so that the specimen
     /// creeps instead of sticking.
@@ -49,7 +50,8 @@ impl Friction {
 ///
 /// The lower end (surface `bottom`) keeps its height. The upper end (`top`) moves down by the full displacement over
 /// the duration of the schedule, at constant speed. [`Platens`] defines the contact between platens and specimen.
-/// Displacement and damage solve
+/// The displacement u and the damage φ solve, for all test functions v and q (symbols as in
+/// [`equations`](crate::equations)),
 /// ∫ τ : (∇v F⁻¹) dV = 0 and
 /// ∫ g′(φ) ψ⁺ q + (Gc/(c₀ ℓ₀)) (α′(φ) q + 2 ℓ₀² ∇φ·∇q) + (ξ/Δt)(φ − φ_n) q dV = 0.
 ///
@@ -100,8 +102,8 @@ impl CompressionTest {
         Ok(Problem::builder(mesh).conditions(conditions).schedule(self.schedule.clone()))
     }
 
-    /// Returns the platens as boundary conditions, with a uniform compression as initial guess of the first
-    /// increment.
+    /// Returns the boundary conditions that represent the platens. The initial guess of the first increment is a
+    /// uniform compression.
     ///
     /// # Errors
     /// As [`builder`](Self::builder).

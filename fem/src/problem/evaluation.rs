@@ -14,9 +14,9 @@ use fem_mesh::vtu;
 /// Fields of a problem, from which stresses, energies and forces are computed; created by
 /// [`Problem::evaluate`](crate::Problem::evaluate).
 ///
-/// The fields do not contain the state of laws that have one ([`ConstitutiveLaw`](crate::ConstitutiveLaw)). Stresses,
-/// energies and forces of such laws are those of a single increment of one second from the state zero to these fields.
-/// They differ from the values in the run; the forces of the run are in [`Outcome::reactions`](crate::Outcome).
+/// Laws with a state ([`ConstitutiveLaw`](crate::ConstitutiveLaw)) are evaluated with the state that the fields contain
+/// ([`Fields::state`]). For fields with an empty state, the laws are evaluated for a single increment of one second that
+/// starts from the state zero and ends at these fields.
 ///
 /// # Example
 /// A block that is pulled by 1 %: its stress, its energy, and the force on its upper end.
@@ -52,7 +52,7 @@ use fem_mesh::vtu;
 #[derive(Clone, Copy, Debug)]
 pub struct Evaluation<'a> {
     setup: &'a Setup,
-    /// Operator of the whole mesh.
+    /// Operator of the whole mesh (not only of the part of one rank).
     operator: &'a dyn Operator,
     fields: &'a Fields,
 }
@@ -80,7 +80,7 @@ impl<'a> Evaluation<'a> {
 
     fn increment(&self) -> Increment<'a> {
         let LawState { values, duration_s } = &self.fields.state;
-        // any duration if there is no state
+        // without a state, the duration has no effect
         let duration = if values.is_empty() { 1.0 } else { *duration_s };
         let start = StepContext::new(&self.fields.damage, duration);
         let context = StepContext { state: values, ..start };
@@ -96,7 +96,8 @@ impl<'a> Evaluation<'a> {
         self.operator.stresses(&self.increment()).map_err(|_| FemError::InvertedFields)
     }
 
-    /// Returns the elastic energy ∫ g ψ⁺ + ψ⁻ dV, N mm.
+    /// Returns the elastic energy ∫ (g ψ⁺ + ψ⁻) dV, N mm: g is the degradation, ψ⁺ and ψ⁻ are the degraded and the
+    /// intact part of the energy density.
     ///
     /// # Errors
     /// As [`elements`](Self::elements).
@@ -112,8 +113,9 @@ impl<'a> Evaluation<'a> {
         Ok(residual)
     }
 
-    /// Returns the external force at every node that balances the stress, N: the reaction where the displacement is
-    /// prescribed, the contact force under a platen, the consistent force of loads, and zero elsewhere.
+    /// Returns the external force at every node, N, which balances the forces of the stress: the reaction where the
+    /// displacement is prescribed, the contact force under a platen, the consistent nodal force of loads, and zero
+    /// elsewhere.
     ///
     /// # Errors
     /// As [`elements`](Self::elements).
@@ -132,8 +134,9 @@ impl<'a> Evaluation<'a> {
         Ok(nodes.iter().map(force).sum::<Vector3<f64>>().into())
     }
 
-    /// Returns the torque of the nodal forces on a surface or a node set about an axis in the deformed body, N mm:
-    /// Σ (x − p) × f · a. The axis passes through the point p, `point_mm`, along a, `axis` (any length).
+    /// Returns the torque of the nodal forces on a surface or a node set about an axis in the deformed body, N mm: Σ
+    /// ((x − p) × f) · a, summed over the nodes at the deformed positions x with the forces f. The axis passes through
+    /// the point p (`point_mm`) in the direction a (`axis`, of any length).
     ///
     /// # Errors
     /// [`FemError::OutOfRange`] if the axis has no length; otherwise as [`force_n`](Self::force_n).
@@ -216,8 +219,8 @@ fn quadratic_tets(domain: &dyn Domain) -> Option<Vec<[u32; 10]>> {
 
 /// Returns linear tetrahedra that fill the body: the elements, or eight for each quadratic element.
 pub(super) fn linear_tets(domain: &dyn Domain) -> Vec<[u32; 4]> {
-    // corners 0–3, then the midpoints of the edges 01, 12, 20, 03, 13, 23; the inner octahedron is cut along the
-    // midpoints of 20 and 13
+    // nodes 0 to 3 are the vertices, nodes 4 to 9 the midpoints of the edges 01, 12, 20, 03, 13, 23; the inner
+    // octahedron is cut along the line between the midpoints of the edges 20 and 13
     const PARTS: [[usize; 4]; 8] = [
         [0, 4, 6, 7],
         [4, 1, 5, 8],

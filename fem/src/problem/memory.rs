@@ -9,16 +9,16 @@ use crate::material::{CrackDensity, Irreversibility, PhaseField, PointMaterial};
 use crate::operator::{Bounds, Increment, Operator, StepContext, state_len};
 use crate::parallel::Part;
 
-/// State of the material at the last equilibrium.
+/// State of the material at the last equilibrium of a run.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(from = "Saved", into = "Saved")]
 pub(crate) struct Memory {
-    /// State of the laws: element after element, point after point.
+    /// State values of the laws, ordered by element and then by integration point.
     points: Vec<f64>,
     /// Number of state values per point.
     per_point: usize,
     bounds: Option<Bounds>,
-    /// Whether the damage of each equilibrium becomes the new lower bound of damage.
+    /// Whether the damage at each equilibrium is the lower bound of the damage in the next increment.
     bound_follows_damage: bool,
 }
 
@@ -94,8 +94,8 @@ impl Memory {
         Ok(points)
     }
 
-    /// Stores the state at the equilibrium `fields` of an increment that lasted `duration` seconds; `points` is the result
-    /// of [`points_at`](Self::points_at). Returns the state with which laws with a state compute the stress at `fields`.
+    /// Stores the state at the equilibrium `fields` of an increment that lasted `duration` seconds; `points` is the
+    /// result of [`points_at`](Self::points_at). Returns the state from which the laws compute the stress at `fields`.
     pub(crate) fn record(
         &mut self,
         points: Vec<f64>,
@@ -107,7 +107,7 @@ impl Memory {
         if let (true, Some(bounds)) = (self.bound_follows_damage, &mut self.bounds) {
             bounds.lower.iter_mut().zip(&fields.damage).for_each(|(b, &phi)| b[3] = phi);
         }
-        // the stress does not depend on the history of the driving energy
+        // the history of the driving energy is not needed: the stress does not depend on it
         if materials.iter().any(|m| m.law().state_len() > 0) {
             return LawState { values: start, duration_s: duration };
         }
@@ -115,7 +115,7 @@ impl Memory {
     }
 }
 
-/// Returns the bounds lower ≤ φ ≤ 1, without bounds of the displacement.
+/// Returns the bounds `lower` ≤ φ ≤ 1 of the damage. The displacement has no bounds.
 fn damage_from(lower: &[f64]) -> Bounds {
     let mut bounds = Bounds::none(lower.len());
     bounds.lower.iter_mut().zip(lower).for_each(|(b, &phi)| b[3] = phi);

@@ -5,11 +5,13 @@ use std::convert::Infallible;
 use crate::error::{FemError, Unsupported};
 use crate::material::{Material, PhaseField};
 
-/// Material parameter for sensitivities of the force, defined by the materials below and above its value.
+/// Material parameter for sensitivities of the force, defined by the materials for a value below and for a value above
+/// the value of the parameter.
 ///
 /// The parameter may be any material constant of one or several regions, e.g. a modulus of a user-defined law, or a
-/// toughness shared by two regions. Finite differences are taken of the equations at a quadrature point only, never of
-/// a whole run. The derivative is exact for parameters that occur linearly in the equations, such as E, Gc and ξ.
+/// toughness shared by two regions. Finite differences are taken only of the equations at a quadrature point, not of
+/// the results of two runs. The derivative is exact for parameters that occur linearly in the equations, such as E, Gc
+/// and ξ.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MaterialParameter {
     /// Name with unit. The column of the curve file is `d_force_d_<name>`.
@@ -18,7 +20,7 @@ pub struct MaterialParameter {
     pub below: Vec<Material>,
     /// Materials, by region, for a parameter value above the value of the problem.
     pub above: Vec<Material>,
-    /// Difference of the parameter between `above` and `below`.
+    /// Value of the parameter in `above` minus its value in `below`.
     pub width: f64,
 }
 
@@ -69,7 +71,8 @@ impl MaterialParameter {
         let entity = || format!("sensitivities: parameter '{}'", self.name);
         let refused = |reason| Err(FemError::unsupported(entity(), reason));
         if !(self.width > 0.0 && self.width.is_finite()) {
-            let requirement = "positive: the parameter value of `above` minus that of `below`";
+            let requirement =
+                "positive: the parameter value in `above` minus the parameter value in `below`";
             return Err(FemError::parameter(&entity(), "width", self.width, requirement));
         }
         for side in [&self.below, &self.above] {
@@ -103,7 +106,8 @@ impl MaterialParameter {
     }
 }
 
-/// Returns E, ν, Gc, ξ and the residual stiffness of a material; zeros in place of the last three without fracture.
+/// Returns E, ν, Gc, ξ and the residual stiffness of a material. For a material without fracture, the last three are
+/// zero.
 fn constants(material: &Material) -> [f64; 5] {
     let elasticity = &material.elasticity;
     let [toughness, viscosity, residual] = material

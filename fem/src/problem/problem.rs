@@ -44,8 +44,8 @@ impl ProblemBuilder {
         self
     }
 
-    /// Sets the rule that computes the moduli of tetrahedra that are partly grain from the moduli of matrix and
-    /// grain.
+    /// Sets the rule that computes the moduli of a tetrahedron that contains matrix and grain from the moduli of both
+    /// materials.
     pub fn homogenisation(mut self, rule: Homogenisation) -> Self {
         self.parts.homogenisation = rule;
         self
@@ -77,9 +77,9 @@ impl ProblemBuilder {
     }
 
     /// Solves linear systems on a device if they are solved by multigrid. A sparse factor, which
-    /// [`LinearScheme::Auto`](crate::LinearScheme) selects for small systems, always runs on the processor. The
-    /// result is the same up to the solver's tolerance. If a device fails, the processor continues, and
-    /// [`LoadStepper::machine`](crate::LoadStepper::machine) reports the failure.
+    /// [`LinearScheme::Auto`](crate::LinearScheme) selects for small systems, always runs on the processor. The results
+    /// on the device and on the processor agree within the solver's tolerance. If a device fails, the processor
+    /// continues, and [`LoadStepper::machine`](crate::LoadStepper::machine) reports the failure.
     pub fn device(mut self, device: impl Into<Option<ComputeDevice>>) -> Self {
         self.parts.device = device.into();
         self
@@ -105,7 +105,7 @@ impl ProblemBuilder {
             return Err(FemError::unsupported("problem", Unsupported::NoSchedule));
         }
         if self.parts.phase_field.as_ref().is_some_and(|field| !field.is_variational()) {
-            // Newton's method on both fields seeks a stationary point of an energy, which does not exist here
+            // Newton's method on both fields seeks a stationary point of an energy, but this problem has no energy
             self.parts.options.scheme = Scheme::Alternate;
         }
         Setup::new(self.parts).map(Problem::from_setup)
@@ -114,10 +114,12 @@ impl ProblemBuilder {
 
 /// Body with materials, boundary conditions and loads, simulated over time.
 ///
-/// Displacement u and damage φ solve, with τ = g(φ) τ⁺ + τ⁻ and the reference body force b, traction t
-/// and damage source s,
+/// The displacement u and the damage φ solve, for all test functions v and q (symbols as in
+/// [`equations`](crate::equations)),
 /// ∫ τ : (∇v F⁻¹) dV = ∫ b·v dV + ∫ t·v dA + contact and
 /// ∫ g′(φ) ψ⁺ q + (Gc/(c₀ ℓ₀)) (α′(φ) q + 2 ℓ₀² ∇φ·∇q) + (ξ/Δt)(φ − φ_n) q dV = ∫ s q dV.
+/// The stress is τ = g(φ) τ⁺ + τ⁻; b, t and s are the body force, the traction and the damage source in the reference
+/// configuration.
 ///
 /// # Example
 /// A block pulled by 1 % between planes of symmetry:

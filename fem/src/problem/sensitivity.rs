@@ -1,4 +1,4 @@
-//! Derivatives of the force from increment to increment.
+//! Derivatives of the force, which are updated in each increment of a run.
 
 use super::definition::Setup;
 use super::state::{Derivatives, RunState};
@@ -7,8 +7,8 @@ use crate::material::PhaseField;
 use crate::operator::{Increment, Shift, state_rate};
 use crate::solve::{Equilibrium, Known, Measured, Rates, Solver, differentiate};
 
-/// Number of earlier equilibria whose rates are stored. Together with the last equilibrium, their rates can be
-/// extrapolated by a parabola in time.
+/// Number of equilibria before the last equilibrium whose rates are stored. The rates of the stored equilibria and of
+/// the last equilibrium can be extrapolated by a parabola in time.
 const EARLIER: usize = 2;
 
 /// Computes the derivatives of `fields`, the equilibrium at the fraction `target` of the duration, with respect to the

@@ -18,21 +18,21 @@ use crate::operator::StepContext;
 
 /// Number of alternations between two attempts to finish with Newton's method on both fields.
 const BETWEEN_FINISHES: u32 = 8;
-/// Residual to which each field is solved in the last alternations, as a fraction of the tolerance. It is small, so
-/// that convergence depends only on the residual that the solution of the other field causes.
+/// Tolerance of the solution for one field in the last alternations, as a fraction of the tolerance of the increment.
+/// With this small fraction, convergence depends only on the residual that the solution for the other field causes.
 const MARGIN: f64 = 0.1;
-/// Residual to which each field is solved in earlier alternations, as a fraction of the largest residual. A more
-/// accurate solution would be wasted, because the solution of the other field increases the residual again.
+/// Tolerance of the solution for one field in the earlier alternations, as a fraction of the larger residual of the two
+/// fields. A smaller tolerance would waste time, because the solution for the other field increases the residual again.
 const ENOUGH: f64 = 0.3;
 /// Number of alternations before over-relaxation of the damage begins.
 const PATIENCE: u32 = 4;
-/// Over-relaxation: factor of the change of damage.
+/// Over-relaxation factor: the change of damage in an alternation is multiplied by this factor.
 const RELAXATION: f64 = 1.8;
 
-/// Settings of the alternation.
+/// Settings of alternate minimisation.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Alternation {
-    /// Limit of alternations.
+    /// Largest number of alternations (one solution for the displacement and one for the damage) per increment.
     pub(super) limit: u32,
     /// Whether Newton's method on both fields is tried every [`BETWEEN_FINISHES`] alternations, to finish faster.
     pub(super) finishes_together: bool,

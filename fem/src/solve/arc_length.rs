@@ -1,8 +1,9 @@
 //! Newton's method on both fields and on the position of the platen, with a prescribed increase of the crack energy.
 //!
 //! Rate-independent damage can snap back: at a slightly larger displacement there is no equilibrium near the last
-//! equilibrium, but there is one at a slightly larger crack energy. The constraint E_frac(φ) = E adds a row and a column
-//! to the linear system (bordering); the bordered system needs two solutions with the same factor.
+//! equilibrium. At a slightly larger crack energy there is such an equilibrium. The constraint E_frac(φ) = E, where
+//! E_frac is the crack energy and E its prescribed value, adds a row and a column to the linear system (bordering). The
+//! bordered system needs two solutions with the same factor.
 //!
 //! Reference: Verhoosel, Remmers & Gutiérrez, Int. J. Numer. Meth. Engng 77 (2009) 1290, doi:10.1002/nme.2447. Here
 //! the crack energy itself replaces the secant approximation of the dissipation.
@@ -14,23 +15,26 @@ use crate::error::StepFailure;
 use crate::fields::Fields;
 use crate::operator::{Increment, Residual, StepContext};
 
-/// Relative residual of the linear solutions. It is small because the bordering amplifies the error of a solution.
+/// Relative residual of the linear solutions. A small residual is necessary because the bordering amplifies the error
+/// of a solution.
 const LINEAR_TOLERANCE: f64 = 1e-8;
 
-/// Constraint on the crack energy, with the position of the ends as its unknown.
+/// Constraint on the crack energy, which adds the position of the loaded ends to the unknowns.
 pub(crate) struct ArcLengthControl<'a> {
-    /// Imposes on the fields the prescribed values at a position of the ends (fraction of the duration).
+    /// Sets the prescribed values of the fields for a position of the loaded ends. The position is given as the
+    /// fraction of the test's duration after which the ends have this position.
     pub(crate) place: &'a dyn Fn(&mut Fields, f64),
-    /// Finite-difference step of the position of the ends (fraction of the duration), for the derivative of the residual.
+    /// Step of the position for the finite difference that approximates the derivative of the residual (fraction of the
+    /// duration).
     pub(crate) nudge: f64,
-    /// The crack energy to reach, N mm.
+    /// Prescribed crack energy at the end of the increment, N mm.
     pub(crate) fracture: f64,
     /// Increase of the crack energy in this increment, N mm.
     pub(crate) release: f64,
 }
 
 impl ArcLengthControl<'_> {
-    /// Solves for the fields and the position from the guess in `fields`; returns the position.
+    /// Solves for the fields and for the position of the loaded ends, from the guess in `fields`; returns the position.
     ///
     /// The damage must be rate independent. After an error, `fields` is not in equilibrium.
     pub(crate) fn solve(
@@ -82,7 +86,8 @@ impl ArcLengthControl<'_> {
     }
 }
 
-/// Returns ∂E_frac/∂φ · x. Without viscosity, ∂E_frac/∂φ is the damage residual minus the driving force.
+/// Returns the derivative ∂E_frac/∂φ · x of the crack energy in the direction x. Without viscosity, ∂E_frac/∂φ is the
+/// damage residual minus the driving force.
 fn growth(newton: &Newton, x: &[Nodal]) -> f64 {
     let slope = newton.residual.nodal.iter().zip(&newton.residual.drive).map(|(r, d)| r[3] - d);
     let terms: Vec<f64> = slope.zip(x).map(|(s, x)| s * x[3]).collect();

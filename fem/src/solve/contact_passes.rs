@@ -10,16 +10,17 @@ use crate::error::StepFailure;
 use crate::fields::Fields;
 use crate::operator::StepContext;
 
-/// Limit of passes.
+/// Largest number of passes per increment. A pass solves for the fields at fixed contact pressures, and then updates
+/// the pressures.
 const PASSES: u32 = 60;
-/// Tolerance of a solution, as a fraction of the previous change of the contact forces; in the last pass, as a fraction
-/// of the final tolerance.
+/// Tolerance of the solution in a pass, as a fraction of the change of the contact forces in the previous pass. The
+/// last pass uses this fraction of the final tolerance.
 const MARGIN: f64 = 0.1;
-/// Tolerance of the first solution: residual relative to the reactions.
+/// Tolerance of the solution in the first pass, as the residual divided by the reactions.
 const FIRST: f64 = 1e-3;
-/// Slip velocities, as multiples of the specified slip velocity, that are used sequentially if the increment fails. A
-/// larger slip velocity makes the transition from stick to slip smoother, so that Newton's method converges from a
-/// worse initial guess.
+/// If an increment with friction fails, it is solved with these multiples of the specified slip velocity, one after the
+/// other. A larger slip velocity makes the transition from stick to slip smoother, so that Newton's method converges
+/// from a worse initial guess.
 const ONSET: [f64; 3] = [100.0, 10.0, 1.0];
 
 /// Solves for the fields at fixed contact pressures, from a guess, and returns the number of iterations.
@@ -52,7 +53,7 @@ pub(super) fn equilibrium(
     Ok(iterations)
 }
 
-/// Repeats passes over the pressures until the pressures are consistent with the gaps.
+/// Repeats passes until the contact pressures are consistent with the gaps.
 fn settle(
     newton: &mut Newton,
     fields: &mut Fields,

@@ -9,17 +9,18 @@
 //! methods with inexact breakdowns: Robbé & Sadkane, Linear Algebra Appl. 419 (2006) 265).
 //!
 //! New products are orthogonalised by classical Gram–Schmidt, all together and row by row, so that each stored product
-//! is read from memory only once. The orthogonalisation is repeated if digits were lost.
+//! is read from memory only once. The orthogonalisation is repeated if cancellation has made a product inaccurate.
 
 use nalgebra::{DMatrix, SymmetricEigen};
 use rayon::prelude::*;
 
 use super::linear::{Nodal, add_scaled, weighted_dot};
 
-/// The orthogonalisation is repeated if it has reduced the norm of a product below this fraction of its initial value.
+/// The orthogonalisation of a vector is repeated if it reduces the norm of the vector below this fraction of the norm
+/// before the orthogonalisation.
 const LOSS: f64 = 0.1;
-/// A direction is dropped if orthogonalisation reduces the norm of its product below this fraction of the initial
-/// value.
+/// A search direction is dropped if orthogonalisation reduces the norm of its product with A below this fraction of the
+/// norm before the orthogonalisation.
 const DEPENDENT: f64 = 1e-6;
 /// No new direction is computed for a principal component that is smaller than this multiple of the allowed residual.
 const SMALL: f64 = 0.5;
@@ -28,18 +29,19 @@ const CHUNK: usize = 4096;
 /// Number of nodes that a task processes together; their values fit into the first-level cache.
 const PART: usize = 32;
 
-/// A system that is being solved.
+/// A linear system A x = b that is being solved.
 pub(super) struct System {
     pub(super) x: Vec<Nodal>,
     /// Right-hand side minus the product of A with the solution, for all nodal values.
     pub(super) residual: Vec<Nodal>,
-    /// Norm of the initial residual.
+    /// Norm of the residual for the initial solution.
     size: f64,
-    /// Norm of the initial residual for the case that all unknowns of a field are as stiff as the stiffest unknown.
+    /// Norm that the initial residual would have if all unknowns of a field were as stiff as the stiffest unknown of
+    /// the field.
     stiffest: f64,
     /// Allowed norm of the residual, relative to `size`.
     tolerance: f64,
-    /// Part of the solution that is not yet added to `x`, as coefficients c of the orthonormal products Q.
+    /// Part of the solution that is not yet added to `x`, given by its coefficients in the orthonormal basis Q.
     along: Vec<f64>,
 }
 
@@ -52,7 +54,7 @@ impl System {
 
 /// Search directions V, with an orthonormal basis Q of their products A V = Q R.
 pub(super) struct Directions {
-    /// Weight of each squared nodal residual in the norm.
+    /// Weight w_i of each nodal residual r_i in the norm √(Σ w_i r_i²).
     weight: Vec<Nodal>,
     /// Smallest positive weight of each component u_x, u_y, u_z, φ; 0 for a component without positive weights.
     least: Nodal,
@@ -65,7 +67,7 @@ pub(super) struct Directions {
 }
 
 impl Directions {
-    /// Creates an empty set of directions. `weight` defines the norm of residuals.
+    /// Creates an empty set of search directions. `weight` contains the weights of the residual norm.
     pub(super) fn new(weight: Vec<Nodal>) -> Self {
         let mut least = [f64::INFINITY; 4];
         for weight in &weight {
@@ -86,7 +88,7 @@ impl Directions {
     /// `x`.
     pub(super) fn system(&self, x: Vec<Nodal>, residual: Vec<Nodal>, tolerance: f64) -> System {
         let (size, along) = (self.norm(&residual), Vec::new());
-        // values that are not unknowns have weight zero
+        // the weight is zero for values that are not unknowns
         let square = |(w, r): (&Nodal, &Nodal)| {
             let term = |k: usize| if w[k] > 0.0 { self.least[k] * r[k] * r[k] } else { 0.0 };
             (0..4).map(term).sum::<f64>()
@@ -95,8 +97,8 @@ impl Directions {
         System { x, size, stiffest, residual, tolerance, along }
     }
 
-    /// Norm of the solution of a system, relative to the norm for the case that all unknowns of a field are as stiff as
-    /// the stiffest unknown. Precondition: [`form`](Self::form) has been called.
+    /// Norm of the solution of a system, relative to the norm that the solution would have if all unknowns of a field
+    /// were as stiff as the stiffest unknown of the field. Precondition: [`form`](Self::form) has been called.
     pub(super) fn growth(&self, system: &System) -> f64 {
         let square = |x: &Nodal| {
             let term =
@@ -156,7 +158,8 @@ impl Directions {
         (largest, large.map(|(_, axis)| combination(*axis)).collect())
     }
 
-    /// Adds directions with their products. Directions that depend linearly on the other directions are dropped.
+    /// Adds search directions with their products with A. Directions that depend linearly on the other directions are
+    /// dropped.
     pub(super) fn add(&mut self, directions: Vec<Vec<Nodal>>, mut products: Vec<Vec<Nodal>>) {
         let count_before = self.count();
         let whole: Vec<f64> = products.iter().map(|p| self.norm(p)).collect();
@@ -188,8 +191,8 @@ impl Directions {
         }
     }
 
-    /// Updates the residuals by the optimal steps along the directions with index `from` or higher, which minimise the
-    /// norms of the residuals. The steps are stored in `along`.
+    /// Subtracts from each residual the steps along the directions with index `from` or higher that minimise the norm
+    /// of the residual. The steps are stored in `along`.
     pub(super) fn reduce(&self, from: usize, systems: &mut [System]) {
         let mut residuals: Vec<&mut [Nodal]> =
             systems.iter_mut().map(|system| &mut system.residual[..]).collect();
@@ -284,7 +287,7 @@ fn products(
     sums
 }
 
-/// x ← x − Σ c v on the nodes that start at `first`, four vectors at a time.
+/// Computes x ← x − Σ c v, four vectors v at a time. `x` contains the nodes from node `first` on.
 fn subtract(vectors: &[Vec<Nodal>], first: usize, coefficients: &[f64], x: &mut [Nodal]) {
     for (part, x) in x.chunks_mut(PART).enumerate() {
         let range = first + part * PART..first + part * PART + x.len();

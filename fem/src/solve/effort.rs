@@ -9,12 +9,12 @@ pub struct Effort {
     pub iterations: u32,
     /// Iterations of the linear solver.
     pub linear: u32,
-    /// Number of factorisations, or of multigrid hierarchies of the iterative solver.
+    /// Number of factorisations, plus the number of multigrid hierarchies that the iterative solver has created.
     pub factorisations: u32,
-    /// Increments for which the selected scheme failed, so that they were solved by alternate minimisation, by a
-    /// gradient flow of damage, or with gradually decreasing slip velocities of friction.
+    /// Increments that were solved by another method because the selected scheme failed: by alternate minimisation, by
+    /// a gradient flow of damage, or with gradually decreasing slip velocities of friction.
     pub fallbacks: u32,
-    /// Load steps that were reduced.
+    /// Number of load steps that failed and were repeated with a smaller step.
     pub cuts: u32,
     /// Number of iterations of the linear solve after which a sparse factor replaced multigrid; 0 if multigrid was not
     /// replaced.

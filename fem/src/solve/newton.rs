@@ -1,7 +1,8 @@
 //! Newton's method with line search, for both fields together or for one field.
 //!
-//! A linearisation is reused, also in later increments, while each solve reduces the residual at least to a tenth: the
-//! assembly and factorisation of a new tangent cost more than an additional solve.
+//! A tangent and its factor (a *linearisation*) are reused, also in later increments, while each solve reduces the
+//! residual at least to a tenth. The reason is that the assembly and factorisation of a new tangent cost more than an
+//! additional solve.
 
 use rayon::prelude::*;
 
@@ -25,10 +26,10 @@ pub(crate) struct NewtonSettings {
     pub(crate) iterations: u32,
 }
 
-/// Iterate to which the current tangent and its factor belong.
+/// Whether there is a tangent with its factor, and to which iterate it belongs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Linearisation {
-    /// There is no factor that may be used.
+    /// There is no factor, or the factor must not be used.
     Absent,
     /// The factor belongs to an earlier iterate.
     Kept,
@@ -42,26 +43,28 @@ pub(crate) struct Newton<'a> {
     pub(super) materials: &'a [PointMaterial],
     pub(super) settings: NewtonSettings,
     pub(crate) effort: Effort,
-    /// Most recent relative residual.
+    /// Relative residual at the fields evaluated last.
     pub(crate) relative: f64,
-    /// Largest scales of all equilibria so far.
+    /// Largest reference values of all equilibria so far.
     pub(crate) scales: Scales,
-    /// Scales at the fields evaluated last.
+    /// Reference values at the fields evaluated last.
     reached: Scales,
-    /// Scales at the fields evaluated last, raised to at least the largest scales of all equilibria so far.
+    /// Reference values at the fields evaluated last, or the largest reference values of all equilibria so far,
+    /// whichever are larger.
     beside: Scales,
-    /// Residuals caused by rounding errors.
+    /// Size of the residuals that rounding errors cause.
     rounding: Rounding,
     /// Loads and contact of the current increment.
     pub(crate) external: ExternalForces,
     /// Residual and energies at the fields evaluated last.
     pub(crate) residual: Residual,
     pub(super) linear: Box<dyn LinearSolver + 'a>,
-    /// Values that are not prescribed.
+    /// Marks the values that are not prescribed.
     pub(super) unknown: Vec<[bool; 4]>,
-    /// Unknown values that are not at an active bound, for the fields evaluated last.
+    /// Marks the unknown values that do not lie at an active bound, for the fields evaluated last. A bound is active if
+    /// its reaction keeps the value at the bound.
     pub(super) free: Vec<[bool; 4]>,
-    /// Values that are free in the current tangent.
+    /// Marks the values that were free when the current tangent was computed.
     linearised: Vec<[bool; 4]>,
     factor: Linearisation,
     coupling: Coupling,
@@ -69,14 +72,15 @@ pub(crate) struct Newton<'a> {
     trial: Fields,
 }
 
-/// Result of a line search that found no smaller residual.
+/// Error of a line search that found no step length with a smaller residual.
 struct Stalled;
 
-/// A linearisation is reused while each solve reduces the residual to at most this fraction.
+/// A tangent with its factor is reused while each solve reduces the residual to at most this fraction.
 const KEEP: f64 = 0.1;
-/// Limit of step lengths that a line search tries.
+/// Largest number of step lengths that a line search tries.
 const BACKTRACKS: u32 = 8;
-/// Limit of iterations that change the active set; they do not count towards `iterations`.
+/// Largest number of iterations that change the active set (the values at active bounds). These iterations do not count
+/// towards `iterations`.
 const MOST_CHANGES: u32 = 300;
 
 impl<'a> Newton<'a> {
@@ -95,7 +99,7 @@ impl<'a> Newton<'a> {
     }
 
     /// Continues the counters `effort` of an earlier solver of the run. If the earlier solver had replaced multigrid by
-    /// a sparse factor, so does this solver.
+    /// a sparse factor, this solver uses a sparse factor, too.
     pub(crate) fn resume(&mut self, effort: Effort) {
         self.effort = effort;
         if effort.slow_solution > 0 {
@@ -137,7 +141,7 @@ impl<'a> Newton<'a> {
         }
     }
 
-    /// Projects an initial guess onto the bounds, and evaluates the residual.
+    /// Projects the initial guess `fields` onto the bounds of the unknowns, and evaluates the residual.
     pub(super) fn begin(
         &mut self,
         fields: &mut Fields,
@@ -149,7 +153,8 @@ impl<'a> Newton<'a> {
         self.evaluate(fields, context)
     }
 
-    /// Computes residual, energies and norms at `fields`; fails if a value is not finite.
+    /// Computes the residual, the energies and the norms of the residual at `fields`. Returns an error if a value is
+    /// not finite.
     pub(crate) fn evaluate(
         &mut self,
         fields: &Fields,
@@ -184,12 +189,13 @@ impl<'a> Newton<'a> {
         Ok(norms)
     }
 
-    /// Returns the scale of residual forces at the fields evaluated last, N.
+    /// Returns the reference value of residual forces at the fields evaluated last, N.
     pub(super) fn scale_of_forces(&self) -> f64 {
         self.beside.force.max(f64::MIN_POSITIVE)
     }
 
-    /// Accepts the fields evaluated last as an equilibrium. Returns the largest scales so far.
+    /// Accepts the fields evaluated last as an equilibrium. Returns the largest reference values of all equilibria so
+    /// far.
     pub(crate) fn keep_scales(&mut self) -> Scales {
         let Scales { force, damage } = self.reached;
         self.scales =
@@ -219,8 +225,8 @@ impl<'a> Newton<'a> {
             if norms.converged(field, tolerance) {
                 return Ok(norms);
             }
-            // the active set shrinks by one layer of nodes per iteration: an iteration that changes the active set is
-            // progress even if the residual does not decrease
+            // the active set shrinks by only one layer of nodes per iteration, therefore an iteration that changes the
+            // active set is progress even if the residual does not decrease
             let changed = self.operator.part().ranks().any(self.linearised != self.free);
             if changed {
                 changes += 1
@@ -248,7 +254,8 @@ impl<'a> Newton<'a> {
                     return Err(StepFailure::Stalled { iterations, residual });
                 }
                 Err(Stalled) => {
-                    // the factor of an earlier iterate gave no descent direction: retry with a factor of this iterate
+                    // the step with the factor of an earlier iterate did not reduce the residual: retry with a factor
+                    // of this iterate
                     self.factor = Linearisation::Absent;
                     self.evaluate(fields, context)?
                 }
@@ -293,7 +300,7 @@ impl<'a> Newton<'a> {
         self.factorise(fields, context)
     }
 
-    /// Computes and stores the tangent at the fields evaluated last, for the following iterations.
+    /// Computes and stores the tangent for the following iterations, at the fields evaluated last.
     pub(super) fn linearise_as(
         &mut self,
         coupling: Coupling,
@@ -342,8 +349,8 @@ impl<'a> Newton<'a> {
         Ok(())
     }
 
-    /// Takes the step x − α d with the first α of 1, ½, ¼ … that reduces the scaled residual. Returns the new norms,
-    /// and the new residual divided by the old residual.
+    /// Takes the step x ← x − α d along the Newton step d, with the first α of 1, ½, ¼ … that reduces the scaled
+    /// residual. Returns the new norms, and the new residual divided by the old residual.
     fn line_search(
         &mut self,
         field: Equations,

@@ -28,7 +28,7 @@ impl Equations {
     }
 }
 
-/// Reference values by which residuals are divided.
+/// Reference values (*scales*) by which residuals are divided.
 ///
 /// At an equilibrium without load, e.g. after unloading, reactions vanish. Therefore, the scales are at least the largest
 /// scales of earlier equilibria.
@@ -40,7 +40,7 @@ pub(crate) struct Scales {
     pub(crate) damage: f64,
 }
 
-/// Residuals caused by rounding errors.
+/// Size of the residuals that rounding errors cause.
 ///
 /// A strain is a difference of displacements and contains the rounding errors of the displacements: the nodal forces of
 /// an element with modulus M and volume V have the error ε M V^(1/3) |u|, with the machine precision ε.
@@ -54,7 +54,7 @@ pub(crate) struct Rounding {
     pub(crate) damage: f64,
 }
 
-/// Norms of the residual of equilibrium and of damage, with the scale and the rounding error of each norm.
+/// Norm of the force residual and norm of the damage residual, each with its scale and its rounding error.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Norms {
     force: f64,
@@ -64,8 +64,8 @@ pub(crate) struct Norms {
 }
 
 impl Norms {
-    /// Computes the norms at `fields`. The norms are sums over the `free` values. The residual of an `unknown` value at
-    /// a bound is a reaction, and is added to the scales.
+    /// Computes the norms of the residual at `fields`. The norms are sums over the `free` values. The residual of an
+    /// `unknown` value at a bound is a reaction, and contributes to the scales.
     pub(super) fn at(
         residual: &Residual,
         fields: &Fields,
@@ -129,13 +129,13 @@ impl Norms {
         }
     }
 
-    /// Returns the scales at these fields: norms of the reactions and of the driving force.
+    /// Returns the scales at the evaluated fields: norm of the reactions and norm of the driving force.
     pub(super) fn scales(&self) -> Scales {
         self.scales
     }
 
-    /// Returns the norms with larger scales: at least `largest`, and so large that a residual of the size of the
-    /// rounding errors, divided by its scale, is at most `tolerance`.
+    /// Returns the norms with increased scales. The scales are at least `largest`, and so large that a residual of the
+    /// size of the rounding errors, divided by its scale, is at most `tolerance`.
     pub(super) fn beside(mut self, largest: &Scales, tolerance: f64) -> Self {
         let at_least =
             |scale: f64, largest: f64, rounding: f64| scale.max(largest).max(rounding / tolerance);
@@ -168,7 +168,8 @@ impl Norms {
         self.merit(Equations::Displacement, self).max(self.merit(Equations::Damage, self))
     }
 
-    /// Returns the residual divided by the scales of `reference`. With a common reference, iterates can be compared.
+    /// Returns the residual divided by the scales of `reference`. The residuals of several iterates can be compared if
+    /// all are divided by the scales of the same `reference`.
     pub(super) fn merit(&self, field: Equations, reference: &Norms) -> f64 {
         let tiny = f64::MIN_POSITIVE;
         let force = self.force / reference.scales.force.max(tiny);

@@ -8,10 +8,11 @@ use crate::error::FemError;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scheme {
-    /// Displacement and damage together by Newton's method; alternate minimisation if Newton's method fails.
+    /// Newton's method for displacement and damage together; alternate minimisation if Newton's method fails.
     #[default]
     Monolithic,
-    /// Displacement at fixed damage and damage at fixed displacement, alternately: slow but robust.
+    /// Alternate minimisation: displacement at fixed damage, then damage at fixed displacement, repeatedly. This scheme
+    /// is slow but robust.
     Alternate,
 }
 
@@ -36,16 +37,17 @@ pub struct SolverOptions {
     pub scheme: Scheme,
     /// Method for the linear systems.
     pub linear: LinearScheme,
-    /// Largest residual of a converged increment, relative to the largest reactions so far (displacement) and to the
-    /// largest driving force so far (damage). Residuals of the size of rounding errors count as converged.
+    /// Largest relative residual of a converged increment. The force residual is relative to the largest reactions so
+    /// far, the damage residual to the largest driving force so far. Residuals of the size of rounding errors count as
+    /// converged.
     pub tolerance: f64,
-    /// Relative residual of the linear solution in a Newton iteration. 1e-2 is fastest; 1e-3 makes the number of
-    /// Newton iterations nearly independent of the linear solver and of the number of ranks, and costs about 25 %
-    /// more linear iterations.
+    /// Relative residual of the linear solution in a Newton iteration. The value 1e-2 is fastest. The value 1e-3 needs
+    /// about 25 % more linear iterations, but makes the number of Newton iterations nearly independent of the linear
+    /// solver and of the number of ranks.
     pub linear_tolerance: f64,
-    /// Limit of Newton iterations per increment.
+    /// Largest number of Newton iterations per increment.
     pub iterations: u32,
-    /// Limit of alternations per increment.
+    /// Largest number of alternations of alternate minimisation per increment.
     pub alternations: u32,
 }
 

@@ -1,8 +1,9 @@
 //! Initial guess of an increment whose prescribed values jump.
 //!
-//! If only the prescribed values moved, the elements at the surface would take the whole deformation: they would
-//! invert, or distort so much that Newton's method needs many iterations. Instead, the whole body moves by its linear
-//! response at the last equilibrium. The tangent of this response is reused in the first iterations.
+//! If the initial guess changed only the prescribed values, the elements at the surface would take the whole
+//! deformation: they would invert, or distort so much that Newton's method needs many iterations. Instead, the whole
+//! body moves by its linear response at the last equilibrium. The tangent of this response is reused in the first
+//! iterations.
 
 use super::linear::Nodal;
 use super::newton::Newton;
@@ -13,11 +14,12 @@ use crate::operator::{Coupling, StepContext};
 /// Relative residual of the linear solution. The elements at prescribed displacements dominate the residual, so that an
 /// accurate response of all other elements needs a smaller tolerance than a Newton iteration.
 const LINEAR_TOLERANCE: f64 = 1e-4;
-/// Finite-difference step of the residual, as a fraction of the increment.
+/// Step of the finite difference that gives the derivative of the residual with respect to the prescribed values, as a
+/// fraction of the increment.
 const NUDGE: f64 = 1e-6;
 
-/// Returns the equilibrium `before` plus its linear response to the loads of this increment and to the prescribed
-/// values of `placed`. The fields `placed` contain the prescribed values of this increment.
+/// Returns the previous equilibrium `before` plus its linear response to the loads and the prescribed values of this
+/// increment. The fields `placed` contain these prescribed values.
 ///
 /// The tangent remains stored for the next iteration.
 pub(super) fn predict(
@@ -27,7 +29,8 @@ pub(super) fn predict(
     placed: &Fields,
     context: StepContext,
 ) -> Result<Fields, StepFailure> {
-    // `before`, with the prescribed values moved towards `placed` by a fraction of their change
+    // returns `before` with the prescribed values moved towards their values in `placed` by a fraction of the
+    // difference
     let moved_by = |fraction: f64| {
         let mut moved = before.clone();
         for (n, unknown) in newton.unknown.iter().enumerate() {

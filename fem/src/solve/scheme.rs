@@ -21,7 +21,7 @@ pub(crate) struct Solver<'a> {
     schemes: Schemes,
 }
 
-/// The selected scheme, and the settings of the alternation.
+/// The selected scheme, and the settings of alternate minimisation.
 #[derive(Clone, Copy, Debug)]
 struct Schemes {
     selected: Scheme,
@@ -29,7 +29,7 @@ struct Schemes {
 }
 
 impl<'a> Solver<'a> {
-    /// Creates a solver without data from earlier increments.
+    /// Creates a solver without tangents, factors and counters of earlier increments.
     pub(crate) fn new(
         operator: &'a dyn Operator,
         unknowns: &Unknowns,
@@ -50,7 +50,8 @@ impl<'a> Solver<'a> {
         Self { newton, schemes: Schemes { selected: scheme, alternation } }
     }
 
-    /// Returns the equilibrium `before` plus its linear response to the loads and to the prescribed values of `placed`.
+    /// Returns the previous equilibrium `before` plus its linear response to the loads and the prescribed values of
+    /// this increment, which `placed` contains.
     pub(crate) fn predict(
         &mut self,
         before: &Fields,
@@ -81,7 +82,8 @@ impl<'a> Solver<'a> {
         )
     }
 
-    /// Solves for the fields and the position of the ends at a prescribed crack energy; returns the position.
+    /// Solves for the fields and for the position of the loaded ends at a prescribed crack energy. Returns the position
+    /// (fraction of the test's duration).
     pub(crate) fn release(
         &mut self,
         fields: &mut Fields,

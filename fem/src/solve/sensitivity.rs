@@ -1,9 +1,10 @@
 //! Derivatives of an equilibrium with respect to parameters, called *rates*.
 //!
-//! An equilibrium x, reached from the previous equilibrium x_n, satisfies R(x, x_n, θ) = 0 for every parameter value θ.
-//! Therefore K dx/dθ = −(∂R/∂θ + ∂R/∂x_n dx_n/dθ) with the tangent K at the equilibrium: one additional linear system
-//! per parameter. Prescribed values have zero rate, and a value at an active bound has the rate of its bound. The active
-//! set does not change with θ, except where a value is about to leave its bound.
+//! An equilibrium x, reached from the previous equilibrium x_n, satisfies R(x, x_n, θ) = 0 for every value of a
+//! parameter θ; R is the residual of the discrete equations. Therefore K dx/dθ = −(∂R/∂θ + ∂R/∂x_n dx_n/dθ) with the
+//! tangent K at the equilibrium: one additional linear system per parameter. Prescribed values have zero rate, and a
+//! value at an active bound has the rate of its bound. The active set does not change with θ, except where a value is
+//! about to leave its bound.
 //!
 //! The gap of a node in contact stays closed, because the contact pressure has a rate too. The rate of the pressure
 //! is computed iteratively in passes, like the pressure itself: at fixed pressure, the penalty in the tangent allows a
@@ -13,9 +14,11 @@
 //! systems are solved together, by corrections with the current factor or multigrid hierarchy. Each solution is the
 //! linear combination of earlier rates and all corrections that minimises the residual of its system.
 //!
-//! The residual ρ of a linear system changes the measured force f = c·(K x + ∂R/∂θ) by y·ρ, where the adjoint y solves
-//! K y = K c on the free values. The adjoint is one additional system. An approximate y is sufficient, because the error
-//! of y is multiplied by ρ. With this correction, ρ must be small enough only for the rates themselves.
+//! The measured force is a linear functional c·R of the residual, so that its rate is c·(K dx/dθ + ∂R/∂θ + ∂R/∂x_n
+//! dx_n/dθ). The residual ρ that the linear solver leaves changes this rate by y·ρ, where the adjoint y solves K y = K
+//! c on the free values. The adjoint is one additional system. An approximate y is sufficient, because the error of y
+//! is multiplied by ρ. With this correction, ρ must be small enough only for the rates dx/dθ, which are initial data of
+//! the next increment.
 //!
 //! If no energy is minimised (a history of the driving energy, a hybrid split, a law with a state), the tangent is not
 //! the Jacobian K, which is not symmetric. The tangent is then only the preconditioner, products with K are differences
@@ -30,51 +33,54 @@ use crate::operator::{
     Coupling, Increment, NodeBlock, Shift, StepContext, jacobian_product, residual_rate,
 };
 
-/// Allowed residual of a linear system, relative to the residual with zero free values, if the adjoint does not correct
-/// the force.
+/// Allowed residual of a linear system if the adjoint does not correct the force, relative to the residual for free
+/// values of zero.
 const TOLERANCE: f64 = 1e-7;
 /// Allowed relative residual of a linear system if the adjoint corrects the force.
 const CORRECTED: f64 = 3e-6;
 /// Allowed relative residual of the adjoint system.
 const ADJOINT: f64 = 1e-3;
-/// Limit of corrections per system with the current factor or multigrid hierarchy.
+/// Largest number of corrections per system by the current factor or multigrid hierarchy.
 const ROUNDS: usize = 12;
-/// Limit of these corrections if the tangent is not the Jacobian.
+/// Largest number of corrections per system if the tangent is not the Jacobian.
 const ROUNDS_WITHOUT_ENERGY: usize = 120;
-/// Limit of solutions per system by the linear solver, which renews the factor or the hierarchy.
+/// Largest number of corrections per system by complete linear solves, in which the factor or the hierarchy may be
+/// renewed.
 const CORRECTIONS: usize = 4;
-/// Limit of passes over the contact pressures.
+/// Largest number of passes over the rates of the contact pressures.
 const PASSES: usize = 60;
-/// Assumed reduction of the residual by the first correction.
+/// Ratio by which the first correction is assumed to reduce the residual.
 const FIRST_REDUCTION: f64 = 0.1;
-/// Smallest reduction of the residual that is assumed for a later correction.
+/// Lower limit of the ratio by which a later correction is assumed to reduce the residual.
 const LEAST_REDUCTION: f64 = 0.01;
-/// Largest reduction of the residual that is assumed for a later correction.
+/// Upper limit of the ratio by which a later correction is assumed to reduce the residual.
 const MOST_REDUCTION: f64 = 0.5;
-/// Largest plausible norm of the rates, relative to the norm for a body in which all unknowns are as stiff as the
-/// stiffest unknown. Larger rates come from a stiffness that consists of rounding errors, which are 2e-16 of the largest
-/// stiffness.
+/// Largest plausible norm of the rates, relative to the norm that they would have if all unknowns were as stiff as the
+/// stiffest unknown. Larger rates result from unknowns whose stiffness consists of rounding errors, which are 2e-16 of
+/// the largest stiffness.
 const BY_ROUNDING: f64 = 1e13;
 
-/// Rates of an equilibrium with respect to one parameter.
+/// Derivatives (*rates*) of an equilibrium with respect to one parameter.
 #[derive(Clone, Debug)]
 pub(crate) struct Rates {
     /// Rates of u_x, u_y, u_z, φ at every node.
     pub(crate) values: Vec<Nodal>,
-    /// Rates of the nodal residual, which consists of the forces that supports and bounds exert.
+    /// Rates of the nodal residual. At an equilibrium, the residual consists of the forces that supports and bounds
+    /// exert.
     pub(crate) residual: Vec<Nodal>,
     /// Rates of the contact forces: node number and rate, N per unit of the parameter.
     pub(crate) contact: Vec<(u32, [f64; 3])>,
-    /// Correction of the rate of the measured force for the residual of the linear system, from the adjoint.
+    /// Value that must be added to the rate of the measured force, because the linear system was solved only
+    /// approximately; computed from the adjoint.
     pub(crate) correction: f64,
 }
 
 /// The measured force as a linear functional of the residual, and the adjoint of this functional.
 pub(crate) struct Measured<'a> {
-    /// Vector c, if the force is the functional c·R of the residual. `None` if the force is not such a functional; its
-    /// rates are then not corrected.
+    /// Vector c, if the force is a functional c·R of the residual R. `None` if the force is not such a functional; the
+    /// rates of the force are then not corrected.
     pub(crate) of_residual: Option<&'a [Nodal]>,
-    /// On input the adjoint at the previous equilibrium; on output the adjoint at this equilibrium.
+    /// On input, the adjoint solution at the previous equilibrium; on output, the adjoint solution at this equilibrium.
     pub(crate) adjoint: &'a mut Vec<Nodal>,
 }
 
@@ -113,8 +119,8 @@ fn negate(x: &mut [Nodal]) {
 
 /// Returns the rates of an equilibrium of `newton` with respect to every parameter.
 ///
-/// The tangent at the equilibrium is kept for the next increment. `measured.of_residual` is not used if the tangent is
-/// not the Jacobian.
+/// The tangent at the equilibrium stays stored for the next increment. `measured.of_residual` is not used if the
+/// tangent is not the Jacobian.
 pub(crate) fn differentiate(
     newton: &mut Newton,
     at: Equilibrium,
@@ -135,7 +141,7 @@ pub(crate) fn differentiate(
 struct Systems<'s, 'a> {
     newton: &'s mut Newton<'a>,
     at: Equilibrium<'s>,
-    /// Contributions of contact to a Jacobian that is not the tangent.
+    /// Contributions of contact to the Jacobian, if the tangent is not the Jacobian.
     contact: Vec<NodeBlock>,
 }
 
@@ -173,7 +179,7 @@ impl<'s> Systems<'s, '_> {
             std::iter::once(parameter.shift.before).chain(earlier)
         });
         let guesses = before.chain([measured.adjoint.as_slice()]);
-        // the constrained values of the guesses are not used
+        // skip guesses that are zero; only the free values of a guess are used
         let guesses = guesses.filter(|guess| guess.iter().any(|g| *g != [0.0; 4])).map(|guess| {
             let mut direction = guess.to_vec();
             mask(&self.newton.free, &mut direction);
@@ -211,8 +217,8 @@ impl<'s> Systems<'s, '_> {
         Ok(product)
     }
 
-    /// Creates a system with the constrained values of `x`. `right` is the right-hand side without the contribution of
-    /// the constrained values.
+    /// Creates the linear system of one parameter; `x` contains the rates of the constrained values. `right` is the
+    /// right-hand side without the contribution of the constrained values.
     fn system(
         &mut self,
         x: Vec<Nodal>,
@@ -257,7 +263,7 @@ impl<'s> Systems<'s, '_> {
         }
     }
 
-    /// Collects the rates from the solved systems.
+    /// Returns the rates of the parameters from the solutions of their systems.
     fn rates(
         &self,
         mut systems: Vec<System>,
@@ -280,7 +286,7 @@ impl<'s> Systems<'s, '_> {
         systems.into_iter().zip(contacts).map(of_system).collect()
     }
 
-    /// Returns the rates of the damage values at an active lower bound, and zero for all other values.
+    /// Returns the rates of the damage values that lie at an active lower bound, and zero for all other values.
     fn held(&self, before: &[Nodal]) -> Vec<Nodal> {
         let mut held = vec![[0.0; 4]; before.len()];
         let Equilibrium { fields, context, bound_follows_damage, .. } = self.at;
@@ -304,8 +310,8 @@ impl<'s> Systems<'s, '_> {
         let rounds = if self.at.tangent_is_jacobian() { ROUNDS } else { ROUNDS_WITHOUT_ENERGY };
         let (mut spent, mut before, mut reduction) = (0, 0.0, FIRST_REDUCTION);
         while spent < rounds * systems.len() {
-            // a component that is smaller than the expected rest of the largest component after its correction is
-            // corrected in a later round
+            // a component is left for a later round if it is smaller than the residual expected after the correction of
+            // the largest component
             let (largest, parts) = directions.principal(systems, reduction);
             if parts.is_empty() {
                 break;
@@ -322,7 +328,7 @@ impl<'s> Systems<'s, '_> {
                 break;
             }
         }
-        // the remaining residuals need a new factor or hierarchy
+        // residuals that are still too large need a new factor or hierarchy
         for k in 0..systems.len() {
             for _ in 0..CORRECTIONS {
                 if directions.solved(&systems[k]) {

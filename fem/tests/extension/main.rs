@@ -33,7 +33,7 @@ struct Run {
 }
 
 impl Run {
-    /// Returns the forces in N. On a device the linear systems are solved by multigrid.
+    /// Returns the forces of a run, N. If a device is given, it solves the linear systems by multigrid.
     fn forces(&self, materials: &[Material], device: Option<ComputeDevice>) -> Vec<f64> {
         let linear = if device.is_some() { LinearScheme::Multigrid } else { LinearScheme::Auto };
         let options = SolverOptions { linear, tolerance: 1e-10, ..SolverOptions::default() };

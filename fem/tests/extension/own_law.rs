@@ -40,7 +40,8 @@ fn the_law_passes_the_conformance_test() {
     }
 }
 
-/// Matrix and grains have different laws, so that elements with different laws are computed in the same SIMD vector.
+/// In the mesh, matrix and grains have different laws, so that elements with different laws are computed in the same
+/// SIMD vector.
 #[test]
 fn the_law_gives_the_forces_of_the_built_in_law() {
     for order in [Order::Linear, Order::Quadratic] {

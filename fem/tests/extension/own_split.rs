@@ -44,7 +44,7 @@ fn every_law_with_the_split_passes_the_conformance_test() {
     }
 }
 
-/// γ = 0 is the volumetric–deviatoric split, and γ = −1 is no split.
+/// With γ = 0, the split equals the volumetric–deviatoric split; with γ = −1, the energy is not split.
 #[test]
 fn two_values_of_the_parameter_give_the_forces_of_built_in_splits() {
     let field = PhaseField::new(0.06);

@@ -48,7 +48,7 @@ impl ConstitutiveLaw for Maxwell {
         let bulk = g.constant(self.bulk_mpa);
         let volume = [bulk * trace * trace * 0.5, bulk * trace, bulk];
         let mut out = ElasticResponse::volumetric(volume);
-        // algorithmic stiffness of the increment: d(e − f α)/de
+        // algorithmic stiffness of the increment: the derivative d(e − f α)/de
         let active = remaining * self.fraction + (1.0 - self.fraction);
         for k in 0..3 {
             let e = trial.strains.log[k] - trace / 3.0;
@@ -113,7 +113,7 @@ fn a_held_strain_relaxes_exponentially() {
     }
 }
 
-/// For ε = r t, the axial component of e − α is r t₀ (1 − e^(−t/t₀)) 2/3.
+/// At a constant strain rate r (axial strain ε = r t), the axial component of e − α is r t₀ (1 − e^(−t/t₀)) 2/3.
 #[test]
 fn the_stress_at_a_constant_strain_rate_converges_with_first_order() {
     let material = Material::with_law(BODY).expect("a law");
@@ -133,7 +133,8 @@ fn the_stress_at_a_constant_strain_rate_converges_with_first_order() {
     assert!(errors[1] < 2e-3 && (0.9..1.1).contains(&order), "{errors:?}, order {order}");
 }
 
-/// A block without lateral strain whose height changes by `travel` as a function of time, in ten increments of 0.1 s.
+/// Problem on a block without lateral strain. The height of the block changes by `travel`, a function of time, in ten
+/// increments of 0.1 s.
 fn confined(
     order: Order,
     law: Maxwell,
@@ -161,7 +162,7 @@ const STEPS: usize = 10;
 /// Logarithmic strain of the block that is held.
 const HELD: f64 = -0.02;
 
-/// The block is compressed in the first increment and held.
+/// Problem in which the block is compressed in the first increment and then held at this strain.
 fn held(order: Order) -> Problem {
     confined(order, BODY, |time_s| if time_s > 0.0 { HELD.exp_m1() } else { 0.0 })
 }
@@ -172,7 +173,8 @@ fn relaxed_stress(time_s: f64) -> f64 {
     (BODY.bulk_mpa + 4.0 / 3.0 * BODY.shear_mpa * relaxed) * HELD
 }
 
-/// Each increment starts from the state of the one before it. The nominal stress is τ/λ, the Cauchy stress τ/J.
+/// Each increment starts from the state at the end of the previous increment. The nominal stress is τ/λ, the Cauchy
+/// stress τ/J.
 #[test]
 fn a_held_block_relaxes_exponentially() {
     for order in [Order::Linear, Order::Quadratic] {
@@ -206,7 +208,7 @@ fn fields_with_the_state_of_another_problem_are_refused() {
     assert!(matches!(error, FemError::OtherState { expected: 0, .. }), "{error}");
 }
 
-/// Name and value of a parameter, and the law as a function of it.
+/// Name and value of a parameter, and the law as a function of the parameter's value.
 type Parameter = (&'static str, f64, fn(f64) -> Maxwell);
 
 const PARAMETERS: [Parameter; 4] = [
@@ -250,7 +252,7 @@ fn the_force_of_a_held_block_has_the_derivatives_of_the_closed_form() {
     }
 }
 
-/// Compression, the way back and compression again.
+/// The block is compressed, unloaded and compressed again.
 #[test]
 fn derivatives_with_a_state_agree_with_differences_of_runs() {
     let travel = |time_s: f64| -0.05 * (4.0 * time_s).sin() - 0.02 * time_s;

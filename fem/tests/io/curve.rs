@@ -35,7 +35,7 @@ fn derivatives_are_the_last_columns() {
     let points = [1.0, 2.0, 3.0].map(|time_s| CurvePoint { time_s, ..CurvePoint::default() });
     writer.push_differentiated(&points[0], &[0.1, 1.0 / 3.0]).unwrap();
     writer.push_differentiated(&points[1], &[-2.5, 4.0]).unwrap();
-    // a point without derivatives
+    // write a point without derivatives
     writer.push(&points[2]).unwrap();
     drop(writer);
     let mut reader = csv::Reader::from_path(file.path()).unwrap();

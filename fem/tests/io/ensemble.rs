@@ -61,7 +61,7 @@ fn records_do_not_depend_on_the_number_of_threads_and_are_not_computed_again() {
     assert_eq!(all[0].iter().map(|r| r.id).collect::<Vec<_>>(), (1..=12).collect::<Vec<_>>());
     assert_eq!(all[0][4].curve, outcome(&runs[4], End::Displacement).curve);
 
-    // the records are read from the disk: bitwise equal, in the requested order
+    // the records are read from the disk, bitwise equal and in the requested order
     let mut backwards = runs.clone();
     backwards.reverse();
     let dir = directories[0].1.path();
@@ -90,7 +90,7 @@ fn derivatives_are_stored_with_their_curve() {
     let again = ensemble.run(&runs(2), &NAMES, 1, &never_called, &(), &NEVER).unwrap();
     assert_eq!(again, made);
     assert_eq!(again[1].sensitivities.force_n[19], [0.1 * runs(2)[1].inputs[0], 1.0 / 3.0]);
-    // records of runs without derivatives, also of earlier versions, have no such entry
+    // records of runs without derivatives, and records of earlier versions, have no entry for derivatives
     let plain = in_directory(tempfile::tempdir().unwrap().path())
         .run(&runs(1), &NAMES, 1, &simple, &(), &NEVER)
         .unwrap();

@@ -16,7 +16,7 @@ fn mesh() -> TetMesh {
 }
 
 /// Returns quadratic tetrahedra: the nodes of the mesh, and the midpoints of the edges 01, 12, 20, 03, 13, 23 of each
-/// tetrahedron. Tetrahedra do not share midpoints, which a file may contain too.
+/// tetrahedron. Adjacent tetrahedra have separate midpoints, which is allowed in a file.
 fn quadratic(mesh: &TetMesh) -> (Vec<[f64; 3]>, Vec<[u32; 10]>) {
     let mut points = mesh.nodes.clone();
     let tets = mesh.tets.iter().map(|tet| {
@@ -76,7 +76,8 @@ fn arrays_contain_the_mesh_and_the_fields() {
     assert_eq!(array(&text, "types"), vec![10; mesh.tets.len()]);
 }
 
-/// A cylinder in uniaxial compression: τ = E ε with ε = ln λ along the axis, J = λ^(1 − 2ν) and ψ = ½ E ε².
+/// A cylinder in uniaxial compression. In closed form, τ = E ε with ε = ln λ along the axis, J = λ^(1 − 2ν) and ψ = ½ E
+/// ε².
 #[test]
 fn the_written_stress_and_energy_agree_with_the_closed_form() {
     let (young, poisson, stretch) = (275.0, 0.25, 1.0 - 0.22 / 4.4);
@@ -156,7 +157,8 @@ impl ConstitutiveLaw for Lagging {
     }
 }
 
-/// A block without lateral strain, compressed in two increments: the stress in the file is that at the end of the run.
+/// A block without lateral strain, compressed in two increments: the stress in the file is the stress at the end of the
+/// run.
 #[test]
 fn the_stress_of_a_law_with_a_state_is_written_with_its_state() {
     let conditions = Conditions::new()
@@ -192,7 +194,7 @@ fn the_stress_of_a_law_with_a_state_is_written_with_its_state() {
 
 #[test]
 fn the_shear_stress_of_a_sheared_bar_is_in_the_right_component() {
-    // simple shear u_x = γ z: σ_xz = μ γ to first order; the other components are of second order
+    // in simple shear u_x = γ z, σ_xz = μ γ to first order; the other components are of second order in γ
     let gamma = 1e-4;
     let problem = CompressionTest::new(0.22, Schedule::fixed(1.0, 1))
         .builder(mesh())
@@ -240,7 +242,8 @@ fn linear_tetrahedra_fill_the_body_for_both_orders() {
     };
     assert_eq!(parts.tets.len(), 8 * whole.tets.len());
     for (tet, eight) in parts.volumes().chunks(8).enumerate() {
-        // eight positive volumes, each an eighth of the element: the tetrahedra neither overlap nor leave a gap
+        // if each of the eight tetrahedra has a positive volume of an eighth of the element, they fill the element
+        // without overlap
         let part = whole.tet_volume(tet) / 8.0;
         assert!(eight.iter().all(|v| (v - part).abs() < 1e-12), "{eight:?} {part}");
     }

@@ -81,8 +81,8 @@ fn affine_patch_on_an_unstructured_mesh() {
                 assert!((u - exact).abs() < 1e-10, "{order:?}: {u} instead of {exact} at {x:?}");
             }
         }
-        // the displacement is prescribed on all faces: the reactions are in equilibrium, and their work is the energy, up
-        // to the error of the trapezoid rule
+        // the displacement is prescribed on all faces: the reactions are in equilibrium, and their work equals the
+        // energy up to the error of the trapezoid rule
         let point = outcome.curve.last().expect("a curve");
         assert!((point.work_n_mm / point.elastic_n_mm - 1.0).abs() < 0.02, "{point:?}");
     }
@@ -90,7 +90,7 @@ fn affine_patch_on_an_unstructured_mesh() {
 
 #[test]
 fn a_traction_gives_the_stretch_of_the_closed_form() {
-    // nominal stress P = E ln λ / λ under a dead load; both element orders are exact
+    // under a dead load, the nominal stress is P = E ln λ / λ, which both element orders reproduce exactly
     for order in ORDERS {
         let conditions = Conditions::new()
             .symmetry("left")

@@ -171,7 +171,7 @@ fn a_state_of_another_problem_or_version_is_rejected() {
     refused(&base, CheckpointError::Damaged);
     std::fs::write(&checkpoint.path, "").expect("written");
     refused(&base, CheckpointError::Damaged);
-    // a valid file of an older format: its checksum is the FNV-1a hash of its content
+    // write a valid file of an older format, with its checksum, the FNV-1a hash of its content
     let mut old = b"breccia-state 2\n{}\n".to_vec();
     let sum = old.iter().fold(0xcbf2_9ce4_8422_2325_u64, |sum, &byte| {
         (sum ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)

@@ -36,7 +36,7 @@ fn the_error_of_the_energy_balance_is_proportional_to_the_step() {
 
 #[test]
 fn forces_scale_with_the_parameters() {
-    // definitions 3.3: if E of both phases, Gc and ξ are multiplied by s, the force is multiplied by s
+    // similarity (definitions 3.3): if E of both phases, Gc and ξ are multiplied by s, the force is multiplied by s
     let s = 1.7;
     let scale = |m: Material| {
         let f = m.fracture.expect("the baseline breaks");
@@ -64,7 +64,8 @@ fn forces_scale_with_the_parameters() {
 
 #[test]
 fn quadratic_elements_are_softer_than_linear_elements_and_agree_with_a_finer_mesh() {
-    // a larger function space has less energy; linear elements on 6³ cells have the nodes of quadratic elements on 3³
+    // a larger function space has less energy; linear elements on 6³ cells have the same nodes as quadratic elements on
+    // 3³ cells
     let force = |n: usize, order: Order| {
         let outcome =
             test(prism(n, false), order, vec![matrix()], None, loading(0.2, 1.0, 1), 1e-10)

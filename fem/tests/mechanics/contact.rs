@@ -70,8 +70,8 @@ fn a_tilted_platen_has_no_contact_where_the_pressure_would_be_negative() {
     }
 }
 
-/// Presses a block by 1 MPa and pulls it sideways. Returns the tangential and normal force at the end, N, and of the last
-/// step the sliding distance, mm, the heat of friction, N mm, and the energy balance, N mm.
+/// Presses a block by 1 MPa and pulls it sideways. Returns the tangential and the normal force at the end, N, and three
+/// values of the last step: the sliding distance, mm, the heat of friction, N mm, and the energy balance, N mm.
 fn pulled(order: Order, friction: f64, slip_velocity: f64, drag: f64) -> (f64, f64, [f64; 3]) {
     let mesh = block([&even(0.0, 4.0, 3), &even(0.0, 4.0, 3), &even(0.0, 2.0, 2)]);
     let platen =
@@ -114,12 +114,12 @@ fn the_friction_force_of_a_sliding_block_is_mu_times_the_normal_force() {
 
 #[test]
 fn drag_is_linear_in_the_velocity() {
-    // T = F_v v A
+    // the tangential force of viscous drag is T = F_v v A
     let (tangential, _, [slid, heat, balance]) = pulled(Order::Linear, 0.0, 1.0, 0.04);
     let exact = 0.04 * 0.5 * 16.0;
     assert!((tangential / exact - 1.0).abs() < 1e-6, "{tangential} instead of {exact} N");
     assert!((heat / (exact * slid) - 1.0).abs() < 1e-5, "{heat} N mm");
-    // the balance is not zero because of the first step, in which the block accelerates from rest
+    // in the first step, the block accelerates from rest, therefore the balance is not zero
     assert!(balance.abs() < 0.1 * exact, "{balance} N mm");
 }
 

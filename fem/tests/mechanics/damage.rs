@@ -175,7 +175,7 @@ fn the_arc_length_follows_the_snap_back_of_a_bar_with_a_weak_layer() {
             damaged += 1;
         }
         assert!(damaged > 10, "{damaged} points on the softening branch");
-        // work minus elastic energy is the crack energy
+        // the work minus the elastic energy must equal the crack energy
         let released = last.work_n_mm - last.elastic_n_mm;
         assert!((released - last.fracture_n_mm).abs() < 0.02 * last.fracture_n_mm, "{last:?}");
     }
@@ -228,8 +228,8 @@ fn damage_under_unloading_follows_the_irreversibility_rule() {
     }
 }
 
-/// Damage and crack energy in an unloaded bar that is broken at its lower end; by symmetry, the bar has half the energy
-/// of a crack.
+/// Damage and crack energy in an unloaded bar that is broken at its lower end. By symmetry, the crack energy of the bar
+/// is half the energy of a crack.
 ///
 /// AT1: φ = (1 − z/2ℓ₀)² up to z = 2ℓ₀, and 0 beyond; the active set must converge to this free boundary. AT2 on a bar of
 /// length L: φ = cosh((L − z)/ℓ₀)/cosh(L/ℓ₀), with the energy Gc/2 tanh(L/ℓ₀).

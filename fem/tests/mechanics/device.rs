@@ -58,8 +58,9 @@ fn a_device_and_the_processor_take_the_same_steps_beyond_the_peak() {
             "past the peak"
         );
         assert_same(&here, &there);
-        // the algorithm is the same, but sums have other rounding errors, and the processor stores the GMRES basis in
-        // single precision; where platens lift off and tangents are indefinite, the iterations differ by a tenth
+        // device and processor use the same algorithm, but sums have different rounding errors, and only the processor
+        // stores the GMRES basis in single precision; therefore the numbers of iterations differ by up to a tenth where
+        // platens lift off and tangents are indefinite
         assert_eq!(here_effort.iterations, there_effort.iterations, "{order:?}");
         for count in [|e: Effort| e.linear, |e: Effort| e.factorisations] {
             let [a, b] = [here_effort, there_effort].map(|e| f64::from(count(e)));

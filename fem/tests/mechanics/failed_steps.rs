@@ -50,7 +50,7 @@ fn the_line_search_unloads_a_bar_whose_stress_saturates() {
     assert!(unloaded.displacement_mm.abs() < 1e-6 * KNEE * HEIGHT, "{unloaded:?}");
 }
 
-/// Tries a step of half the duration before each step that it takes.
+/// Controller that tries a step of half the duration, which fails, before each step that succeeds.
 #[derive(Debug)]
 struct Hasty {
     tries: bool,
@@ -63,7 +63,8 @@ impl StepController for Hasty {
     }
 }
 
-/// The failed increments reach larger driving energies than the increments that are taken.
+/// Failed increments must not change the history, although they reach larger driving energies than the accepted
+/// increments.
 #[test]
 fn an_increment_that_is_cut_leaves_no_state() {
     let field =

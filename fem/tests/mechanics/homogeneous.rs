@@ -1,7 +1,8 @@
 //! Uniaxial compression between frictionless platens, compared with closed forms (definitions 3.4).
 //!
-//! The state is uniform on any prism, so every element order and quadrature rule must reproduce the state to the solver
-//! tolerance. The reference solution (`Oracle`) has no finite elements: it is one scalar equation for the damage.
+//! The state is uniform on any prism. Therefore every element order and quadrature rule must reproduce the state within
+//! the tolerance of the solver. The reference solution (`Oracle`) has no finite elements: it is one scalar equation for
+//! the damage.
 
 use crate::support::{HEIGHT, RADIUS, loading, matrix, peak, phase_field, prism, test};
 use fem::{DamageQuadrature, Fracture, Material, Order, PhaseField, Split};
@@ -240,7 +241,7 @@ fn rate_independent_damage_follows_its_closed_form() {
     let critical = (toughness / (3.0 * LENGTH * young)).sqrt();
     let strength = 9.0 / 16.0 * young * critical;
     assert!((critical - 7.1067e-3).abs() < 5e-8 && (strength - 1.09932).abs() < 5e-6);
-    // the peak lies at step 20 of 25
+    // with this displacement, the peak is at step 20 of 25
     let total = HEIGHT * (1.0 - (-1.25 * critical).exp());
     let outcome = test(
         prism(2, false),

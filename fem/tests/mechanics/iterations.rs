@@ -17,7 +17,7 @@ fn effort(mode: GrainMode, spacing_mm: f64) -> Effort {
     effort_on(mesh, vec![matrix(), Material::hencky(22_000.0, 0.25)])
 }
 
-/// Effort of six load steps with multigrid.
+/// Returns the work of the solver in six load steps with multigrid.
 fn effort_on(mesh: TetMesh, materials: Vec<Material>) -> Effort {
     let options = SolverOptions { linear: LinearScheme::Multigrid, ..SolverOptions::default() };
     let problem = loading(0.06, 0.06 / 0.22, 6)
@@ -38,7 +38,7 @@ fn effort_on(mesh: TetMesh, materials: Vec<Material>) -> Effort {
 
 #[test]
 fn conforming_meshes_need_few_more_iterations_than_a_lattice() {
-    // the sum over four meshes is compared: on a single mesh, one Newton iteration changes the result by a tenth
+    // compare sums over four meshes, because on a single mesh one Newton iteration changes the result by a tenth
     let [mut lattice, mut conforming] = [[0; 2]; 2];
     for spacing_mm in [0.9, 0.8, 0.7, 0.6] {
         for (mode, sum) in
@@ -53,7 +53,7 @@ fn conforming_meshes_need_few_more_iterations_than_a_lattice() {
 }
 
 /// The supports against rigid motions are at the nodes farthest along x and y. On a curved wall these nodes may be
-/// midpoints of edges, which the linear level of multigrid does not have.
+/// midpoints of edges, which are not nodes of the linear level of multigrid.
 #[test]
 fn supports_at_midpoints_of_a_curved_wall_need_no_more_iterations() {
     let lattice = CylinderLattice { radius_mm: RADIUS, height_mm: HEIGHT, spacing_mm: 0.9 };
@@ -67,7 +67,7 @@ fn supports_at_midpoints_of_a_curved_wall_need_no_more_iterations() {
         let turned = mesh.mapped(|[x, y, z]| [cos * x - sin * y, sin * x + cos * y, z]);
         effort_on(turned, vec![matrix()])
     };
-    // a vertex on the x axis, and the midpoint of an edge
+    // turn the mesh so that a vertex is on the x axis, or the midpoint of an edge
     let [at_vertex, at_midpoint] = [0.0, 0.5].map(effort_turned);
     let ratio = f64::from(at_midpoint.linear) / f64::from(at_vertex.linear);
     assert!(ratio < 1.3, "{at_midpoint:?} against {at_vertex:?}");

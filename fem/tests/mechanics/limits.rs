@@ -36,7 +36,7 @@ fn uniaxial(stretch: f64) -> f64 {
     let (mut low, mut high) = (0.5, 1.0);
     for _ in 0..200 {
         let middle = 0.5 * (low + high);
-        // beyond the limit, the lateral stress counts as infinite
+        // beyond the limit strain, the lateral stress counts as infinite
         let inside = stretch.powi(2) + 2.0 * middle * middle - 3.0 < limit;
         if inside && along(middle, middle) < 0.0 { low = middle } else { high = middle }
     }

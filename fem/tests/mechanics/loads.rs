@@ -83,7 +83,7 @@ fn fixed_faces_share_the_forces_of_their_common_edges() {
         let conditions =
             FACES.iter().fold(Conditions::new(), |c, face| c.prescribe(face, Axis::ALL, affine));
         let outcome = run(order, conditions);
-        // P_i = (λ tr ε + 2μ ε_i)/(1 + strain_i) of Hencky's law
+        // nominal stresses of Hencky's law, P_i = (λ tr ε + 2μ ε_i)/(1 + strain_i)
         let log = strain.map(|e: f64| e.ln_1p());
         let (lame, shear) = (100.0 * 0.3 / (1.3 * 0.4), 100.0 / 2.6);
         let sides = [2.0, 3.0, 4.0];

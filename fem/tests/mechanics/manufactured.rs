@@ -40,7 +40,8 @@ fn damage_and_displacement_converge_together() {
 
 #[test]
 fn the_error_in_time_is_of_first_order() {
-    // undeformed and uniform in space, so that only time integration has an error: φ = 0.4 t² with the matching source
+    // φ = 0.4 t² with the matching source, without deformation: the fields are uniform in space, so that only the time
+    // integration has an error
     let (toughness, length, viscosity) = (2.0, 0.5, 3.0);
     let exact = |t: f64| 0.4 * t * t;
     let material = Material::hencky(10.0, 0.3)

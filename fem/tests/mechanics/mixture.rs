@@ -1,4 +1,4 @@
-//! Mixed tetrahedra, which are partly grain, and grains that do not break.
+//! Mixtures (tetrahedra that are partly grain), and grains that do not break.
 
 use crate::support::block::{block, even};
 use fem::{
@@ -116,7 +116,7 @@ fn damage_of_a_mixture_equals_the_damage_of_the_matrix_between_layers() {
         let (mixed_force, mixed_fields) = last(&problem(mixed(0.5)));
         let phi = mixed_fields.damage[0];
         assert!(phi > 0.02, "{phi}");
-        // damage is not constrained at the nodes on the grain surface: it is equal at all nodes of the matrix
+        // damage is equal at all nodes of the matrix, because it is not constrained at the nodes on the grain surface
         let [low, high] = damage_at(&followed, &fields, matrix);
         assert!(high - low < 1e-6 * high, "{low} to {high}");
         assert!((high - phi).abs() < 0.04 * phi, "{high} and {phi}");

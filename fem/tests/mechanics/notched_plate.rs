@@ -60,8 +60,9 @@ fn in_shear_the_crack_turns_down_and_the_force_agrees_with_a_two_dimensional_cod
         let force = at(displacement);
         assert!((force - plane).abs() < tolerance * plane, "{force} kN at {displacement} mm");
     }
-    // with the split, the crack grows only where it opens, i.e. downwards from the slit tip; without the split it would
-    // grow in both directions. On finer meshes the crack bends to the right (table in `fem::equations`)
+    // with the split, the crack grows only in the direction in which it opens, i.e. downwards from the slit tip;
+    // without the split, the crack would grow in both directions. On finer meshes the crack bends to the right (table
+    // in `fem::equations`)
     let mesh = plate.mesh();
     let cracked = mesh.nodes.iter().zip(&outcome.fields.damage).filter(|(_, phi)| **phi > 0.9);
     let lowest = cracked.clone().map(|(x, _)| x[1]).fold(1.0, f64::min);

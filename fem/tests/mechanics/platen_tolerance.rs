@@ -70,7 +70,7 @@ fn platens_work_at_every_tolerance() {
 #[test]
 fn a_flat_slab_needs_few_iterations_with_and_without_damage() {
     let at1 = PhaseField { model: CrackDensity::At1, ..PhaseField::new(0.06) };
-    // a small length makes the strength so high that no damage occurs
+    // with a small length ℓ₀, the strength is so high that no damage occurs
     let tough = PhaseField { length_mm: 1e-4, ..at1 };
     for tolerance in [1e-10, 1e-8, 1e-6, 1e-4] {
         let [elastic, sound, breaks] = [None, Some(tough), Some(at1)].map(|field| {

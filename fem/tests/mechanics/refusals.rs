@@ -5,7 +5,7 @@ use fem::{
     CompressionTest, Fracture, Material, Order, PhaseField, Schedule, SolverOptions, Split, TetMesh,
 };
 
-/// Valid input of a test, which each check makes invalid in one respect.
+/// Valid input of a test. Each check makes one part of this input invalid.
 struct Input {
     mesh: TetMesh,
     materials: Vec<Material>,

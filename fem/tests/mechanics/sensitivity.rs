@@ -124,8 +124,8 @@ fn differences(problem: &Problem, parameter: &Named, relative_step: f64) -> Vec<
     pairs.map(|(above, below)| (above - below) / (2.0 * step)).collect()
 }
 
-/// Relative step of central differences. It is so small that few quadrature points cross a kink of the equations, and so
-/// large that errors of 1e-12 of the force are negligible.
+/// Relative step of central differences. The step is so small that few quadrature points cross a kink of the equations,
+/// and so large that errors of 1e-12 of the force are negligible.
 const RELATIVE_STEP: f64 = 2e-5;
 
 /// Checks that the derivatives agree with differences of runs to 1e-5 of the largest derivative, and that computing them
@@ -193,8 +193,8 @@ fn every_split_and_rule_is_differentiated_with_every_solver() {
     }
 }
 
-/// The specimen is loaded, unloaded by half, and loaded further. During unloading, irreversible damage is at its lower
-/// bound, and the derivative of damage is the derivative of the bound.
+/// The specimen is loaded, unloaded to half the displacement, and loaded further. During unloading, irreversible damage
+/// is at its lower bound, and the derivative of damage is the derivative of the bound.
 #[test]
 fn damage_at_its_lower_bound_has_the_derivative_of_the_bound() {
     for irreversibility in [FREE, KEPT] {
@@ -313,8 +313,8 @@ fn under_a_ball(problem: &Problem) -> Problem {
     problem.with_conditions(conditions).expect("valid conditions")
 }
 
-/// Relative step of central differences with contact. It is larger than [`RELATIVE_STEP`], because passes over the
-/// contact pressures end when the forces change by 1e-8.
+/// Relative step of central differences with contact. The step is larger than [`RELATIVE_STEP`], because passes over
+/// the contact pressures end when the forces change by less than 1e-8.
 const CONTACT_RELATIVE_STEP: f64 = 5e-4;
 
 /// Checks that the derivatives agree with differences of runs in which some nodes of a surface are in contact and some
@@ -336,7 +336,8 @@ fn contact_is_differentiated_with_its_pressures() {
     let lifting = between(&sliding, &way, Platens::Unilateral(Friction::none()));
     assert_contact(&lifting, "top", &all()[..3], "plane");
 
-    // elastic, because then the result does not depend on steps that are reduced when a node comes into contact
+    // use elastic materials, so that the result does not depend on steps that are reduced when a node comes into
+    // contact
     let Case { mesh, order, loading, .. } = case();
     let elastic = with_options(mesh, order, vec![matrix(), grain()], None, loading, options);
     let ball = under_a_ball(&elastic.expect("valid input"));
@@ -393,7 +394,7 @@ fn derivatives_end_at_a_singular_tangent_and_the_run_continues() {
     };
     let sides = hull.iter().filter(|face| !twice(face) && !level(face)).copied().collect();
     mesh.surfaces.insert("sides".into(), sides);
-    // the second, solid body is a copy of the first; the bodies have one common corner
+    // the second body, which is solid, is a copy of the first body; both bodies have one common corner
     let (nodes, tets) = (mesh.nodes.len() as u32 - 1, mesh.tets.len());
     let (first, last) = (mesh.nodes[0], mesh.nodes[nodes as usize]);
     let copied = mesh.nodes[1..].iter().map(|x| [0, 1, 2].map(|k| x[k] + last[k] - first[k]));

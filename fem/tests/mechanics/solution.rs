@@ -300,7 +300,7 @@ fn a_loop_over_the_steps_of_a_stepper_gives_the_outcome_of_run() {
     let outcome = run.finish();
     assert!(matches!(outcome.end, End::Displacement), "{:?}", outcome.end);
     assert_eq!((taken, outcome.fields), (6, whole.fields));
-    // a run that the caller finishes early has not ended
+    // the caller finishes this run before its end
     let mut early = test.start();
     early.step().expect("an equilibrium");
     assert!(matches!(early.finish().end, End::Interrupted));

@@ -12,7 +12,7 @@ use fem::{
 
 const HISTORY: Irreversibility = Irreversibility::History;
 
-/// Compression to 0.1 mm, back to 0.04 mm, and on to 0.2 mm.
+/// Returns the problem with compression to 0.1 mm, unloading to 0.04 mm, and compression to 0.2 mm.
 fn back_and_on(problem: &Problem) -> Problem {
     let down = |time_s: f64| match time_s {
         t if t < 0.4 => 0.25 * t,
@@ -27,7 +27,7 @@ fn back_and_on(problem: &Problem) -> Problem {
     problem.with_conditions(conditions).expect("valid")
 }
 
-/// A case whose alternations converge so far that differences of runs have five digits.
+/// A case with such a small tolerance of the alternations that differences of runs have five correct digits.
 fn accurate(order: Order, field: PhaseField) -> Case {
     let mut case = case(order, field);
     case.options.alternations = 4000;
@@ -45,7 +45,7 @@ fn a_history_is_differentiated_while_it_unloads() {
     let field = PhaseField { irreversibility: HISTORY, ..phase_field(Split::None) };
     let problem = back_and_on(&accurate(Order::Linear, field).of_grains());
     let free = back_and_on(&accurate(Order::Linear, phase_field(Split::None)).of_grains());
-    // on the way back the history governs the damage
+    // during unloading, the history determines the damage
     let (kept, free) = (forces(&problem), forces(&free));
     assert!((kept[5] / free[5] - 1.0).abs() > 0.01, "{kept:?} {free:?}");
     let names = ["young", "toughness", "viscosity", "poisson"];
@@ -87,7 +87,8 @@ fn a_hybrid_split_is_differentiated() {
     assert_differences(&problem, &some(&["young", "toughness"]), "hybrid");
 }
 
-/// The matrix creeps and breaks, the grains are elastic: elements with and without state lie in the same lanes.
+/// The matrix creeps and breaks, and the grains are elastic, so that elements with and without a state are in the same
+/// SIMD vector.
 #[test]
 fn a_law_with_a_state_is_differentiated() {
     let parameters = [

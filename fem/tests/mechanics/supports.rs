@@ -81,13 +81,14 @@ fn two_line_supports_carry_a_load_by_statics() {
         let problem = builder(order).conditions(conditions).build().expect("valid");
         let outcome = run(&problem);
         let [left, right] = ["left line", "right line"].map(|name| outcome.reactions[name][0][2]);
-        // the tolerance is large because the load moves with the body, by a fraction of about 1e-4
+        // the tolerance is large because the load moves with the body, which changes the lever arm by a fraction of
+        // about 1e-4
         assert!((left + right - 0.006).abs() < 1e-10, "{order:?}: {left} + {right} N");
         assert!((right - 0.006 / 1.3).abs() < 1e-3 * 0.006, "{order:?}: {right} N");
         let state = problem.evaluate(&outcome.fields).expect("the fields of the problem");
         let again = state.force_n("right line").expect("a node set")[2];
         assert!((again - right).abs() < 1e-10, "{order:?}: {again} and {right} N");
-        // moment of the load about the line at x = 0, with a lever arm of 1 mm, which the supports balance
+        // the supports balance the moment of the load about the line at x = 0, with a lever arm of 1 mm
         let axis = [0.0, -1.0, 0.0];
         let torque = |name| state.torque_n_mm(name, [0.0; 3], axis).expect("a surface");
         assert!((torque("right line") - 0.006).abs() < 1e-5, "{order:?}: {}", torque("right line"));
@@ -129,7 +130,7 @@ fn points_in_curved_elements_are_located_by_the_shape_functions() {
     assert!(!mesh.edge_points.is_empty(), "no curved edges");
     let space = Space::new::<Quadratic>(&mesh, DamageRule::Absent);
     for k in 1..=40 {
-        // points in the cylinder; some are on the curved surface of the ball
+        // take points in the cylinder, some of them in elements at the curved surface of the ball
         let along = |multiple: f64| (f64::from(k) * multiple).fract();
         let (radius, angle) = (
             if k % 2 == 0 { 1.2 } else { 2.3 * along(0.755) },

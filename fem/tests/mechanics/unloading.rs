@@ -1,4 +1,5 @@
-//! Unloading to zero, and rigid motions. The forces vanish, but the scale of the convergence test must not vanish.
+//! Unloading to zero, and rigid motions. The forces vanish in these states, but the reference value of the convergence
+//! test must not vanish.
 
 use crate::support::block::{block, even};
 use crate::support::{RADIUS, grain, matrix, phase_field, prism};

@@ -92,8 +92,8 @@ fn the_processor_continues_after_a_failure_of_the_device() {
     };
     let (_, expected) = run(None);
     let highest = expected.iter().map(|p| p.force_n).fold(0.0, f64::max);
-    // memory so small that the device fails: at once, when it allocates the vectors of the levels, when it stores the
-    // hierarchy, and during a solution; 100 MB are sufficient
+    // with the first four values, the memory is too small, and the device fails: at once, when it allocates the vectors
+    // of the levels, when it stores the hierarchy, and during a solution; 100 MB are sufficient
     for megabytes in [0, 2, 4, 6, 100] {
         let left = AtomicUsize::new(megabytes << 20);
         let small = Small { host: Host::new().expect("as before"), left };

@@ -236,8 +236,8 @@ fn assert_near(pairs: impl Iterator<Item = (f64, f64)>, what: &str, cancelled: f
     assert!(error <= 1e-12 * size + 1e-15 * cancelled, "{what}: {error:e} of {size:e}");
 }
 
-/// Checks that elements computed in SIMD lanes give the results of single elements: with different laws in one vector,
-/// with a history, and with an incomplete last vector.
+/// Checks that elements computed in SIMD lanes give the results of single elements, also with different laws in one
+/// vector, with a history, and with an incomplete last vector.
 fn assert_as_alone<const N: usize, T: Element<N>>(
     form: Form,
     rule: DamageRule,
@@ -251,7 +251,7 @@ fn assert_as_alone<const N: usize, T: Element<N>>(
     let operator = T::operator(Assembly::new(space.clone()).homogenised(form.rule()));
     for size in [1.0, 1e-4, 1e-9] {
         let fields = random_fields(&space, size, &mut rng);
-        // the energies are of second order in the strains, but are differences of terms of first order
+        // the energies are of second order in the strains, but they are computed as differences of terms of first order
         let stress = 2000.0 * 0.1 * size;
         let history: Vec<f64> =
             (0..tets * points).map(|_| 3.0 * size * size * rng.random::<f64>()).collect();

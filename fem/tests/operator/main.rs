@@ -111,7 +111,7 @@ fn assert_taylor<const N: usize, T: Element<N>>(
     let pattern = Arc::new(Pattern::new(&space.tets, nodes));
     let operator = T::operator(Assembly::new(space).homogenised(form.rule()));
 
-    // a compressed state, far from the kink of the split at tr ε = 0
+    // compressed fields, far from the kink of the split at tr ε = 0
     let mut random_fields = |size: f64, damage: std::ops::Range<f64>| Fields {
         displacement: operator
             .domain()

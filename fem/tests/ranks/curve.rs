@@ -131,7 +131,7 @@ fn ranks_follow_a_snap_back_together() {
     on_ranks(3, run).iter().for_each(|shared| assert_same(&alone, shared));
 }
 
-/// Surface and body loads are the loads of the whole body for any partition.
+/// The sums of surface loads and of body loads over the ranks do not depend on the partition.
 #[test]
 fn loads_do_not_depend_on_the_parts() {
     let run = |ranks: Ranks| {

@@ -3,8 +3,8 @@
 use super::{grain, matrix};
 use fem::{ConstitutiveLaw, ElasticResponse, Material, Principal, Response, Scalar};
 
-/// One-term Maxwell body for the volume: p = K (t − f α) with the viscous dilatation α, dα/dt = (t − α)/t₀, and
-/// t = tr ε; elastic shear. Its energy is not the potential of its stress.
+/// Law with a one-term Maxwell body for the volume and an elastic shear part: p = K (t − f α) with t = tr ε and the
+/// viscous dilatation α, where dα/dt = (t − α)/t₀. The energy of this law is not the potential of its stress.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Creeping {
     pub(crate) bulk_mpa: f64,

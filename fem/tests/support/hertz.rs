@@ -13,7 +13,7 @@ pub(crate) struct Hertz {
     pub(crate) force_n: f64,
     /// Contact radius a of p² = p₀² (1 − r²/a²), fitted to the nodal pressures, mm.
     pub(crate) radius_mm: f64,
-    /// Largest pressure p₀ of the same fit, MPa.
+    /// Largest pressure p₀ of the fit that gives `radius_mm`, MPa.
     pub(crate) pressure_mpa: f64,
     /// Contact radius a = (3FR/(4E*))^(1/3), mm.
     pub(crate) exact_radius_mm: f64,

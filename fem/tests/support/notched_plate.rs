@@ -102,7 +102,7 @@ fn notched_plate(mode: Mode, h: f64) -> TetMesh {
         for &y in &across {
             mesh.nodes.extend(along.iter().map(|&x| [x, y, z]));
         }
-        // the upper lip of the slit
+        // the nodes of the upper lip of the slit
         mesh.nodes.extend(along[..slit].iter().map(|&x| [x, 0.5, z]));
     }
     let layer = nx * ny + slit;

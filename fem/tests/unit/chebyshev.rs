@@ -3,9 +3,10 @@
 use super::*;
 use crate::solve::linear::in_memory::InMemory;
 
-/// Diagonal matrix A on 30 000 nodes. The eigenvalues of D⁻¹ A are evenly distributed in (0, 1], except one. D is 4 I.
+/// Diagonal matrix A on 30 000 nodes. The eigenvalues of D⁻¹ A are evenly distributed in (0, 1], except one eigenvalue.
+/// D is 4 I.
 struct Diagonal {
-    /// The exceptional eigenvalue.
+    /// The eigenvalue outside (0, 1].
     apart: f64,
 }
 
@@ -43,8 +44,8 @@ fn bound(apart: f64) -> f64 {
 
 #[test]
 fn smoothing_reduces_the_residual_by_the_chebyshev_polynomial() {
-    // components with eigenvalues above a tenth of the largest eigenvalue: the residual after smoothing is at most
-    // 1/T_3(11/9) of the initial residual
+    // smoothing reduces components with eigenvalues above a tenth of the largest eigenvalue to at most 1/T_3(11/9) of
+    // their initial residual
     let (mut matrix, vectors) = (Diagonal { apart: 1.0 }, InMemory::default());
     let right: Vec<[f64; 1]> =
         (0..30_000).map(|n| [f64::from(u8::from(matrix.value(n) >= 0.4))]).collect();

@@ -128,7 +128,8 @@ fn principal_components_are_orthogonal_and_sorted_by_size() {
 
 #[test]
 fn growth_is_relative_to_the_solution_with_the_largest_stiffness() {
-    // stiffness 4, at one node 1e-12, for the first component; 25 for the last component; the others are not unknowns
+    // the stiffness is 4 for the first component (1e-12 at one node) and 25 for the last component; the other
+    // components are not unknowns
     let mut weight = vec![[0.25, 0.0, 0.0, 0.04]; NODES];
     weight[7][0] = 1e12;
     let directions = Directions::new(weight);

@@ -106,7 +106,7 @@ fn each_method_solves_its_class_of_matrices() {
 fn gmres_needs_one_step_per_distinct_eigenvalue() {
     let diagonal: Vec<f64> = (0..40).map(|i| [1.0, 2.0, -3.0][i % 3]).collect();
     let a = matrix(&diagonal, 0.0, 0.0);
-    // preconditioned by |A|, the matrix has the eigenvalues 1 and -1
+    // the matrix A, preconditioned by |A|, has the eigenvalues 1 and −1
     let (ending, error) = solve(from_zero, &a, 2);
     assert_eq!((ending.stop, ending.iterations), (Stop::Converged, 2));
     assert!(error < 1e-12, "{error}");

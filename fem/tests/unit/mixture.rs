@@ -31,7 +31,7 @@ fn a_mixture_of_one_phase_is_that_phase() {
             let [none, all] = [0.0, 1.0].map(|fraction| at(&mixture(rule, fraction), g));
             for k in 0..2 {
                 assert_close(none[k], g * moduli(275.0, 0.3)[k], 1e-14);
-                // the mixture is all grain, and grains are not degraded by g
+                // the mixture consists of grain only, and g does not degrade grains
                 assert_close(all[k], moduli(22_000.0, 0.2)[k], 1e-13);
             }
         }

@@ -65,7 +65,7 @@ fn points_with_equal_coordinates_are_distributed_too() {
 fn sums_over_elements_and_nodes_do_not_depend_on_the_parts() {
     let (space, vertices) = cylinder(0.8);
     let nodes = space.nodes.len();
-    // whole numbers: sums in any order are exact
+    // values are whole numbers, so that sums in any order are exact
     let of_tet = |tet: usize, a: usize| ((7 * tet + 3 * a) % 101) as f64;
     let mut whole = vec![0.0; nodes];
     for (tet, list) in space.tets.iter().enumerate() {

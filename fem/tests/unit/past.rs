@@ -1,6 +1,6 @@
 use super::*;
 
-/// Returns fields of two nodes at a time.
+/// Returns the fields of two nodes at the given time.
 fn fields(at: impl Fn(f64) -> f64, time: f64) -> Fields {
     let damage = vec![at(time), 2.0 - at(time)];
     let displacement = damage.iter().map(|d| [*d, -*d, 3.0 * d]).collect();

@@ -6,10 +6,10 @@ use nalgebra::{Cholesky, DMatrix, SymmetricEigen};
 /// shares of one parameter sum to 1.
 ///
 /// The model is linearised at the posterior mean. J (`jacobian`, quantities × parameters) contains the derivatives of
-/// the quantities. C = Σ_s C_s is the covariance of the means of the quantities, with one term per source. P is the
-/// diagonal matrix of the inverse prior variances. A change of the quantities changes the estimate by the gain G =
-/// (JᵀC⁻¹J + P)⁻¹ JᵀC⁻¹, and source s contributes the diagonal of G C_s Gᵀ to the posterior variances. Returns `None`
-/// if C is not positive definite.
+/// the quantities. C_s is the covariance that source s causes in the means of the quantities, and C = Σ_s C_s is the
+/// total covariance. P is the diagonal matrix of the inverse prior variances. A change y of the quantities changes the
+/// estimate of the parameters by G y with the gain G = (JᵀC⁻¹J + P)⁻¹ JᵀC⁻¹. Source s contributes the diagonal of G C_s
+/// Gᵀ to the posterior variances. Returns `None` if C is not positive definite.
 pub fn shares(
     jacobian: &[Vec<f64>],
     prior_variances: &[f64],
@@ -101,7 +101,7 @@ mod tests {
         }
         for i in 0..2 {
             let share = variances[i][0] / (variances[i][0] + variances[i][1]);
-            // four standard errors of a share from two sample variances
+            // four standard errors of a share, which is computed from two sample variances
             let tolerance = 4.0 * share * (1.0 - share) * (4.0 / f64::from(draws)).sqrt();
             assert!((share - found[i][0]).abs() < tolerance, "{share} {found:?}");
         }

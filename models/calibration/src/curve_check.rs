@@ -35,7 +35,7 @@ pub struct InspectedCurve {
 }
 
 impl InspectedCurve {
-    /// Checks a curve whose slope is taken around `slope_fraction` times the displacement at peak.
+    /// Checks a curve. The initial slope is computed at `slope_fraction` times the displacement at peak.
     pub fn of(curve: &TestCurve, slope_fraction: f64) -> Self {
         let mut found =
             Self { findings: Vec::new(), toe_mm: 0.0, loading: curve.clone(), onset_mm: 0.0 };
@@ -57,7 +57,7 @@ impl InspectedCurve {
                 name: "slope",
                 value: qois.slope_n_per_mm,
                 problem: format!("has an initial slope of {:.4} N/mm", qois.slope_n_per_mm),
-                help: "Force must rise with displacement where the slope is taken: check the curve, \
+                help: "Force must rise with displacement in the window of the slope: check the curve, \
                        or slope_fraction.",
                 weight: Weight::Error,
             }),

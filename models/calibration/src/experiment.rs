@@ -67,7 +67,7 @@ impl TestCurve {
                 "",
                 "",
                 format!("has {} points", self.force_n.len()),
-                "A curve needs at least five, and some past the peak.",
+                "A curve needs at least five points, some of them after the peak.",
             ));
         }
         if self.force_n.iter().all(|&force| force <= 0.0) {

@@ -2,7 +2,7 @@
 //!
 //! The approximation is linear and Gaussian at each draw of the present posterior. J contains the derivatives of the
 //! test's quantities with respect to the parameters, Σ is the covariance of the quantities between specimens, and S is
-//! the covariance of the error that all specimens share. Then n specimens carry the information
+//! the covariance of the error that all specimens share. Then n specimens add the Fisher information
 //!
 //! I(n) = Jᵀ (Σ/n + S)⁻¹ J.
 //!
@@ -34,8 +34,8 @@ pub enum FurtherTestError {
         /// Actual number of entries.
         found: usize,
     },
-    /// The covariance of the draws is not positive definite: there are no or too few draws, or they do not vary in all
-    /// directions.
+    /// The covariance of the draws is not positive definite: there are too few draws, or some combination of parameters
+    /// has the same value in all draws.
     #[error(
         "the covariance of {0} draws of the posterior is not positive definite: draw more samples"
     )]
@@ -47,7 +47,7 @@ pub enum FurtherTestError {
     Covariance,
 }
 
-/// Present posterior of the parameters, in units of the prior standard deviations.
+/// Present posterior of the parameters, with covariances in units of the prior standard deviations.
 #[derive(Clone, Debug)]
 pub struct Belief {
     /// Standard deviations of the priors.
@@ -88,7 +88,7 @@ impl Belief {
         Ok(Self { factor: factor.l(), width90: (0..size).map(width).collect(), prior_sd })
     }
 
-    /// Contraction and interval of each parameter without a further test.
+    /// Contraction and interval width of each parameter in the present posterior.
     pub fn now(&self) -> Vec<Expected> {
         let variances = (&self.factor * self.factor.transpose()).diagonal();
         let expected = |(variance, &width90): (&f64, &f64)| {
@@ -98,7 +98,8 @@ impl Belief {
         variances.iter().zip(&self.width90).map(expected).collect()
     }
 
-    /// Posterior covariance after `information` is added; both are in units of the prior standard deviations.
+    /// Posterior covariance after `information` is added. Covariance and information are in units of the prior standard
+    /// deviations.
     fn after(&self, information: &DMatrix<f64>) -> Option<DMatrix<f64>> {
         // (P⁻¹ + I)⁻¹ = L (1 + Lᵀ I L)⁻¹ Lᵀ with the information I and P = L Lᵀ: P is not inverted
         let size = self.prior_sd.len();
@@ -142,26 +143,26 @@ pub struct TestAtDraw {
 pub struct FurtherTest {
     /// Linearisations at draws of the present posterior. Expected values are means over these draws.
     pub draws: Vec<TestAtDraw>,
-    /// Covariance S of the error that all specimens of the test share, quantities × quantities. It does not decrease
-    /// with the number of specimens.
+    /// Covariance S of the error that all specimens of the test share, quantities × quantities. This error does not
+    /// decrease with the number of specimens.
     pub shared: Vec<Vec<f64>>,
-    /// Number of specimens of the same test that the present posterior already includes. They share one error with
-    /// further specimens.
+    /// Number of specimens of the same test that the present posterior already includes. These specimens share one
+    /// error with further specimens.
     pub seen: usize,
 }
 
 /// Expected posterior of one parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Expected {
-    /// Mean over the draws of 1 − posterior variance / prior variance.
+    /// Expected contraction: mean over the draws of 1 − posterior variance / prior variance.
     pub contraction: f64,
-    /// 5 % and 95 % quantiles of the contraction over the draws, which differ in parameters and scatter.
+    /// 5 % and 95 % quantiles of the contraction over the draws; each draw has other parameters and another scatter.
     pub range: [f64; 2],
     /// Expected width of the central 90 % interval, in the parameter's unit.
     pub width90: f64,
 }
 
-/// Required accuracy of one parameter.
+/// Accuracy that is required of one parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Goal {
     /// Least expected contraction.
@@ -223,8 +224,8 @@ impl FurtherTest {
             for (i, &variance) in variances.iter().enumerate() {
                 contractions[i].push(1.0 - variance);
                 let width = 2.0 * HALF_90 * belief.prior_sd[i] * variance.sqrt();
-                // a posterior that fills the bounds of the prior is not normal: its interval is narrower than that of
-                // a normal distribution with the same variance
+                // a posterior that fills the bounds of the prior is not normal: its interval is narrower than the
+                // interval of a normal distribution with the same variance
                 widths[i] += width.min(belief.width90[i]) / self.draws.len() as f64;
             }
         }

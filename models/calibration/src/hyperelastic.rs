@@ -2,8 +2,8 @@
 //!
 //! A law is defined by the derivatives of its energy with respect to the principal stretches ([`StretchLaw`], some five
 //! lines). A calibration is defined by priors and one statement per test point (`model!`, some ten lines). The
-//! reference data are Treloar's three deformation modes of vulcanised rubber, and PSIS-LOO estimates which law predicts
-//! them best:
+//! reference data are Treloar's measurements of vulcanised rubber in three modes of deformation. PSIS-LOO estimates
+//! which law predicts new data best:
 //!
 //! ```no_run
 //! use breccia_calibration::hyperelastic::{mooney_rivlin, neo_hookean, ogden, treloar_1944};
@@ -16,9 +16,8 @@
 //! ```
 //!
 //! A law that is valid in every mode of deformation predicts a mode on which it was not calibrated ([`held_out`]). For
-//! a law that fails this test, the models `…_by_mode` give each mode its own moduli, distributed about shared moduli.
-//! The spread of these moduli measures the error of the law, and predictions of another mode become wider by this
-//! spread.
+//! a law that does not, the models `…_by_mode` give each mode its own moduli, which scatter about shared moduli. This
+//! scatter measures the error of the law, and it widens the predictions of a further mode.
 //!
 //! Run `cargo run --release -p models --example rubber` for the whole comparison.
 
@@ -67,7 +66,8 @@ impl Deformation {
 /// Incompressible isotropic law, defined by the derivatives ∂W/∂λᵢ of its energy with respect to the principal
 /// stretches.
 pub trait StretchLaw<S: Scalar> {
-    /// ∂W/∂λᵢ at λᵢ = `stretch`, in MPa. A pressure, equal in all directions, has no effect on the stress.
+    /// ∂W/∂λᵢ at λᵢ = `stretch`, in MPa. A term p/λᵢ with the same p in all directions is a pressure, which has no
+    /// effect on the stress.
     fn slope(&self, stretch: f64) -> S;
 
     /// Nominal stress P₁₁ = ∂W/∂λ₁ − (λ₃/λ₁) ∂W/∂λ₃ in MPa. The pressure follows from the zero stress on the free face
@@ -236,8 +236,8 @@ pub struct HeldOut {
     pub rhat: f64,
 }
 
-/// Calibrates a model on some tests and predicts others. `seen` and `new` are the same model, with the data of the
-/// calibration and with the data to be predicted.
+/// Calibrates a model to some tests and predicts others. `seen` and `new` are the same model: `seen` has the data of
+/// the calibration, and `new` has the data to be predicted.
 ///
 /// # Errors
 /// If the models differ, or cannot be sampled.
@@ -319,8 +319,8 @@ mod tests {
         assert_eq!(points[0].stress_mpa, 0.0255);
     }
 
-    /// Textbook stresses: neo-Hookean μ(λ − λ⁻²), μ(λ − λ⁻⁵), μ(λ − λ⁻³). The other laws include the neo-Hookean law,
-    /// and every law has the small-strain slopes 3μ, 6μ and 4μ.
+    /// Textbook stresses of the neo-Hookean law: μ(λ − λ⁻²) uniaxial, μ(λ − λ⁻⁵) equibiaxial, μ(λ − λ⁻³) in pure shear.
+    /// The other laws include the neo-Hookean law, and every law has the small-strain slopes 3μ, 6μ and 4μ.
     #[test]
     fn laws_against_closed_forms() {
         let modes = [Deformation::Uniaxial, Deformation::Equibiaxial, Deformation::PureShear];
@@ -366,9 +366,9 @@ mod tests {
         ppl::check::gradient(&ogden_by_mode(&tests), 3);
     }
 
-    /// Points of a Mooney–Rivlin rubber that deviate alternately by ±3 %. The Mooney–Rivlin law predicts the mode on
-    /// which it was not calibrated to 1 %, with the density of the scatter of the points. The neo-Hookean law with a
-    /// modulus for each mode has a smaller predictive density.
+    /// The points of a Mooney–Rivlin rubber deviate alternately by ±3 % from the law. The calibrated Mooney–Rivlin law
+    /// predicts a further mode with an error of 3 ± 1 %, and with nearly the density of the true law. The neo-Hookean
+    /// law with a modulus for each mode has a smaller predictive density.
     #[test]
     fn the_true_law_predicts_the_mode_not_seen() {
         let law = MooneyRivlinRubber { c_mpa: [0.15, 0.08] };

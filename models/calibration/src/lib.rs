@@ -1,8 +1,9 @@
 //! Measured curves, their quantities of interest, and the calibration models of `models`.
 //!
-//! This crate calibrates material parameters: it uses curves, surrogates and priors, and computes posteriors. It does
-//! not depend on cases or simulations. It is separate from `models`, which re-exports its interface, because its
-//! densities must be compiled with all optimisations, whereas the stages, cases and reports of `models` need none.
+//! This crate calibrates material parameters: it uses curves, surrogates and priors, and computes posteriors. The crate
+//! does not depend on cases or simulations. The crate is separate from `models`, which re-exports its interface,
+//! because its densities must be compiled with all optimisations, whereas the stages, cases and reports of `models`
+//! need none.
 //!
 //! ```
 //! use breccia_calibration::{Qois, TestCurve};
@@ -16,8 +17,8 @@
 //!
 //! # Modules
 //!
-//! In layers, lowest first. A module imports only modules of the same or of lower layers, and no two files import each
-//! other.
+//! The modules form layers, from the lowest to the highest. A module imports only modules of the same layer or of lower
+//! layers, and no two files import each other.
 //!
 //! 1. `error`, `table`, `record`, `table_format`: errors in files, small tables, records of testing machines, tables
 //!    saved from spreadsheets

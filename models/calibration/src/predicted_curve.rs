@@ -1,11 +1,11 @@
 //! Force–displacement curves that a posterior predicts for a new specimen.
 //!
 //! A curve is F(u) = F_p r(u/d_p) with the peak force F_p, the displacement at peak d_p and the shape r. The posterior
-//! predicts F_p and d_p. The shape of each draw is the shape of the forward model plus a random error of the forward
-//! model and a random deviation of the specimen. The deviation follows a multivariate Student distribution whose scale
-//! matrix is the covariance of the shapes of the n tested specimens: it is the sum of the residuals of these shapes
-//! about their mean, with independent standard normal weights, divided by the square root of a χ² variable with n − 1
-//! degrees of freedom.
+//! predicts F_p and d_p. The shape of each draw is the sum of the shape of the forward model, a random error of the
+//! forward model, and a random deviation of the specimen. The deviation follows a multivariate Student distribution
+//! whose scale matrix is the covariance of the shapes of the n tested specimens. A random deviation is computed from
+//! the residuals of these shapes about their mean: the residuals are summed with independent standard normal weights,
+//! and the sum is divided by the square root of a χ² variable with n − 1 degrees of freedom.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rand::{Rng, SeedableRng};
@@ -20,7 +20,7 @@ use crate::qoi::{PeakedCurve, Qoi, QoiError, RelativeForce};
 const STEP: u8 = 5;
 /// Number of equal intervals of displacement in a band.
 const PLACES: usize = 80;
-/// Fraction of the drawn curves that reach the end of the band.
+/// Fraction of the predicted curves that reach the end of the band.
 const REACHING: f64 = 0.9;
 
 /// Probabilities of the quantiles of a band.
@@ -33,8 +33,8 @@ pub fn largest_percentage(curve: &TestCurve) -> Result<f64, QoiError> {
     Ok(100.0 * end / peak_mm)
 }
 
-/// Percentages of the displacement at peak at which shapes are read. They end at `reach`, the smallest
-/// [`largest_percentage`] of all curves.
+/// Percentages of the displacement at peak at which shapes are evaluated. The last percentage is at most `reach`, the
+/// smallest [`largest_percentage`] of all curves.
 pub fn percentages(reach: f64) -> Vec<u8> {
     let last = reach.min(f64::from(RelativeForce::LARGEST_PERCENT)) / f64::from(STEP);
     (1..=last as u8).map(|i| i * STEP).collect()
@@ -48,7 +48,7 @@ pub fn shape(curve: &TestCurve, percent: &[u8]) -> Result<Vec<f64>, QoiError> {
     quantities.map(|quantity| quantity.value(&curve)).collect()
 }
 
-/// Slope fraction, which is required to compute quantities but does not affect the shape.
+/// Slope fraction for the computation of the quantities; it does not affect the shape.
 const SLOPE_FRACTION: f64 = 0.5;
 
 /// Prediction for a new specimen from one draw of the posterior.
@@ -72,8 +72,8 @@ impl PredictedCurves {
     /// Computes the band from posterior draws. The shapes of `draws` and of the tested specimens (`specimens`, one row
     /// each) are given at the percentages `percent`. `error` is the covariance of the forward model's error of the
     /// shape.
-    ///
-    /// The band ends at the displacement that nine of ten drawn curves reach. The other curves are extrapolated by the
+    /// The band ends at the displacement that nine of ten predicted curves reach. Shorter curves are extrapolated by
+    /// the parabola through their last three points.
     /// parabola through their last three points.
     pub fn of(
         percent: &[u8],
@@ -150,9 +150,9 @@ fn root(covariance: &DMatrix<f64>) -> DMatrix<f64> {
     eigenvectors * DMatrix::from_diagonal(&eigenvalues.map(|value| value.max(0.0).sqrt()))
 }
 
-/// Interpolates a shape: force at the percentage `at` of the displacement at peak, divided by the peak force. The
-/// interpolation is linear between the points and starts from 0. Beyond the last point, it is the parabola through the
-/// last three points.
+/// Interpolates a shape at the percentage `at` of the displacement at peak; the result is relative to the peak force.
+/// The interpolation starts from the origin and is linear between the points. Beyond the last point, the result follows
+/// the parabola through the last three points.
 fn relative(percent: &[u8], shape: &[f64], at: f64) -> f64 {
     let place = |i: usize| f64::from(percent[i]);
     let k = percent.partition_point(|&p| f64::from(p) < at);
@@ -216,8 +216,9 @@ mod tests {
         assert!(largest_percentage(&nothing).is_err());
     }
 
-    /// In many laboratories, eight specimens have random peak forces, displacements at peak and shapes. The 90 % and
-    /// 50 % bands contain these shares of the curves of new specimens, on the rising branch and at the peak.
+    /// In many laboratories, eight specimens have random peak forces, displacements at peak and shapes. The 90 % band
+    /// contains 90 % of the curves of new specimens, and the 50 % band contains 50 %, on the rising branch and at the
+    /// peak.
     #[test]
     fn bands_hold_the_share_of_new_curves_that_they_state() {
         let percent: Vec<u8> = (1..=24).map(|i| 5 * i).collect();
@@ -227,7 +228,7 @@ mod tests {
         let (sd, sd_of_shape, off) = ([7.0, 0.006], 0.25, 0.1);
         let places = [0.03, 0.07, 0.09, 0.1];
         let mut inside = [[0.0; 2]; 4];
-        // derivative of the shape with respect to a; the forward model has a normal error of a
+        // derivative of the shape with respect to the exponent a, in which the forward model has a normal error
         let slope: Vec<f64> = shape_of(3.01, &percent)
             .iter()
             .zip(shape_of(2.99, &percent))
@@ -248,7 +249,7 @@ mod tests {
                 .collect();
             let shapes: Vec<Vec<f64>> =
                 specimens.iter().map(|s| shape_of(s[2], &percent)).collect();
-            // draws of the prediction for a new specimen, if the means are estimated and the scatter is known
+            // predictive draws of a new specimen; the means are estimated from n specimens, and the scatter is known
             let wide = (1.0 + 1.0 / f64::from(n)).sqrt();
             let mean = |i: usize| specimens.iter().map(|s| s[i]).sum::<f64>() / f64::from(n);
             let draws: Vec<PredictedSpecimen> = (0..400)

@@ -32,12 +32,13 @@ pub use family::{PriorBounds, PriorFamily, PriorKey};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prior {
     family: PriorFamily,
-    /// Parameters of the family, in the order of [`PriorFamily::keys`], NaN where missing; zero beyond them.
+    /// Parameters of the family, in the order of [`PriorFamily::keys`]: NaN if a parameter is missing, zero in unused
+    /// entries.
     values: [f64; 3],
     range: [f64; 2],
 }
 
-/// Evaluates an expression for the distribution of a prior, which is not truncated.
+/// Evaluates an expression with the distribution of a prior before truncation.
 macro_rules! with_family {
     ($prior:expr, $d:ident => $use:expr) => {{
         let Prior { family, values: [a, b, c], range: [lower, upper] } = *$prior;
@@ -62,7 +63,7 @@ macro_rules! with_family {
     }};
 }
 
-/// Evaluates an expression for the distribution of a prior, truncated to its range.
+/// Evaluates an expression with the distribution of a prior, truncated to its range.
 macro_rules! with_distribution {
     ($prior:expr, $d:ident => $use:expr) => {
         if $prior.is_uniform() {
@@ -88,8 +89,8 @@ impl Prior {
         inputs.iter().map(|input| Self::uniform(input.lower, input.upper)).collect()
     }
 
-    /// Prior of a family with these parameters, in the order of [`PriorFamily::keys`]. The range are the quantiles 0.1 % and
-    /// 99.9 %. [`Univariate::validate`] reports parameters that are missing or wrong.
+    /// Prior of a family with these parameters, in the order of [`PriorFamily::keys`]. The range extends from the 0.1 %
+    /// to the 99.9 % quantile. [`Univariate::validate`] reports parameters that are missing or wrong.
     pub fn new(family: PriorFamily, parameters: &[f64]) -> Self {
         let mut values = [0.0; 3];
         for (i, value) in values.iter_mut().take(family.keys().len()).enumerate() {
@@ -144,7 +145,8 @@ impl Prior {
         (0..=steps).map(at).map(|x| (x, UnivariateDensity::<f64>::ln_pdf(self, x).exp())).collect()
     }
 
-    /// Draws `n` points whose coordinates have these priors: the quantiles of the points of a design in the unit cube.
+    /// Draws `n` points whose coordinates have these priors. A design in the unit cube is mapped by the quantile
+    /// functions.
     ///
     /// # Errors
     /// As [`DesignMethod::sample`].
@@ -256,7 +258,8 @@ impl<R: Scalar> UnivariateDensity<R> for Prior {
         with_distribution!(self, d => d.add_ln_pdf(x, terms));
     }
 
-    /// Delegates, because the density of `Uniform` and the Jacobian cancel.
+    /// Delegates to the family's distribution, because for `Uniform` the density and the Jacobian of the transform
+    /// cancel.
     fn at_coordinate(&self, y: R, terms: &mut impl Accumulator<R>) -> R {
         with_distribution!(self, d => d.at_coordinate(y, terms))
     }
@@ -313,7 +316,7 @@ impl<'de> Visitor<'de> for PriorVisitor {
             }
         }
         let family = family.ok_or_else(|| {
-            let help = "Name it: distribution = \"lognormal\", or write [lower, upper].";
+            let help = "State the distribution, such as distribution = \"lognormal\", or write [lower, upper].";
             error("the prior names no distribution", help)
         })?;
         let keys = family.keys();

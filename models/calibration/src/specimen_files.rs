@@ -190,7 +190,7 @@ fn slope_fraction(row: TableRow<'_>) -> Result<f64, InputError> {
     Err(row.error(
         "slope_fraction",
         "must lie between 0.1 and 0.9",
-        "It is a fraction of the displacement at peak; the paper takes 0.3 or 0.55.",
+        "slope_fraction is a fraction of the displacement at peak; the paper uses 0.3 or 0.55.",
     ))
 }
 
@@ -274,7 +274,7 @@ fn mean_rate(file: &Path, curve: &TestCurve, time_s: &[f64]) -> Result<f64, Inpu
         return Ok(rate);
     }
     let problem = format!("passes {passed_s} s from the first reading to the largest force");
-    let help = "Correct the column, or remove it: the rate of the test is taken from it.";
+    let help = "Correct the column of times, or remove it: the rate of the test is computed from this column.";
     Err(InputError::new(file, "column time", "", problem, help))
 }
 
@@ -307,7 +307,7 @@ mod tests {
             slope_fraction,
             image: None,
             rate_mm_per_s: slope_fraction,
-            // two specimens must not have the same curve
+            // the curves must differ, because two specimens with the same curve are an error
             curve: curve.scale_displacement(if id == "S-1" { 1.0 } else { 1.1 }),
         };
         for fraction in [None, Some(0.55)] {
@@ -379,7 +379,7 @@ mod tests {
             (
                 "id,hieght,radius_mm,group\nS-1,4.4,2.5,50C\n".into(),
                 CURVE.into(),
-                &["height_mm", "missing", "Is the column \"hieght\" meant?"],
+                &["height_mm", "missing", "Did you mean the column \"hieght\"?"],
             ),
             (
                 good.replace("group\n", "group,radius_mm\n").replace("50C\n", "50C,2.6\n"),
@@ -426,7 +426,8 @@ mod tests {
         assert!(error.contains("S-2.csv") && error.contains("is the curve of S-1, too"), "{error}");
     }
 
-    /// The rate is 0.12 mm in 240 s. The format of the export is described. Two files for one specimen are an error.
+    /// The rate is 0.12 mm in 240 s. The format of the export is described. Two curve files for one specimen are an
+    /// error.
     #[test]
     fn exports_have_a_rate_and_are_found_by_their_endings() {
         let (dir, file) = written("id,height_mm,radius_mm,group\nS-1,4.4,2.5,a\n", CURVE);

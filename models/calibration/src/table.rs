@@ -25,8 +25,8 @@ impl<'a> CsvTable<'a> {
         Self::parse(file, bytes, b',', required)
     }
 
-    /// Parses UTF-8 text with this separator and checks that it has the `required` columns. Rows of empty cells are
-    /// skipped.
+    /// Parses UTF-8 text with this separator and checks that it has the `required` columns. Rows with only empty cells
+    /// are skipped.
     pub(crate) fn parse(
         file: &'a Path,
         bytes: &[u8],
@@ -104,8 +104,8 @@ impl<'a> TableRow<'a> {
         };
         number.filter(|value| value.is_finite()).ok_or_else(|| {
             let help = match comma {
-                true => "Write it with a decimal comma, as the other numbers, and no unit: 4,95.",
-                false => "Write it with a decimal point and no unit, as 4.95.",
+                true => "Write the number with a decimal comma, like the other numbers, and without a unit: 4,95.",
+                false => "Write the number with a decimal point and without a unit: 4.95.",
             };
             self.error(column, "is not a finite number", help)
         })
@@ -128,8 +128,8 @@ impl<'a> TableRow<'a> {
     }
 }
 
-/// Counter of the lines of a text. The CSV reader's position of a record is the end of the preceding record, so that
-/// blank lines and comments may lie between this position and the record.
+/// Counter of the lines of a text. The CSV reader gives the position of a record as the end of the preceding record;
+/// blank lines and comments may follow this position before the record starts.
 struct LineCounter<'a> {
     text: &'a [u8],
     /// Byte offset of the start of the current line; `line` is its number.
@@ -191,7 +191,7 @@ fn missing_column(file: &Path, column: &str, found: &[String], required: &[&str]
     let help = if found.len() == 1 && found[0].contains([';', '\t']) {
         "Separate columns by commas and write numbers with a decimal point.".to_owned()
     } else if let Some(similar) = closest(column, found.iter().map(String::as_str)) {
-        format!("Is the column {similar:?} meant? The header is {}.", required.join(","))
+        format!("Did you mean the column {similar:?}? The header is {}.", required.join(","))
     } else {
         format!("The first line must be the header {}.", required.join(","))
     };
@@ -215,7 +215,7 @@ fn malformed(file: &Path, text: &[u8], error: &csv::Error) -> InputError {
             place,
             "",
             format!("is not readable CSV ({error})"),
-            "Save it as plain text, UTF-8, fields separated by commas.",
+            "Save the table as plain text in UTF-8, with fields separated by commas.",
         ),
     }
 }

@@ -19,8 +19,8 @@ pub struct DetectedTable<'a> {
 
 impl<'a> DetectedTable<'a> {
     /// Reads `file` and checks that it has the `required` columns. A first line such as `sep=;` states the separator.
-    /// Otherwise, the separator is the one with which the header contains most of the required columns. The decimal
-    /// sign is the one that most cells of the columns `numbers` have.
+    /// Otherwise, the separator is chosen with which the header contains most of the required columns. The decimal sign
+    /// is the sign in most cells of the columns `numbers`.
     ///
     /// # Errors
     /// As [`CsvTable::read`].
@@ -64,8 +64,8 @@ fn without_separator_line(text: String) -> (String, Option<(u8, &'static str)>) 
     }
 }
 
-/// Detects the separator: the one with which the header contains most of the required columns. If several do, it is the
-/// one that occurs most often.
+/// Detects the separator: the separator with which the header contains most of the required columns. If this number is
+/// equal for several separators, the most frequent separator is chosen.
 fn separator(text: &str, required: &[&str]) -> (u8, &'static str) {
     let is_header = |line: &&str| !line.trim().is_empty() && !line.starts_with('#');
     let header = text.split(['\n', '\r']).find(is_header).unwrap_or_default();

@@ -117,7 +117,7 @@ pub(super) fn slurm(
         print_line(format_args!("job {array}: {tasks} tasks of {cpus} processors make the runs"))?;
         let runs = workflow.dir().join("runs.csv");
         print_line(format_args!(
-            "job {}: collects them into {} once those have ended, however they end",
+            "job {}: collects the runs in {} when the tasks have ended, with or without errors",
             submitted.collecting,
             runs.display()
         ))?;

@@ -11,20 +11,20 @@ pub(super) enum Failure {
     Workflow(#[from] WorkflowError),
     #[error(transparent)]
     Slurm(#[from] SlurmError),
-    #[error("standard output cannot be written ({0}); the results are in their files")]
+    #[error("standard output cannot be written ({0}); the results are in the results folder")]
     Output(std::io::Error),
     #[cfg(feature = "mpi")]
     #[error(transparent)]
     Mpi(#[from] fem_mpi::MpiError),
     #[cfg(not(feature = "mpi"))]
     #[error(
-        "{0} processes were started together, but this program was built without MPI, and each would do the \
-         same: build it with --features mpi, or start one"
+        "{0} processes were started together, but this program was built without MPI, so that each process would do the \
+         same: build the program with --features mpi, or start one process"
     )]
     WithoutMpi(usize),
     #[error(
-        "{count} processes were started together, and each would {command} the same: `simulate` alone is \
-         shared by them; start one, or see `breccia help ensemble` for jobs"
+        "{count} processes were started together, but only `simulate` can run on several processes, and each process would \
+         {command} the same: start one process, or see `breccia help ensemble` for jobs"
     )]
     NotShared { command: String, count: usize },
 }

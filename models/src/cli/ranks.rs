@@ -32,8 +32,8 @@ pub(super) fn ranks() -> Result<Ranks, Failure> {
     }
 }
 
-/// Returns a single rank. Fails if a launcher has started several processes, because all of them would compute the same
-/// results.
+/// Returns a single rank. Fails if a launcher has started several processes, because all processes would compute the
+/// same results.
 #[cfg(not(feature = "mpi"))]
 pub(super) fn ranks() -> Result<Ranks, Failure> {
     match launched() {
@@ -42,7 +42,7 @@ pub(super) fn ranks() -> Result<Ranks, Failure> {
     }
 }
 
-/// Refuses to run in several processes, because all of them would compute the same results.
+/// Refuses to run in several processes, because all processes would compute the same results.
 pub(super) fn refuse(command: &str) -> Result<(), Failure> {
     match launched() {
         Some(count) if count > 1 => Err(Failure::NotShared { command: command.into(), count }),
@@ -64,7 +64,7 @@ pub(super) fn farewell() -> Option<String> {
     let saved = state.is_file();
     let state = state.display();
     (*rank < 2).then(|| match saved {
-        true => format!("the run is ended from outside; the same command goes on from {state}"),
-        false => format!("the run is ended from outside before its first {state} was saved"),
+        true => format!("the run was stopped by a signal; the same command resumes from {state}"),
+        false => format!("the run was stopped by a signal before the first {state} was saved"),
     })
 }

@@ -16,8 +16,8 @@ use crate::fracture::{CalibrationError, Population};
 /// been repeated.
 #[derive(Clone, Debug)]
 pub struct Emulated {
-    /// Mean response over packings. With `stiffness`, the mean over packings of one stiffness ratio, which is then the
-    /// last input.
+    /// Mean response over packings. If `stiffness` is set, the last input is the stiffness ratio, and the response is
+    /// the mean over packings with this ratio.
     pub response: DynPce,
     /// Mean and standard deviation of the stiffness ratio of packings, if it is an input of the response.
     pub stiffness: Option<[f64; 2]>,
@@ -40,10 +40,10 @@ pub struct Emulated {
 }
 
 impl Emulated {
-    /// Draws a laboratory and the forward models for its calibration: the exact response, a surrogate with a separate
-    /// packing for each run and its shared error, and a surrogate with a single packing that is assumed to be exact, as
-    /// in the paper. If the stiffness ratio is an input of the response, there are also surrogates with this input: the
-    /// ratio is known for no specimen, for the first half of the specimens, or for all.
+    /// Draws a laboratory and the forward models for its calibration: the exact response; a surrogate of runs with a
+    /// separate packing each, and its shared error; and a surrogate of runs with a single packing that is assumed to be
+    /// exact, as in the paper. If the stiffness ratio is an input of the response, there are also surrogates with this
+    /// input: the ratio is known for no specimen, for the first half of the specimens, or for all specimens.
     ///
     /// # Errors
     /// If a covariance is not positive definite, or an ensemble cannot be fitted.
@@ -192,9 +192,9 @@ mod tests {
     use crate::case::{CaseFile, PriorCase};
     use crate::qoi::Quantity;
 
-    /// Viscous limit of definitions 3.3: m ~ E, F ~ E^(2/3) ξ^(1/3), d ~ (ξ/E)^(1/3), independent of Gc. If the
-    /// stiffness ratio is an input, each quantity is multiplied by a power of the ratio; the exponents are taken from
-    /// simulated packings.
+    /// Viscous limit of definitions 3.3: slope ~ E, peak force ~ E^(2/3) ξ^(1/3), displacement at peak ~ (ξ/E)^(1/3),
+    /// independent of Gc. If the stiffness ratio is an input, each quantity is multiplied by a power of the ratio; the
+    /// exponents are taken from simulated packings.
     fn viscous_limit(prior: &PriorCase, stiffness: Option<Input>) -> DynPce {
         let inputs: Vec<Input> = prior.inputs().unwrap().into_iter().chain(stiffness).collect();
         let points = DesignMethod::Sobol.sample(&inputs, 256, 1).unwrap();

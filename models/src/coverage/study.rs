@@ -50,7 +50,8 @@ impl Setting {
         Self { name: name.into(), forward, error: None, stiffness: None }
     }
 
-    /// Setting with a surrogate from runs with a separate packing each; all specimens share its error.
+    /// Setting with a surrogate of runs that have a separate packing each. All specimens share the error of the
+    /// surrogate.
     pub fn shared(name: impl Into<String>, fit: PceFit) -> Self {
         Self { error: Some(fit.coefficients), ..Self::exact(name, fit.pce) }
     }

@@ -15,15 +15,15 @@ use super::ticks::with_round_ticks;
 pub enum Ink {
     /// Experiments.
     Measured,
-    /// The posterior and quantities derived from it.
+    /// The posterior, and quantities that are derived from the posterior.
     Posterior,
     /// A second posterior, for comparison.
     Other,
     /// The prior.
     Prior,
-    /// The truth of virtual specimens.
+    /// The true parameters of virtual specimens.
     Truth,
-    /// One of a series: specimens, chains.
+    /// A member of a series, such as a specimen or a chain.
     Series(usize),
 }
 

@@ -8,7 +8,7 @@ pub(crate) struct SpecimenFacts {
     pub(crate) group: String,
     pub(crate) height_mm: f64,
     pub(crate) radius_mm: f64,
-    /// Values of the quantities of interest, in their order.
+    /// Values of the quantities of interest, in the order of the report's quantities.
     pub(crate) values: Vec<f64>,
 }
 
@@ -37,7 +37,7 @@ pub(crate) struct QuantityMisfit {
     pub(crate) simulation: Option<Misfit>,
 }
 
-/// Reason why a predicted band ends where it ends.
+/// Reason for the end of a predicted band.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct BandEnd {
     /// Percentage of the displacement at peak up to which shapes are known.

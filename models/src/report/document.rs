@@ -4,8 +4,8 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::style::named_clips;
 
-/// Returns a self-contained HTML page for screens, phones, paper and dark mode. The clip paths of its figures are named
-/// after `clips`.
+/// Returns a self-contained HTML page for screens, phones, paper and dark mode. The names of the clip paths in its
+/// figures start with `clips`.
 pub(super) fn document(title: &str, clips: &str, content: &Markup) -> String {
     let page = html! {
         (DOCTYPE)

@@ -9,14 +9,14 @@ pub(crate) struct Provenance {
     pub(crate) version: String,
     /// Operating system, architecture and number of hardware threads of the machine that writes the report.
     pub(crate) machine: String,
-    /// Files that no stage has written and that the stages have read.
+    /// Input files: files that a stage has read and that no stage has written.
     pub(crate) inputs: Vec<InputFile>,
 }
 
 /// A file that the results were computed from.
 #[derive(Clone, Debug)]
 pub(crate) struct InputFile {
-    /// Name relative to the results folder; the file name alone if the file is outside of it.
+    /// Name relative to the results folder; the file name alone if the file is outside of the results folder.
     pub(crate) name: String,
     /// Hash of the content.
     pub(crate) hash: String,

@@ -93,7 +93,7 @@ pub(crate) struct Results {
 pub(crate) struct FurtherParameter {
     /// Label with unit.
     pub(crate) label: String,
-    /// Present contraction of the parameter.
+    /// Contraction of the parameter in the present posterior.
     pub(crate) now: f64,
     /// The tests, all with the same numbers of specimens and the same goals.
     pub(crate) tests: Vec<FurtherTestResult>,
@@ -318,7 +318,7 @@ pub(crate) enum Verdict {
     OutOfRange,
     /// The posterior is at a bound of the prior.
     AtBound,
-    /// Identified, with reservations that the intervals do not include.
+    /// Identified, but with qualifiers: errors or conditions that the intervals do not include.
     Qualified(BTreeSet<Qualifier>),
     /// Degree of identification without reservations.
     Learnt(Identification),

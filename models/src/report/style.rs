@@ -12,7 +12,7 @@ pub(super) const ENSEMBLE: &str = "#9cc3e6";
 pub(super) const DESIGN: &str = "#1f5f99";
 /// Colour of the simulation with the case's own materials.
 pub(super) const BASELINE: &str = "#d99a2b";
-/// Colour of the posterior and of quantities derived from it.
+/// Colour of the posterior and of quantities derived from the posterior.
 pub(super) const POSTERIOR: &str = "#c0504d";
 /// Colour of curves at posterior draws, and of the band that contains the central 50 % of the predicted curves.
 pub(super) const DRAWS: &str = "#e3a8a6";
@@ -68,7 +68,7 @@ pub(super) fn single(plots: Vec<Plot>, layout: Layout, width: f64, height: f64) 
     embedded(render_to_svg(plots, layout))
 }
 
-/// Renames the clip paths of a figure after `figure`.
+/// Renames the clip paths of a figure, so that their names start with `figure`.
 ///
 /// kuva numbers clip paths consecutively over all figures of a process. Without renaming, the same figure drawn twice
 /// would differ, and figures of two processes could have equal names on one page.

@@ -37,7 +37,7 @@ struct Axis {
 }
 
 impl Axis {
-    /// Ticks over a range, approximately `count` of them; `None` if the range is empty.
+    /// Approximately `count` ticks over a range; `None` if the range is empty.
     fn over((low, high): (f64, f64), count: usize) -> Option<Self> {
         let rough = (high - low) / count.max(1) as f64;
         if !(rough.is_finite() && rough > 0.0) {

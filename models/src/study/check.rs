@@ -50,7 +50,7 @@ impl StudyCheck {
             all.add(&part, error.to_string());
         }
         let Some(file) = file else {
-            let unread = "its cases are read once these mistakes are mended";
+            let unread = "correct these mistakes first; then the cases are read";
             return Self {
                 understood: vec![("study", unread.to_owned())],
                 mistakes: all.into_texts(usize::MAX),
@@ -79,7 +79,7 @@ impl StudyCheck {
             let total = ExpectedCost::sum(&costs).total();
             understood.push((
                 "cost",
-                format!("at most {total} (all parts; runs that parts share count for each)"),
+                format!("at most {total} (all parts; shared runs are counted for each part)"),
             ));
         }
         let count = checks.len();

@@ -52,8 +52,8 @@ mod tests {
 
     use super::*;
 
-    /// Two normal distributions with equal sd, d sd apart, have the overlap 2 Φ(−d/2). The logarithm of the ratio of
-    /// two narrow normals is approximately normal.
+    /// Two normal distributions with equal standard deviation σ and means d σ apart have the overlap 2 Φ(−d/2). The
+    /// logarithm of the ratio of two narrow normal distributions is approximately normal.
     #[test]
     fn overlap_and_ratio_of_normals_are_those_of_the_closed_form() {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(4);

@@ -6,8 +6,8 @@ use crate::report::{
 
 /// Probability with which a correct 90 % interval contains the truth.
 const NOMINAL: f64 = 0.9;
-/// Significance level. A hit is an interval that contains the truth. Intervals are called too narrow if the probability
-/// of at most the observed number of hits is below this level.
+/// Significance level. A hit is an interval that contains the truth. The intervals count as too narrow if the
+/// probability of at most the observed number of hits is below this level.
 const CHANCE: f64 = 0.05;
 
 /// A result of the calibrations: a claim as a sentence, and the numbers that support it.
@@ -94,7 +94,7 @@ fn is_learnt_in(setting: &StudyResults, label: &str) -> bool {
     setting.cases.iter().filter_map(|case| parameter(case, label)).any(is_learnt)
 }
 
-/// Result: the cases in which a parameter is identified.
+/// States the cases in which a parameter is identified.
 fn identification(cases: &[ComparedCase], label: &str) -> Shown {
     let all: Vec<&CalibratedParameter> =
         cases.iter().filter_map(|case| parameter(case, label)).collect();
@@ -110,7 +110,7 @@ fn identification(cases: &[ComparedCase], label: &str) -> Shown {
     Shown { claim, found: format!("{learnt} of {}{cut}", all.len()) }
 }
 
-/// Result: whether cases with the specimens of one laboratory agree on a parameter.
+/// States whether cases with the specimens of one laboratory agree on a parameter.
 fn agreement(setting: &StudyResults, laboratory: &str, label: &str) -> Option<Shown> {
     let is_there = |name: &String| {
         let case = setting.cases.iter().find(|case| case.name == *name);
@@ -133,7 +133,7 @@ fn agreement(setting: &StudyResults, laboratory: &str, label: &str) -> Option<Sh
     };
     let does = if differ == 0 { "agree" } else { "do not agree" };
     let found = format!(
-        "{differ} of {} pairs differ; they overlap by {range}; farthest apart {} and {}: {}",
+        "{differ} of {} pairs differ; overlap {range}; largest difference between {} and {}: {}",
         pairs.len(),
         farthest.cases[0],
         farthest.cases[1],
@@ -151,19 +151,19 @@ fn is_of_one_specimen(cases: &[ComparedCase], pair: &Pair) -> bool {
     }
 }
 
-/// Result: the difference of a parameter between two laboratories, for equal specimen geometry.
+/// States the difference of a parameter between two laboratories, for equal specimen geometry.
 fn difference(cases: &[ComparedCase], pair: &Pair) -> Shown {
     let ([a, b], label) = (&pair.cases, &pair.label);
     let claim = match (pair.differ(), pair.ratio[0] > 1.0) {
-        (false, _) => format!("{label} of {b} and of {a} are not told apart"),
-        (true, true) => format!("{label} of {b} is larger than of {a}"),
-        (true, false) => format!("{label} of {b} is smaller than of {a}"),
+        (false, _) => format!("{label} is not distinguishable between {b} and {a}"),
+        (true, true) => format!("{label} is larger in {b} than in {a}"),
+        (true, false) => format!("{label} is smaller in {b} than in {a}"),
     };
     let truth = |name: &String| {
         let case = cases.iter().find(|case| case.name == *name)?;
         parameter(case, label)?.truth
     };
-    let truth = truth(b).zip(truth(a)).map(|(b, a)| format!(", of the truths {}", number(b / a)));
+    let truth = truth(b).zip(truth(a)).map(|(b, a)| format!("; true ratio {}", number(b / a)));
     Shown { claim, found: ratio(pair) + &truth.unwrap_or_default() }
 }
 
@@ -172,7 +172,7 @@ fn ratio(pair: &Pair) -> String {
     format!("ratio {median:.3} ({low:.3} … {high:.3})")
 }
 
-/// Result: whether simulations at the posterior mode reproduce the experiments.
+/// States whether simulations at the posterior mode reproduce the experiments.
 fn reproduction(cases: &[ComparedCase]) -> Shown {
     let errors: Vec<f64> =
         cases.iter().flat_map(|case| &case.qois).map(|qoi| qoi.percent_error).collect();
@@ -181,11 +181,11 @@ fn reproduction(cases: &[ComparedCase]) -> Shown {
     let which = if good == errors.len() { "all quantities" } else { "not all quantities" };
     Shown {
         claim: format!("Simulations at the MAP reproduce {which} within {REPRODUCED} %"),
-        found: format!("{good} of {}, at most {worst:.1} % off", errors.len()),
+        found: format!("{good} of {}; largest difference {worst:.1} %", errors.len()),
     }
 }
 
-/// Result: whether the intervals of identified parameters contain the true values; `None` if no truth is known.
+/// States whether the intervals of identified parameters contain the true values; `None` if no truth is known.
 fn coverage(cases: &[ComparedCase]) -> Option<Shown> {
     let identified = |p: &&CalibratedParameter| p.verdict().is_identified() && p.truth.is_some();
     let all: Vec<_> = cases.iter().flat_map(|case| &case.parameters).collect();
@@ -201,7 +201,7 @@ fn coverage(cases: &[ComparedCase]) -> Option<Shown> {
     let than = if often == "as" { "as" } else { "than" };
     Some(Shown {
         claim: format!(
-            "90 % intervals of what is identified include the truth {often} often {than} they promise"
+            "90 % intervals of identified parameters include the truth {often} often {than} stated"
         ),
         found: format!("{hits} of {}", known.len()),
     })
@@ -291,10 +291,10 @@ mod tests {
         let expected: Vec<(&str, Vec<bool>)> = vec![
             ("E (MPa) is identified in every case", vec![true, true, false]),
             ("The cases of laboratory 50C do not agree on E (MPa)", vec![true, false, true]),
-            ("E (MPa) of C is larger than of B", vec![true, true, true]),
+            ("E (MPa) is larger in C than in B", vec![true, true, true]),
             ("Simulations at the MAP reproduce all quantities within 10 %", vec![true, true, true]),
             (
-                "90 % intervals of what is identified include the truth less often than they promise",
+                "90 % intervals of identified parameters include the truth less often than stated",
                 vec![true, false, false],
             ),
         ];
@@ -308,13 +308,13 @@ mod tests {
         assert!(claims.iter().all(|c| c.found[0] == c.found[1]), "{claims:?}");
         assert!(claims.iter().all(|c| !c.claim.contains("do not agree")), "{claims:?}");
         assert_eq!(claims[0].found[0].0, "2 of 2");
-        assert_eq!(found[2].found[0].0, "ratio 1.462 (1.412 … 1.512), of the truths 1.481");
+        assert_eq!(found[2].found[0].0, "ratio 1.462 (1.412 … 1.512); true ratio 1.481");
         assert_eq!(found[4].found[0].0, "0 of 3");
         assert_eq!(found[4].found[2].0, "0 of 0");
         assert!(
-            found[1].found[0]
-                .0
-                .starts_with("1 of 1 pairs differ; they overlap by 0 %; farthest apart A and B")
+            found[1].found[0].0.starts_with(
+                "1 of 1 pairs differ; overlap 0 %; largest difference between A and B"
+            )
         );
     }
 }

@@ -40,8 +40,8 @@ fn remedy(cases: &[ComparedCase]) -> &'static str {
     let mut parameters = cases.iter().flat_map(|case| &case.parameters);
     match parameters.any(|p| p.qualifiers.contains(&OneMicrostructure)) {
         true => {
-            " They leave out how microstructures scatter: design.microstructure = \"per-run\", or the image of each \
-             specimen, includes it."
+            " The intervals omit the scatter between microstructures: use design.microstructure = \"per-run\", or an image \
+             of each specimen."
         }
         false => "",
     }

@@ -102,7 +102,7 @@ impl StudyFile {
             (_, Some(mistake)) => Err(mistake.into_error()),
             // a text that is not a study has at least one mistake
             (None, None) => {
-                Err(InputError::new(path, "", "", "is no study", "See docs/how-to/studies.md."))
+                Err(InputError::new(path, "", "", "is not a study", "See docs/how-to/studies.md."))
             }
         }
     }
@@ -169,7 +169,7 @@ impl Parts<'_> {
             let Some(file) = self.case(part, own, &folder, read) else { continue };
             let experiments = file.case.experiments.as_ref();
             if experiments.is_none_or(|e| e.virtual_specimens.is_none()) {
-                let help = "Add experiments.virtual to its set: what is tested there.";
+                let help = "Add the virtual specimens of the laboratory: set.experiments.virtual.";
                 let problem = "has no virtual specimens";
                 read.fail(&folder, InputError::new(self.path, "", "", problem, help));
             }
@@ -333,8 +333,8 @@ mod tests {
             ("fraction = 0.25", "fracton = 0.25", &["b: ", "fracton", "study.toml"][..]),
             ("laboratory = \"50C\"", "laboratory = \"60C\"", &["no laboratory \"60C\"", "50C"]),
             ("[\"fidelity\"]", "[\"fidelty\"]", &["b: without = fidelty", "not in the base case"]),
-            ("name = \"a\"", "name = \"b\"", &["\"b\"", "is taken"]),
-            ("name = \"a\"", "name = \"runs\"", &["\"runs\"", "is taken"]),
+            ("name = \"a\"", "name = \"b\"", &["\"b\"", "is already used"]),
+            ("name = \"a\"", "name = \"runs\"", &["\"runs\"", "is already used"]),
             ("name = \"a\"", "name = \"../a\"", &["../a", "name of a folder"]),
             ("base.toml", "bse.toml", &["bse.toml", "cannot be read"]),
             ("title = \"two\"", "titel = \"two\"", &["line 1", "titel"]),

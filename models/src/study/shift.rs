@@ -96,7 +96,7 @@ impl<'a> Shift<'a> {
                             shift.part(rank, &name, || {
                                 if !tested.is_none_or(|tested| *tested.wait()) {
                                     if !shift.interrupt.load(Ordering::Relaxed) {
-                                        say("left out", "its laboratory has failed");
+                                        say("omitted", "its laboratory has failed");
                                     }
                                     return Ok(None);
                                 }

@@ -40,9 +40,9 @@ pub struct Submitted {
 /// Error that prevents the submission of jobs.
 #[derive(Debug, thiserror::Error)]
 pub enum SlurmError {
-    /// A path or an option with characters that a script cannot contain.
+    /// A path or an option has characters that a script cannot contain.
     #[error(
-        "{0:?} has a line break or a quote, which a script for Slurm cannot hold; name it otherwise"
+        "{0:?} has a line break or a quote, which a script for Slurm cannot contain; use another name"
     )]
     Name(String),
     /// `sbatch` cannot be started on this machine.
@@ -128,9 +128,9 @@ impl SlurmJobs {
         let cpus = self.cpus.max(1);
         Ok(format!(
             r#"#!/bin/bash
-# The runs of an ensemble by an array of jobs that share one folder, and a job that collects them there
-# (runs.csv) once the array has ended, however it ends. Submit it as often as you like: what is finished is
-# never made again. How far it is:  breccia status '{results}'
+# An array of jobs computes the runs of an ensemble in one folder. When the array has ended, with or without errors,
+# a job collects the runs in runs.csv. Submit this script as often as you like: finished runs are never made again.
+# State of the runs:  breccia status '{results}'
 {options}
 program='{program}'
 results='{results}'
@@ -140,7 +140,7 @@ ensemble=("$program" ensemble --out "$results" --threads "${{SLURM_CPUS_PER_TASK
 if [ "${{1:-}}" = collect ] || [ -z "${{SLURM_ARRAY_JOB_ID:-}}" ]; then
     exec "${{ensemble[@]}}"
 fi
-# submitted by hand: the first task submits the collecting job, or collects by itself where it may not
+# submitted by hand: the first task submits the collecting job, or collects the runs itself if it must not submit jobs
 if [ "${{1:-}}" != worker ] && [ "$SLURM_ARRAY_TASK_ID" = 0 ] && [ "${{SLURM_RESTART_COUNT:-0}}" = 0 ]; then
     sbatch --array=0 --dependency="afterany:$SLURM_ARRAY_JOB_ID" "$0" collect || exec "${{ensemble[@]}}"
 fi

@@ -45,7 +45,7 @@ impl SlurmJobs {
         let cpus = self.cpus.max(1);
         Ok(format!(
             r#"#!/bin/bash
-# Parts of a study by jobs that share one folder: what is finished is never made again. How far it is:
+# Jobs compute the parts of a study in one folder. Finished results are never made again. State of the study:
 # breccia status '{results}'
 {options}
 program='{program}'
@@ -122,7 +122,10 @@ esac
         }
         let options: Vec<&str> = options.iter().map(String::as_str).collect();
         let number = sbatch("job", &options, script, &["all"])?;
-        jobs.push(StudyJob { number, does: "what is left, and what all show together".to_owned() });
+        jobs.push(StudyJob {
+            number,
+            does: "missing results, and the comparison of all cases".to_owned(),
+        });
         Ok(jobs)
     }
 }

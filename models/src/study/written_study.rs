@@ -84,7 +84,7 @@ impl WrittenStudy {
         let written: Self = toml::from_str(&text).map_err(|e| {
             if CaseFile::parse(&text, path).is_ok() {
                 let help = format!("Run it with: breccia run {}", path.display());
-                return InputError::new(path, "", "", "is a case, no study", help);
+                return InputError::new(path, "", "", "is a case and not a study", help);
             }
             let line = e.span().map_or(1, |span| text[..span.start].matches('\n').count() + 1);
             let help = "A study has the keys title, base, tables [[laboratory]] and [[case]] with name, \
@@ -113,7 +113,10 @@ impl WrittenStudy {
             if !name.chars().all(is_plain) || name.trim_matches('.').is_empty() {
                 refuse("is the name of a folder", "Use letters, digits and - _ only.");
             } else if names.contains(&name.as_str()) {
-                refuse("is taken", "Name each laboratory, case and variant otherwise.");
+                refuse(
+                    "is already used",
+                    "Use different names for all laboratories, cases and variants.",
+                );
             }
             names.push(name);
         }

@@ -36,7 +36,8 @@ impl CoefficientPosterior {
         places: &[Vec<f64>],
         count: usize,
     ) -> Result<Vec<usize>, SurrogateError> {
-        // w = Fᵀψ at each point; leverages and covariances are products of these vectors
+        // w = Fᵀψ at each point, with the factor F of the posterior and the values ψ of the basis polynomials;
+        // leverages and covariances are products of these vectors
         let mut w: Vec<Vec<f64>> =
             places.iter().map(|x| self.projection(x)).collect::<Result<_, _>>()?;
         let mut chosen: Vec<usize> = Vec::new();
@@ -52,7 +53,8 @@ impl CoefficientPosterior {
             let best = free.rev().max_by(|&a, &b| gains[a].total_cmp(&gains[b]));
             let Some(best) = best else { break };
             chosen.push(best);
-            // the update A − Aψψᵀ A/(1 + h) has the factor F (I − κ w wᵀ) with (1 − κ h)² = 1/(1 + h)
+            // a run with the leverage h and the vector w changes A to A − Aψψᵀ A/(1 + h), whose factor is F (I − κ w
+            // wᵀ) with (1 − κ h)² = 1/(1 + h)
             let w_best = w[best].clone();
             let h = dot(&w_best, &w_best);
             let shrink = if h > 0.0 { (1.0 - (1.0 + h).sqrt().recip()) / h } else { 0.0 };

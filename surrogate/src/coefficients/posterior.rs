@@ -58,10 +58,10 @@ pub struct CoefficientPosterior {
     /// Factor F with F Fᵀ = (ΨᵀΨ)⁻¹, one row per term, in the order of the terms of `estimate`. Ψ contains the values
     /// of the basis polynomials at the runs.
     factor: Vec<Vec<f64>>,
-    /// s²: covariance (outputs × outputs) of the error of a single run, on the linear or logarithmic scales of the
+    /// Covariance s² (outputs × outputs) of the error of a single run, on the linear or logarithmic scales of the
     /// outputs.
     scatter: Vec<Vec<f64>>,
-    /// ν, the degrees of freedom of s².
+    /// Degrees of freedom ν of the estimated covariance s² of the error of a single run.
     freedom: f64,
 }
 
@@ -113,8 +113,8 @@ impl CoefficientPosterior {
         &self.estimate
     }
 
-    /// ν, the degrees of freedom of s²: N − P, the number of runs minus the number of terms, unless
-    /// derivatives were fitted too.
+    /// Degrees of freedom ν of the estimated covariance s² of the error of a single run. Without derivatives, ν is the
+    /// number of runs minus the number of terms.
     pub fn freedom(&self) -> f64 {
         self.freedom
     }
@@ -129,8 +129,8 @@ impl CoefficientPosterior {
         Ok(self.leverage_at_unit(&self.unit(x)))
     }
 
-    /// Covariance of the fit at `x`: s² h(x) (outputs × outputs, in the outputs' units), where `at` are the
-    /// values of the outputs at `x`.
+    /// Covariance s² h(x) of the fit at `x` (outputs × outputs, in the outputs' units): the covariance s² of the error
+    /// of a single run times the leverage h(x). `at` are the values of the outputs at `x`.
     ///
     /// If each run has its own specimen, this is the error of the mean response over specimens. This covariance does
     /// not include the lack of fit of the polynomial to the response of a single specimen. [`FitReport::lack_of_fit`]
@@ -161,7 +161,8 @@ impl CoefficientPosterior {
         Ok(self.scatter.iter().zip(&slopes).map(row).collect())
     }
 
-    /// Covariance of the fit averaged over the box: s² tr (ΨᵀΨ)⁻¹ (outputs × outputs, in the outputs' units). The
+    /// Covariance s² tr (ΨᵀΨ)⁻¹ of the fit averaged over the box (outputs × outputs, in the outputs' units). s² is the
+    /// covariance of the error of a single run, and Ψ contains the values of the basis polynomials at the runs. The
     /// average is over inputs that are uniform on their scales. The output values `at` are needed to convert from a
     /// logarithmic scale.
     ///
@@ -173,13 +174,14 @@ impl CoefficientPosterior {
         Ok(self.scatter(at)?.into_iter().map(row).collect())
     }
 
-    /// Multiplies the covariance s² by a factor, to account for the uncertainty of s² itself.
+    /// Multiplies the covariance s² of the error of a single run by a factor, to account for the uncertainty of s²
+    /// itself.
     pub fn widened(mut self, factor: f64) -> Self {
         self.scatter.iter_mut().flatten().for_each(|entry| *entry *= factor);
         self
     }
 
-    /// Factor F with F Fᵀ = (ΨᵀΨ)⁻¹, one row per term.
+    /// Factor F with F Fᵀ = (ΨᵀΨ)⁻¹, one row per term. Ψ contains the values of the basis polynomials at the runs.
     pub(crate) fn factor(&self) -> &[Vec<f64>] {
         &self.factor
     }
@@ -213,8 +215,9 @@ impl CoefficientPosterior {
             .with_tolerance(estimate.tolerance())
     }
 
-    /// Draws Σ and returns its factor L₀ A⁻ᵀ by rows, where L₀L₀ᵀ = ν s² and A is the triangular Bartlett factor of a
-    /// standard Wishart matrix.
+    /// Draws the covariance Σ of the error of a run, and returns its factor L₀ A⁻ᵀ by rows. Here L₀L₀ᵀ = ν s² with the
+    /// estimate s² of Σ and its degrees of freedom ν, and A is the triangular Bartlett factor of a standard Wishart
+    /// matrix.
     fn spread<R: Rng>(&self, rng: &mut R) -> Result<Vec<Vec<f64>>, SurrogateError> {
         let m = self.scatter.len();
         let mut bartlett = vec![vec![0.0; m]; m];
@@ -241,7 +244,8 @@ impl CoefficientPosterior {
         Ok(lower.iter().map(solve).collect())
     }
 
-    /// Returns the covariance s² (outputs × outputs) on the linear or logarithmic scales of the outputs.
+    /// Returns the covariance s² (outputs × outputs) of the error of a single run, on the linear or logarithmic scales
+    /// of the outputs.
     pub(crate) fn scatter_on_scales(&self) -> &[Vec<f64>] {
         &self.scatter
     }
@@ -251,7 +255,8 @@ impl CoefficientPosterior {
         self.projected(&psi).iter().map(|w| w * w).sum()
     }
 
-    /// Returns the vector Fᵀ ψ(x), whose squared norm is the leverage at `x`.
+    /// Returns the vector Fᵀ ψ(x), whose squared norm is the leverage at `x`. F is [`Self::factor`], and ψ(x) is
+    /// [`Self::basis`].
     ///
     /// # Errors
     /// The errors of [`Self::leverage`].
@@ -291,7 +296,7 @@ impl DynDifferentiable for CoefficientPosterior {
         self.estimate.position(x)?;
         let t = self.unit(x);
         let projected = self.projected(&basis_row(self.indices(), &t));
-        // derivative of the leverage h = |Fᵀψ|²: ∂h = 2 (F Fᵀψ)ᵀ ∂ψ
+        // derivative of the leverage h = |Fᵀψ|² with the basis values ψ and the factor F: ∂h = 2 (F Fᵀψ)ᵀ ∂ψ
         let weights: Vec<f64> = self.factor.iter().map(|row| dot(row, &projected)).collect();
         let slope = |((row, axis), &x): ((&Vec<f64>, &Axis), &f64)| {
             2.0 * dot(row, &weights) * axis.slope_at(x)

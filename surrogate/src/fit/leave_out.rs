@@ -11,12 +11,12 @@ const DETERMINED: f64 = 1e-10;
 pub(crate) struct Prefix {
     pub(crate) terms: usize,
     pub(crate) runs: usize,
-    /// Weighted residuals y − f of the fit f, rows × outputs.
+    /// Residuals y − f of the fit f to the targets y, with the weights of the rows; rows × outputs.
     pub(crate) residuals: Mat<f64>,
-    /// Block H_bb = Q_b Q_bᵀ of the hat matrix for each run b. Within a block, the derivatives are first and the
-    /// value is last.
+    /// Block H_bb = Q_b Q_bᵀ of the hat matrix for each run b, where Q_b contains the rows of run b of the orthonormal
+    /// factor Q of the basis matrix. Within a block, the derivatives are first and the value is last.
     pub(crate) hat: Vec<f64>,
-    /// Trace of (ΨᵀΨ)⁻¹ for the basis matrix Ψ = Q R, which equals |R⁻¹|²_F.
+    /// Trace of (ΨᵀΨ)⁻¹ for the basis matrix Ψ. With the factorisation Ψ = Q R it equals |R⁻¹|²_F.
     pub(crate) trace: f64,
 }
 
@@ -46,8 +46,8 @@ impl Prefix {
     }
 
     /// Degrees of freedom of the residuals of the values: N − P for N runs and P terms without derivatives. With
-    /// derivatives, it is N minus the sum of the leverages of the values, because the derivatives determine a part of
-    /// the coefficients.
+    /// derivatives, the degrees of freedom are N minus the sum of the leverages of the values, because the derivatives
+    /// determine a part of the coefficients.
     pub(crate) fn freedom(&self) -> f64 {
         match self.block() {
             1 => (self.runs - self.terms) as f64,
@@ -60,8 +60,9 @@ impl Prefix {
         self.residuals.get(..self.runs, ..).to_owned()
     }
 
-    /// Returns the leave-one-run-out residuals (rows × outputs), that is, the residuals (I − H_bb)⁻¹ (y_b − f_b) of
-    /// each run b in the fit to all other runs. None if a single run alone determines a coefficient.
+    /// Returns the leave-one-run-out residuals (rows × outputs): the residuals of each run b in the fit to all other
+    /// runs. These residuals are (I − H_bb)⁻¹ r_b with the residuals r_b of run b in the fit to all runs and the block
+    /// H_bb of the hat matrix. None if a single run alone determines a coefficient.
     pub(crate) fn left_out(&self) -> Option<Mat<f64>> {
         let (block, outputs) = (self.block(), self.residuals.ncols());
         let mut left_out = self.residuals.clone();
@@ -91,8 +92,8 @@ impl Prefix {
         Some(self.left_out()?.get(..self.runs, ..).to_owned())
     }
 
-    /// Chapelle's correction factor N/(N−P) · (1 + tr (ΨᵀΨ)⁻¹) of the leave-one-out error, where N − P is
-    /// [`Self::freedom`].
+    /// Chapelle's correction factor N/(N − P) · (1 + tr (ΨᵀΨ)⁻¹) of the leave-one-out error for N runs, P terms and the
+    /// basis matrix Ψ. N − P is [`Self::freedom`].
     pub(crate) fn correction(&self) -> f64 {
         self.runs as f64 / self.freedom() * (1.0 + self.trace)
     }

@@ -24,11 +24,11 @@ const MAX_CORNER_INPUTS: usize = 10;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Terms {
-    /// All terms of the order. This is best for few inputs, and for runs whose outputs scatter.
+    /// All terms of the order. All terms are best for few inputs, and for runs whose outputs scatter.
     #[default]
     All,
-    /// A sparse subset of candidate terms; there can be more candidates than runs. This is suitable for many inputs
-    /// or high orders.
+    /// A sparse subset of candidate terms; there can be more candidates than runs. Sparse terms are suitable for many
+    /// inputs or high orders.
     ///
     /// Forward selection adds one term at a time, each time the term that reduces the residuals of the outputs most
     /// (orthogonal least squares: Chen, Billings & Luo 1989, doi:10.1080/00207178908953472). For each order several

@@ -77,10 +77,11 @@ impl NestedLeastSquares {
         prefixes
     }
 
-    /// Jackknife covariance (outputs × outputs) of the fit with the first `terms` columns, averaged over the box.
-    /// This covariance is Σ_b Δ_bᵀ Δ_b, where Δ_b = R⁻¹ Q_bᵀ (I − H_bb)⁻¹ r_b is the change of the coefficients when
-    /// run b, with the residuals r_b and the block H_bb of the hat matrix, is left out. The estimate is valid for any
-    /// correlation of the errors within a run.
+    /// Jackknife covariance (outputs × outputs) of the fit with the first `terms` columns, averaged over the box. This
+    /// covariance is Σ_b Δ_bᵀ Δ_b, where Δ_b = R⁻¹ Q_bᵀ (I − H_bb)⁻¹ r_b is the change of the coefficients when run b
+    /// is left out. Ψ = Q R is the factorisation of the basis matrix. Q_b, r_b and H_bb are the rows of Q, the
+    /// residuals and the block of the hat matrix of run b. The estimate is valid for any correlation of the errors
+    /// within a run.
     pub(crate) fn jackknife(&self, prefix: &Prefix, left_out: &Mat<f64>) -> Vec<Vec<f64>> {
         let (runs, outputs) = (self.runs, left_out.ncols());
         let block = self.q.nrows() / runs;

@@ -49,10 +49,10 @@ pub struct FitReport {
     /// Covariance of the fit averaged over the box, on the outputs' scales; None if no derivatives were fitted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) mean_covariance: Option<Vec<Vec<f64>>>,
-    /// Leverage averaged over the box, tr (ΨᵀΨ)⁻¹, for inputs that are uniform on their scales. See
-    /// [`PceFit::leverage`](crate::PceFit::leverage).
+    /// Leverage averaged over the box, for inputs that are uniform on their scales. The average is tr (ΨᵀΨ)⁻¹, where Ψ
+    /// contains the values of the basis polynomials at the runs. See [`PceFit::leverage`](crate::PceFit::leverage).
     pub mean_leverage: f64,
-    /// Largest leverage h(x) = ψ(x)ᵀ(ΨᵀΨ)⁻¹ψ(x) of any row.
+    /// Largest leverage of any row; see [`PceFit::leverage`](crate::PceFit::leverage).
     pub largest_leverage: f64,
     /// Largest leverage at a corner of the box; None for more than 10 inputs, because the number of corners is
     /// 2^inputs.

@@ -59,16 +59,17 @@ impl Holdout {
     }
 }
 
-/// Leave-one-out errors of one order, one per output, as fractions of the output's variance. They are errors in the
-/// unit of the output, even if the output is on a logarithmic scale.
+/// Leave-one-out errors of one order, one per output, as fractions of the output's variance. The errors are in the unit
+/// of the output, even if the output is on a logarithmic scale.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LeaveOneOutError {
-    /// The error mean ((y_i − f_i)/(1 − h_i))² / mean (y_i − ȳ)² over the runs i, with the fit f and the leverage
-    /// h_i. With derivatives, the value and the derivatives of run i are left out together.
+    /// The error mean ((y_i − f_i)/(1 − h_i))² / mean (y_i − ȳ)² over the runs i, with the output y_i, its mean ȳ, the
+    /// fit f_i and the leverage h_i. With derivatives, the value and the derivatives of run i are left out together.
     pub plain: Vec<f64>,
-    /// The plain error times Chapelle's correction N/(N−P) · (1 + tr (ΨᵀΨ)⁻¹), a penalty for few rows per term
-    /// (Chapelle, Vapnik & Bengio 2002; Blatman & Sudret 2011, doi:10.1016/j.jcp.2010.12.021). For an expansion with
-    /// [sparse terms](crate::Terms::Sparse), this is the error of cross-validation instead.
+    /// The plain error times Chapelle's correction N/(N − P) · (1 + tr (ΨᵀΨ)⁻¹) for N runs, P terms and the basis
+    /// matrix Ψ. The correction is a penalty for few rows per term (Chapelle, Vapnik & Bengio 2002; Blatman & Sudret
+    /// 2011, doi:10.1016/j.jcp.2010.12.021). For an expansion with [sparse terms](crate::Terms::Sparse), this is the
+    /// error of cross-validation instead.
     pub corrected: Vec<f64>,
 }
 
@@ -81,7 +82,7 @@ impl LeaveOneOutError {
     }
 }
 
-/// Errors of one order that was fitted to the training rows, one per output. They are mean squared errors as
+/// Errors of one order that was fitted to the training rows, one per output. The errors are mean squared errors as
 /// fractions of the output's variance.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SplitError {

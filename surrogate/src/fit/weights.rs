@@ -33,7 +33,8 @@ pub(crate) struct WeightedFit {
     pub(crate) fit: NestedLeastSquares,
     /// Fits of the orders that the runs determine.
     pub(crate) prefixes: Vec<Prefix>,
-    /// Weight σ_v/σ_j of the derivatives with respect to each input's coordinate on [−1, 1]; empty without
+    /// Weight σ_v/σ_j of the derivatives with respect to the coordinate of each input j on [−1, 1]: standard deviation
+    /// of the errors of the values, divided by the standard deviation of the errors of the derivatives. Empty without
     /// derivatives.
     pub(crate) weights: Vec<f64>,
 }
@@ -78,8 +79,9 @@ fn best<'a>(prefixes: &'a [Prefix], truth: &Truth<'_>, rule: OrderRule) -> Optio
     Some(errors.min_by(|a, b| a.1.total_cmp(&b.1))?.0)
 }
 
-/// Estimates the ratios σ_v/σ_j from the residuals of a fit. Squared residuals are averaged over the outputs
-/// as fractions of the outputs' variances, so that outputs which the polynomial fits exactly have no influence.
+/// Estimates the weights σ_v/σ_j (see [`WeightedFit::weights`]) from the residuals of a fit. Squared residuals are
+/// averaged over the outputs as fractions of the outputs' variances, so that outputs which the polynomial fits exactly
+/// have no influence.
 fn estimate(prefix: &Prefix, variances: &[f64], weights: &[f64]) -> Vec<f64> {
     let (runs, block) = (prefix.runs, weights.len() + 1);
     let spread = |place: usize, weight: f64| {

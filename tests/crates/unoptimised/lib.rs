@@ -1,1 +1,1 @@
-//! Nothing: this package has tests alone (see its `Cargo.toml`).
+//! Empty: this package contains only tests (see its `Cargo.toml`).

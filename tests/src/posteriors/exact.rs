@@ -1,18 +1,20 @@
-//! Posteriors whose moments follow by enumeration, conjugacy or quadrature in two dimensions.
+//! Models whose posterior moments are known exactly, by enumeration, conjugacy or quadrature in two dimensions.
 //!
-//! Models as users of Stan write them, on data of the literature; priors are proper and our own.
+//! The models are written as users of Stan write them, for data from the literature. The priors are proper and differ
+//! from the priors of the literature.
 
 use ppl::prelude::*;
 
 use super::regression::Trial;
 
 ppl::model! {
-    /// Two rates of disasters and the year between them, summed out (Stan User's Guide, change
-    /// points).
+    /// Coal mining disasters: two rates, and an unknown year in which the rate changes. The year is summed out (Stan
+    /// User's Guide, change points).
     pub fn disasters(counts: &[u64]) {
         let early ~ Exponential(1.0);
         let late ~ Exponential(1.0);
-        // with the change before the first year all are late; then one after the other is early
+        // the sum begins with the change before the first year, so that all years have the late rate; each further year
+        // moves one year from the late to the early rate
         let mut path = 0.0;
         for k in counts {
             path += Poisson(late).ln_density(k);
@@ -31,7 +33,7 @@ ppl::model! {
             .sum::<Real<_>>();
     }
 
-    /// Annual flow of the Nile: a level that walks, seen with noise (Durbin & Koopman 2012, ch. 2).
+    /// Annual flow of the Nile: the level is a random walk that is observed with noise (Durbin & Koopman 2012, ch. 2).
     pub fn nile(flow: &[f64]) {
         let step ~ HalfNormal(100.0);
         let noise ~ HalfNormal(200.0);
@@ -47,7 +49,7 @@ ppl::model! {
         #[track] let now = last;
     }
 
-    /// Tumours in groups of rats: rates from one beta distribution (Gelman et al. 2013, ch. 5).
+    /// Tumours in groups of rats: the rates of the groups share one beta distribution (Gelman et al. 2013, ch. 5).
     pub fn tumours(tumours: &[u64], rats: &[u64]) {
         let mean ~ Uniform(0.0, 1.0);
         let size ~ LogNormal(2.5, 1.0);
@@ -57,12 +59,12 @@ ppl::model! {
         }
     }
 
-    /// Learning of dogs: every trial before multiplies the chance of a shock (Kéry & Schaub 2012;
+    /// Learning of dogs: each earlier trial multiplies the probability of a shock by a factor (Kéry & Schaub 2012;
     /// posteriordb dogs_log).
     pub fn dogs_log(trials: &[Trial]) {
         let beta ~ Uniform(0.0, 1.0).array::<2>();
         for t in trials {
-            // the first trial is a shock
+            // the first trial is always a shock
             if t.avoided + t.shocks > 0.0 {
                 let shocked = t.shock == 1.0;
                 shocked ~ Bernoulli(beta[0].powf(t.avoided) * beta[1].powf(t.shocks));
@@ -79,7 +81,7 @@ ppl::model! {
         }
     }
 
-    /// Captures of each of so many animals, of which some may not exist (Kéry & Schaub 2012, M0).
+    /// Number of captures of each animal. Some of the animals may not exist (Kéry & Schaub 2012, model M0).
     pub fn captures(captures: &[u64], occasions: u64) {
         let exists ~ Uniform(0.0, 1.0);
         let p ~ Uniform(0.0, 1.0);
@@ -93,7 +95,7 @@ ppl::model! {
         }
     }
 
-    /// Remissions, some of them not over yet.
+    /// Durations of remissions; a remission that has not ended is a censored observation.
     pub fn remissions(weeks: &[f64], over: &[bool]) {
         let shape ~ HalfNormal(3.0);
         let scale ~ LogNormal(3.0, 1.0);
@@ -107,7 +109,8 @@ ppl::model! {
         }
     }
 
-    /// Two states, summed out by the forward algorithm; the chance to stay in each is unknown.
+    /// Hidden Markov model with two states, which the forward algorithm sums out. The probability of staying in each
+    /// state is unknown.
     pub fn two_states(y: &[f64], means: &[f64; 2]) {
         let stay ~ Beta(3.0, 2.0).array::<2>();
         let mut forward = means.map(|m| Normal(m, 1.0).ln_density(&Real::from(y[0])) + 0.5f64.ln());
@@ -152,7 +155,7 @@ pub const TUMOURS: [u64; 71] = [
     6, 6, 6, 6, 16, 15, 15, 9, 4,
 ];
 
-/// Rats in each group.
+/// Number of rats in each group.
 pub const RATS: [u64; 71] = [
     20, 20, 20, 20, 20, 20, 20, 19, 19, 19, 19, 18, 18, 17, 20, 20, 20, 20, 19, 19, 18, 18, 25, 24,
     23, 20, 20, 20, 20, 20, 20, 10, 49, 19, 46, 27, 17, 49, 47, 20, 20, 13, 48, 50, 20, 20, 20, 20,
@@ -162,19 +165,19 @@ pub const RATS: [u64; 71] = [
 /// Logarithms of four doses in g/ml.
 pub const LN_DOSE: [f64; 4] = [-0.86, -0.30, -0.05, 0.73];
 
-/// Deaths at each dose among five animals.
+/// Number of deaths at each dose, among five animals.
 pub const DEATHS: [u64; 4] = [0, 1, 3, 5];
 
-/// Snowshoe hares caught once, twice, … six times on six occasions (Otis et al. 1978).
+/// Numbers of snowshoe hares that were caught once, twice, … six times on six occasions (Otis et al. 1978).
 pub const HARES: [usize; 6] = [25, 22, 13, 5, 1, 2];
 
-/// Captures of each hare, with 60 more animals that were never caught and may not exist.
+/// Number of captures of each hare, and of 60 further animals that were never caught and may not exist.
 pub fn hares() -> Vec<u64> {
     let caught = (1..).zip(HARES).flat_map(|(times, n)| vec![times; n]);
     caught.chain(vec![0; 60]).collect()
 }
 
-/// Weeks of remission under 6-mercaptopurine, and whether they were over (Gehan 1965,
+/// Weeks of remission under 6-mercaptopurine, and whether the remission has ended (Gehan 1965,
 /// doi:10.1093/biomet/52.1-2.203).
 pub const REMISSIONS: [(f64, bool); 21] = [
     (6.0, true),

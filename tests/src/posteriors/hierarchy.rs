@@ -1,4 +1,4 @@
-//! Rates and groups that share a distribution.
+//! Hierarchical models: rates and groups that share a distribution.
 
 use ppl::prelude::*;
 
@@ -14,7 +14,7 @@ ppl::model! {
         }
     }
 
-    /// One rate for both.
+    /// One rate for all trials.
     pub fn common_rate(flags: &[bool]) {
         let theta ~ Beta(1.0, 1.0);
         for flag in flags {
@@ -22,7 +22,7 @@ ppl::model! {
         }
     }
 
-    /// Failures of pumps: gamma-distributed rates.
+    /// Failures of pumps with gamma-distributed rates.
     pub fn pumps(failures: &[u64], time: &[f64]) {
         let alpha ~ Exponential(1.0);
         let beta ~ Gamma(0.1, 1.0);
@@ -32,7 +32,7 @@ ppl::model! {
         }
     }
 
-    /// Growth curves of rats, centred on day 22.
+    /// Growth curves of rats; the time axis is centred on day 22.
     pub fn rats(day: &[f64], weight: &[[f64; 5]]) {
         let alpha_c ~ Normal(0.0, 1000.0);
         let beta_c ~ Normal(0.0, 1000.0);
@@ -50,8 +50,8 @@ ppl::model! {
         }
     }
 
-    /// Mortality in hospitals: logits that share a normal distribution. The binomial is written on
-    /// the logit scale, without its constant.
+    /// Mortality in hospitals: logits that share a normal distribution. The binomial density is written as a function
+    /// of the logit, without its constant.
     pub fn surgical(deaths: &[f64], operations: &[f64]) {
         let mu ~ Normal(0.0, 1000.0);
         let tau ~ Gamma(0.001, 0.001);
@@ -64,7 +64,7 @@ ppl::model! {
         }
     }
 
-    /// Germination of seeds on 21 plates: logits with an effect of the plate.
+    /// Germination of seeds on 21 plates: the logit includes a random effect of the plate.
     pub fn seeds(plates: &[Plate]) {
         let alpha0 ~ Normal(0.0, 1000.0);
         let alpha1 ~ Normal(0.0, 1000.0);
@@ -80,8 +80,8 @@ ppl::model! {
         }
     }
 
-    /// Log radon: an intercept a county about a line in the uranium of its soil (Gelman & Hill
-    /// 2007, ch. 12; posteriordb radon_hierarchical_intercept_noncentered).
+    /// Log radon: each county has its own intercept of a regression on the floor and the uranium of the soil (Gelman &
+    /// Hill 2007, ch. 12; posteriordb radon_hierarchical_intercept_noncentered).
     pub fn radon_hierarchical(houses: &Houses) {
         let mu_alpha ~ Normal(0.0, 10.0);
         let sigma_alpha ~ HalfNormal(1.0);
@@ -95,11 +95,11 @@ ppl::model! {
 /// Seeds of one plate.
 #[derive(Debug)]
 pub struct Plate {
-    /// How many germinated.
+    /// Number of seeds that germinated.
     pub germinated: f64,
-    /// Of how many.
+    /// Number of seeds on the plate.
     pub seeds: f64,
-    /// Seed and root extract, 0 or 1.
+    /// Indicators (0 or 1) of the seed variety and the root extract.
     pub factors: [f64; 2],
 }
 
@@ -108,20 +108,20 @@ pub struct Plate {
 pub struct Houses {
     /// Number of counties.
     pub counties: usize,
-    /// Index of the county of each.
+    /// Index of the county of each house.
     pub county: Vec<usize>,
-    /// ln of the county's uranium in ppm, and 0 in the basement, 1 on the ground floor.
+    /// For each house: ln of the county's uranium in ppm; floor of the measurement (0: basement, 1: ground floor).
     pub x: Vec<[f64; 2]>,
     /// ln(activity + 0.1), activity in pCi/L.
     pub log_radon: Vec<f64>,
 }
 
-/// `successes` of `trials` as flags.
+/// `trials` flags, of which the first `successes` are true.
 pub fn flags(successes: usize, trials: usize) -> Vec<bool> {
     (0..trials).map(|i| i < successes).collect()
 }
 
-/// Data of [`pumps`]: failures and time in 1000 h.
+/// Data of [`pumps`]: failures, and operating time in 1000 h.
 pub fn pump_data() -> (Vec<u64>, Vec<f64>) {
     let data = Data::parse(include_str!("../../fixtures/posteriors/pumps.json"));
     (data.counts("failures"), data.column("time"))
@@ -152,7 +152,7 @@ pub fn seed_plates() -> Vec<Plate> {
     (0..germinated.len()).map(plate).collect()
 }
 
-/// The 919 houses of Minnesota.
+/// Data of [`radon_hierarchical`]: 919 houses in Minnesota.
 pub fn houses() -> Houses {
     let data = Data::parse(include_str!("../../fixtures/posteriors/radon.json"));
     let (activity, floor) = (data.column("activity"), data.column("floor"));

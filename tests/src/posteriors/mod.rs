@@ -1,8 +1,8 @@
 //! Published posteriors: their data, the models rewritten in `model!`, and reference moments.
 //!
-//! Data and references are in `fixtures/posteriors`, each with its source. A flat prior of the
-//! original is a normal (half-normal for scales) so wide that no moment moves by a thousandth of
-//! its standard deviation.
+//! Data and references are in `fixtures/posteriors`, each with its source. A flat prior of the original model is
+//! replaced by a normal prior (half-normal for scales). This prior is so wide that no moment changes by more than a
+//! thousandth of its standard deviation.
 
 pub mod exact;
 pub mod hierarchy;
@@ -21,26 +21,26 @@ use crate::number;
 pub struct Data(Value);
 
 impl Data {
-    /// Reads the text of a fixture.
+    /// Parses the text of a fixture.
     ///
     /// # Panics
-    /// If it is no JSON.
+    /// If the text is not JSON.
     pub fn parse(text: &str) -> Self {
         Self(serde_json::from_str(text).expect("the fixture is JSON"))
     }
 
-    /// A column of numbers.
+    /// Returns a column of numbers.
     ///
     /// # Panics
-    /// If there is none of this name.
+    /// If there is no such column.
     pub fn column(&self, name: &str) -> Vec<f64> {
         self.list(name).iter().map(number).collect()
     }
 
-    /// A column of counts or indices.
+    /// Returns a column of counts or indices.
     ///
     /// # Panics
-    /// If there is none of this name.
+    /// If there is no such column.
     pub fn counts(&self, name: &str) -> Vec<u64> {
         self.list(name).iter().map(|v| v.as_u64().expect("a count")).collect()
     }
@@ -50,7 +50,7 @@ impl Data {
     }
 }
 
-/// Columns as the rows of a design matrix.
+/// Combines columns to the rows of a design matrix.
 pub fn rows<const D: usize>(columns: [&[f64]; D]) -> Vec<[f64; D]> {
     (0..columns[0].len()).map(|i| columns.map(|column| column[i])).collect()
 }
@@ -63,7 +63,7 @@ pub struct Reference {
     rows: Vec<Value>,
 }
 
-/// All references of the fixtures.
+/// Returns all references of the fixtures.
 ///
 /// # Panics
 /// If the fixture is damaged.
@@ -78,9 +78,9 @@ pub fn references() -> Vec<Reference> {
 }
 
 impl Reference {
-    /// Compares the means, and the second moments or standard deviations, of all quantities of
-    /// the reference with those of `posterior`; the number of comparisons, and those further off
-    /// than 4 standard errors of the difference.
+    /// Compares the means, and the second moments or standard deviations, of all quantities of the reference with the
+    /// moments of `posterior`. Returns the number of comparisons, and the comparisons that differ by more than 4
+    /// standard errors of the difference.
     ///
     /// # Panics
     /// If the posterior lacks a quantity.
@@ -111,8 +111,8 @@ impl Reference {
     }
 }
 
-/// Of the standard deviation of `effective` independent draws, √((κ − 1)/4n) with the kurtosis κ
-/// of these chains.
+/// Relative standard error √((κ − 1)/(4n)) of the standard deviation of n = `effective` independent draws, where κ is
+/// the kurtosis of `chains`.
 fn relative_error_of_sd(chains: &[&[f64]], effective: f64) -> f64 {
     let all = chains.concat();
     let n = all.len() as f64;

@@ -7,7 +7,7 @@ use super::Data;
 use ppl::{Ode, OdeSolution};
 
 ppl::model! {
-    /// Gaussian process with noise of variance sigma, its values integrated out.
+    /// Gaussian process with noise of variance sigma. The values of the process are integrated out.
     pub fn gp_regr(x: &[f64], y: &[f64]) {
         let rho ~ Gamma(25.0, 4.0);
         let alpha ~ HalfNormal(2.0);
@@ -21,14 +21,14 @@ ppl::model! {
         let rho ~ Gamma(25.0, 4.0);
         let alpha ~ HalfNormal(2.0);
         let z ~ Normal(0.0, 1.0).iid(x.len());
-        // 10⁻¹⁰ of the variance makes a matrix of near places positive definite in floating point
+        // a noise variance of 10⁻¹⁰ α² makes the covariance of neighbouring points positive definite in floating point
         #[track] let f = smooth(x, alpha, rho, 1e-10 * alpha.square())?.times(&z)?;
         for (f, k) in f.iter().zip(k) {
             k ~ Poisson(f.exp());
         }
     }
 
-    /// Hares and lynx: log-normal errors about the solution of the Lotka–Volterra equations.
+    /// Populations of hares and lynx: the Lotka–Volterra equations with log-normal errors of the counts.
     pub fn lotka_volterra(
         solution: &OdeSolution<PredatorPrey, 2>,
         hare: &[f64; 21],
@@ -48,8 +48,8 @@ ppl::model! {
     }
 }
 
-/// The factor of the covariance of a smooth function's values at `x`, with independent noise:
-/// α² exp(−½ ((xᵢ − xⱼ)/ρ)²) + σ² δᵢⱼ (Rasmussen & Williams 2006, ch. 2).
+/// Cholesky factor of the covariance of the noisy values of a smooth function at `x`: α² exp(−½ ((xᵢ − xⱼ)/ρ)²) + σ²
+/// δᵢⱼ (Rasmussen & Williams 2006, ch. 2).
 fn smooth<R: Scalar>(
     x: &[f64],
     alpha: R,
@@ -65,15 +65,16 @@ fn smooth<R: Scalar>(
     DynCholeskyFactor::of_covariance(&x.iter().enumerate().map(row).collect::<Vec<_>>())
 }
 
-/// Two populations, from growth, predation, death, reproduction and the initial sizes.
+/// Lotka–Volterra equations. The parameters are the rates of growth, predation, death and reproduction, and the two
+/// initial populations.
 #[derive(Clone, Copy, Debug)]
 pub struct PredatorPrey;
 
 impl PredatorPrey {
-    /// After 0, 1, … 20 years.
+    /// Solution after 0, 1, … 20 years.
     pub fn years() -> OdeSolution<Self, 2> {
         let years: [f64; 21] = std::array::from_fn(|year| year as f64);
-        // counts far below any data are compared by their logarithms
+        // the absolute tolerance is zero, because the likelihood depends on the logarithms of the populations
         OdeSolution::new(Self, 0.0, &years, [1e-6, 0.0])
     }
 }
@@ -98,7 +99,7 @@ fn array<T: Copy, const N: usize>(column: Vec<T>) -> [T; N] {
     column.try_into().unwrap_or_else(|_| panic!("{n} values, expected {N}"))
 }
 
-/// Data of [`gp_regr`] and [`gp_pois_regr`]: places, values, counts.
+/// Data of [`gp_regr`] and [`gp_pois_regr`]: inputs x, values, counts.
 pub fn gp_data() -> ([f64; 11], [f64; 11], [u64; 11]) {
     let data = Data::parse(include_str!("../../fixtures/posteriors/gp_pois_regr.json"));
     (array(data.column("x")), array(data.column("y")), array(data.counts("k")))

@@ -5,21 +5,22 @@ use ppl::prelude::*;
 use super::{Data, rows};
 
 ppl::model! {
-    /// Linear regression with half-Cauchy scale and flat coefficients (posteriordb kidscore_*).
+    /// Linear regression with a half-Cauchy prior of the scale and flat priors of the coefficients (posteriordb
+    /// kidscore_*).
     pub fn kidscore<const D: usize>(x: &[[f64; D]], score: &[f64]) {
         let beta ~ Normal(0.0, 1e5).array::<D>();
         let sigma ~ HalfCauchy(2.5);
         score ~ NormalGlm(x, 0.0, beta, sigma);
     }
 
-    /// Linear regression, all flat (posteriordb mesquite-* and kidscore_interaction_c, c2, z).
+    /// Linear regression with flat priors of all parameters (posteriordb mesquite-* and kidscore_interaction_c, c2, z).
     pub fn flat_regression<const D: usize>(x: &[[f64; D]], y: &[f64]) {
         let beta ~ Normal(0.0, 1e5).array::<D>();
         let sigma ~ HalfNormal(1e5);
         y ~ NormalGlm(x, 0.0, beta, sigma);
     }
 
-    /// Log radon on the floor of measurement, one line for all counties.
+    /// Regression of log radon on the floor of the measurement, with one line for all counties.
     pub fn radon_pooled(floor: &[f64], log_radon: &[f64]) {
         let alpha ~ Normal(0.0, 10.0);
         let beta ~ Normal(0.0, 10.0);
@@ -27,8 +28,8 @@ ppl::model! {
         log_radon ~ NormalGlm(floor, alpha, [beta], sigma);
     }
 
-    /// Learning of dogs: the chance of a shock on the logit scale, linear in what happened before.
-    /// The Bernoulli mass is written on that scale, where it has no 1 − p to lose digits.
+    /// Learning of dogs: the logit of the probability of a shock is linear in the numbers of earlier avoided and
+    /// received shocks. The Bernoulli density is a function of the logit, because 1 − p would lose digits.
     pub fn dogs(trials: &[Trial]) {
         let beta ~ Normal(0.0, 100.0).array::<3>();
         for t in trials {
@@ -41,15 +42,15 @@ ppl::model! {
 /// One trial of one dog.
 #[derive(Debug)]
 pub struct Trial {
-    /// Shocks avoided before.
+    /// Number of shocks that the dog avoided before this trial.
     pub avoided: f64,
-    /// Shocks received before.
+    /// Number of shocks that the dog received before this trial.
     pub shocks: f64,
-    /// 1 if this trial gave one.
+    /// 1 if the dog received a shock in this trial, else 0.
     pub shock: f64,
 }
 
-/// The trials of all 30 dogs.
+/// Returns the trials of all 30 dogs.
 ///
 /// # Panics
 /// If the fixture is damaged.
@@ -87,7 +88,8 @@ impl Kidiq {
         Self { score, school, iq }
     }
 
-    /// Rows 1, school, IQ, school × IQ, after both were moved and scaled.
+    /// Rows (1, s, q, s q) with the standardised schooling s and IQ q. `school` and `iq` contain the value to subtract
+    /// and the divisor.
     pub fn interaction(&self, school: (f64, f64), iq: (f64, f64)) -> Vec<[f64; 4]> {
         let row = |(s, q): (&f64, &f64)| {
             let (s, q) = ((s - school.0) / school.1, (q - iq.0) / iq.1);
@@ -97,7 +99,7 @@ impl Kidiq {
     }
 }
 
-/// Mesquite bushes: leaf weight with the columns of the original.
+/// Mesquite bushes: leaf weights, and the predictors of the original data.
 #[derive(Debug)]
 pub struct Mesquite(Data);
 
@@ -107,7 +109,7 @@ impl Mesquite {
         Self(Data::parse(include_str!("../../fixtures/posteriors/mesquite.json")))
     }
 
-    /// A column as it was measured.
+    /// A column as measured.
     pub fn column(&self, name: &str) -> Vec<f64> {
         self.0.column(name)
     }
@@ -117,7 +119,7 @@ impl Mesquite {
         self.column(name).into_iter().map(f64::ln).collect()
     }
 
-    /// Rows 1, then the five measures through `of`, then the group.
+    /// Rows of 1, the five measures, and the group. `of` returns the column of a measure.
     pub fn design(&self, of: impl Fn(&str) -> Vec<f64>) -> Vec<[f64; 7]> {
         let one = vec![1.0; 46];
         let [a, b, c, d, e] =

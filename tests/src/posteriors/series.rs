@@ -1,16 +1,17 @@
-//! Time series: values carried from one observation to the next.
+//! Time series: models in which a value is carried from one observation to the next.
 
 use ppl::prelude::*;
 
 use super::Data;
 
 ppl::model! {
-    /// GARCH(1, 1): the variance follows the last deviation and the last variance.
+    /// GARCH(1, 1): the variance depends on the preceding deviation and the preceding variance.
     pub fn garch11(y: &[f64], first_sd: f64) {
         let mu ~ Normal(0.0, 1e4);
         let alpha0 ~ HalfNormal(1e4);
         let alpha1 ~ Uniform(0.0, 1.0);
-        // flat in beta1 on (0, 1 − alpha1): its share of that has the width as density
+        // beta1 has a flat prior on (0, 1 − alpha1); as a share of this interval is sampled, the density gets the width
+        // 1 − alpha1 as a factor
         let share ~ Uniform(0.0, 1.0);
         factor((1.0 - alpha1).ln());
         #[track] let beta1 = share * (1.0 - alpha1);
@@ -23,7 +24,7 @@ ppl::model! {
         }
     }
 
-    /// ARMA(1, 1): the error of the last prediction is carried along.
+    /// ARMA(1, 1): the prediction depends on the preceding value and on the error of the preceding prediction.
     pub fn arma11(y: &[f64]) {
         let mu ~ Normal(0.0, 10.0);
         let phi ~ Normal(0.0, 2.0);
@@ -37,7 +38,7 @@ ppl::model! {
         }
     }
 
-    /// Autoregression of fifth order.
+    /// Autoregressive model of order 5.
     pub fn ark(y: &[f64]) {
         let alpha ~ Normal(0.0, 10.0);
         let beta ~ Normal(0.0, 10.0).array::<5>();
@@ -52,12 +53,12 @@ ppl::model! {
     }
 }
 
-/// The simulated series of these models.
+/// Parses the simulated series of a fixture.
 pub fn series(text: &str) -> Vec<f64> {
     Data::parse(text).column("y")
 }
 
-/// Data of [`garch11`]; its first standard deviation is 0.5.
+/// Data of [`garch11`]. The standard deviation of the first observation is 0.5.
 pub fn garch_data() -> Vec<f64> {
     series(include_str!("../../fixtures/posteriors/garch.json"))
 }

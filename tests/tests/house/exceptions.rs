@@ -1,6 +1,6 @@
 //! Exceptions from the rules of layers. These lists may only shrink.
 
-/// `impl`s of types of another file: crate, `file: impl Type`.
+/// Exceptions for `impl`s of types that another file defines, as (crate, `file: impl Type`).
 pub(super) const FOREIGN_IMPLS: [(&str, &str); 72] = [
     ("fem", "element/domain.rs: impl Space"),
     ("fem/image", "formats/read.rs: impl StackHeader"),
@@ -76,7 +76,7 @@ pub(super) const FOREIGN_IMPLS: [(&str, &str); 72] = [
     ("surrogate", "sobol.rs: impl DynPce"),
 ];
 
-/// Modules of many files that do not state the order of their children: crate, module.
+/// Exceptions for modules of many files that do not state the order of their children, as (crate, module).
 pub(super) const UNORDERED: [(&str, &str); 10] = [
     ("fem", "material"),
     ("fem", "operator"),

@@ -4,9 +4,9 @@
 //! file that defines the named item. Code behind `#[cfg(test)]` is ignored: tests may import everything. A re-export
 //! (`pub use`) is not an import.
 //!
-//! An `impl` of a type of another file counts as an import in both directions, because a caller of a method of the type may
-//! call code of either file. Exceptions are traits that the file itself defines, and traits with a type argument that
-//! the file defines, such as `impl From<Own> for Other`.
+//! An `impl` of a type of another file counts as an import in both directions, because a caller of a method of the type
+//! may call code of either file. Exceptions are traits that the file itself defines, and traits with a type argument
+//! that the file defines, such as `impl From<Own> for Other`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -99,7 +99,7 @@ impl Crate {
         imports
     }
 
-    /// The `impl`s of types of other files, as imports by the file of the `impl` from the file of the type.
+    /// The `impl`s of types that another file defines, as imports from the file of the type by the file of the `impl`.
     pub(crate) fn foreign_impls(&self) -> BTreeSet<Import> {
         let mut foreign = BTreeSet::new();
         for (path, module) in &self.modules {
@@ -123,7 +123,8 @@ impl Crate {
         matches!(named, [name] if self.defines(&module.file, name))
     }
 
-    /// Paths of the modules below the root that have more than `most` files, including the files of all their descendants.
+    /// Paths of the modules below the root that have more than `most` files, including the files of all their
+    /// descendants.
     pub(crate) fn large_modules(&self, most: usize) -> Vec<ModulePath> {
         let is_file = |path: &ModulePath| {
             let parent = self.modules.get(&path[..path.len().saturating_sub(1)]);

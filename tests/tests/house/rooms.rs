@@ -31,8 +31,8 @@ pub(super) fn workspace() -> PathBuf {
     }
 }
 
-/// Modules in the order that a crate's page states, lowest layer first. The page has lines such as ``//! 3. `mesh` …``; a
-/// line may list several modules, which are ordered, too.
+/// Returns the modules in the order that a crate's page states, lowest layer first. The page has lines such as ``//! 3.
+/// `mesh` …``. If a line lists several modules, these are ordered, too.
 fn stated_order(text: &str) -> Vec<String> {
     let mut order = Vec::new();
     for line in text.lines() {
@@ -142,8 +142,8 @@ fn every_exception_is_needed() {
     assert!(gone.is_empty(), "take these out of exceptions.rs:\n{}", gone.join("\n"));
 }
 
-/// Describes faults in the order of a module's children: children that the module does not list, and imports of a child in
-/// a higher layer.
+/// Describes faults in the order of a module's children: children that the module does not list, and imports of a child
+/// in a higher layer.
 fn faults_of_order(house: &Crate, imports: &BTreeSet<Import>, module: &str) -> Option<String> {
     let path: Vec<String> = module.split("::").map(String::from).collect();
     let text = std::fs::read_to_string(house.file(&path)).expect("the file was read before");

@@ -87,7 +87,7 @@ fn a_folder_of_curves_becomes_a_posterior() {
     let results = dir.path().join("out");
     assert_eq!(table(&results.join("experiments.csv")).len(), 4);
     let map = table(&results.join("map.csv"));
-    // the MAP is the true parameters of the example, within the scatter of specimens and packings
+    // the MAP agrees with the true parameters of the example, within the scatter of specimens and packings
     for (row, [truth, within]) in map.iter().zip([[280.0, 0.12], [0.3, 0.2]]) {
         let map = number(row, "map");
         assert!((map / truth - 1.0).abs() < within, "{row:?}");
@@ -297,7 +297,7 @@ fn a_chain_that_does_not_exist_is_an_error() {
     let report = || breccia(dir.path(), &["report", "--out", "out"]);
     let (code, _, err) = report();
     assert!(code == Some(1) && err.contains("posterior.csv"), "{err}");
-    // the same is true if the recorded checksum hides the change
+    // the report is also refused if the recorded checksum hides the change
     edit(&dir.path().join("out/stages.toml"), |text| text.replace(&whole, &content(&path)));
     record(&dir.path().join("out"), "stages.toml");
     std::fs::remove_file(dir.path().join("out/report.html")).unwrap();

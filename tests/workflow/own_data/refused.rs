@@ -69,8 +69,8 @@ fn specimens_that_cannot_be_meant_are_refused_before_the_ensemble_by_the_persons
     assert!(err.contains("mine/case.toml: test.steps = 1"), "{err}");
 }
 
-/// Units that are wrong by a factor of 4 to 20 are within the range of the closed form of the matrix alone. The first run
-/// detects them, before the other runs are made.
+/// Units that are wrong by a factor of 4 to 20 are within the range of the closed form of the matrix alone. The first
+/// run detects them, before the other runs are made.
 #[test]
 fn units_that_are_off_by_a_small_factor_are_refused_after_the_first_run() {
     type Change = fn(f64, f64) -> (f64, f64);

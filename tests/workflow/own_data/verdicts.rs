@@ -44,8 +44,8 @@ fn said_of(dir: &Path, run: (Option<i32>, String, String)) -> [String; 4] {
     [out + &err, read("warnings.txt"), read("summary.txt"), read("report.html")]
 }
 
-/// The example on a mesh of 1.5 mm: the error of the mesh is far above the width of the posterior and is reported in all
-/// places.
+/// The example on a mesh of 1.5 mm: the error of the mesh is far above the width of the posterior and is reported in
+/// all places.
 #[test]
 fn an_error_of_the_mesh_qualifies_the_result_everywhere() {
     let dir = finished();

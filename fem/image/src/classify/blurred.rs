@@ -1,15 +1,16 @@
 //! A model of an image as two materials and blur.
 //!
-//! Small grains have hardly any voxel far from the surface, so the grey value of the grain material is not a mean over
-//! voxels. The image is modelled instead: a set of voxels S is grain, all other voxels are matrix, and the grey value
-//! is m + c (k ∗ S), with the matrix's grey value m, the contrast c and a kernel k. The kernel is a mixture of binomial
-//! kernels, Σ aᵢ kᵢ with Σ aᵢ = 1. The values m and c aᵢ follow from linear least squares, so neither the width of the
-//! blur nor the form of the grains is assumed. Then m and c are computed again from the voxels that the blur affects
-//! least, where an error of S hardly matters; the values of k ∗ S select these voxels and give the blur in them.
+//! Small grains have hardly any voxels far from their surface, so the grey value of the grain material cannot be
+//! computed as a mean over voxels. The image is modelled instead: a set of voxels S is grain, all other voxels are
+//! matrix, and the grey value is m + c (k ∗ S), with the matrix's grey value m, the contrast c and a kernel k. The
+//! kernel k is a mixture of binomial kernels kᵢ, k = Σ aᵢ kᵢ with Σ aᵢ = 1. The values m and c aᵢ follow from linear
+//! least squares, without an assumption about the width of the blur or the form of the grains. Then m and c are
+//! computed again from the *purest* voxels, which the blur of the other material affects least and in which an error of
+//! S hardly matters. The values of k ∗ S identify these voxels.
 //!
-//! The sum of the grey values above m equals the grains' volume times c. S is the set of voxels above the level of the
-//! filtered image at which S has this volume. At the level half way between the materials, blur and median filter would
-//! shrink convex grains.
+//! The sum over all voxels of (grey value − m) equals the grains' volume times c. S is the set of voxels above a level
+//! in the filtered image, and the level is chosen such that S has the grains' volume. With the level half way between
+//! the materials, blur and median filter would shrink convex grains.
 
 use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
@@ -21,22 +22,25 @@ use crate::volume::threshold::{histogram, level_of};
 
 /// Number of kernels in the mixture that represents the blur.
 const KERNELS: usize = 3;
-/// Number of passes of the filter 1–2–1 for each kernel: variances of 0, 0.5 and 1.5 voxels².
+/// Number of passes of the filter with the weights 1–2–1 for each kernel. The kernels have variances of 0, 0.5 and 1.5
+/// voxels².
 const PASSES: [usize; KERNELS] = [0, 1, 3];
-/// Fixed-point value of a voxel that is completely grain, in the blurred sets.
+/// Fixed-point value of a voxel that consists of grain only.
 pub(crate) const FULL: u16 = 16384;
-/// Maximum number of iterations in the search for the level.
+/// Largest number of iterations in the search for the level, the grey value that separates matrix from grain.
 const ROUNDS: usize = 8;
-/// Convergence limit of the level: change per iteration, as a share of the contrast.
+/// The level has converged if it changes by less than this value in an iteration, as a share of the contrast.
 const STILL: f64 = 0.004;
-/// Lower and upper limit of the level: the matrix's grey value plus these shares of the contrast.
+/// Lower and upper limit of the level between matrix and grain, as shares of the contrast above the matrix's grey
+/// value.
 const LEVEL_RANGE: [f64; 2] = [0.15, 0.85];
-/// Minimum number of voxels above the level for the computation of a contrast.
+/// Smallest number of voxels above the level from which the contrast is computed.
 const LEAST: u64 = 150;
-/// Share of each material's voxels from which the material's grey value is computed: the voxels that the blur of the
+/// The grey value of a material is computed from this share of its voxels, the *purest* voxels, which the blur of the
 /// other material affects least. If grains are large, the blur does not reach these voxels.
 const PUREST: f64 = 0.1;
-/// Limits to which shares of grain are clamped before they are summed: noise lies within the limits, pores do not.
+/// Limits to which shares of grain are clamped before they are summed. Noise lies within the limits; only pores are
+/// clamped.
 const CUT: [f64; 2] = [-0.5, 1.5];
 
 /// Result of the model: grey values of matrix and grains, and the set of grain voxels.
@@ -46,19 +50,20 @@ pub(crate) struct Blurred {
     pub(crate) matrix: f64,
     /// Grey value of the grains.
     pub(crate) grain: f64,
-    /// Level of the filtered image above which the grain voxels have the grains' volume.
+    /// Grey level of the filtered image. The number of voxels above this level equals the volume of the grains.
     pub(crate) level: f64,
     /// Voxels whose value in the filtered image is at least the level.
     pub(crate) set: Vec<u8>,
     /// Share of grain in each voxel of the unfiltered image according to the model, in units of 1/[`FULL`].
     pub(crate) share: Vec<i16>,
-    /// Largest share of the purest matrix voxels, and smallest share of the purest grain voxels.
+    /// Largest share of grain among the purest matrix voxels, and smallest share of grain among the purest grain
+    /// voxels.
     pub(crate) purest: [i16; 2],
 }
 
 impl Blurred {
-    /// Fits the model to the voxels of `sample`, which are away from walls and voids; `inside` are the voxels that may
-    /// be grain. `start` is the initial level. Returns `None` if no level between two materials is found.
+    /// Fits the model to the voxels of `sample`, which contain no air. `inside` are the voxels that may be grain, and
+    /// `start` is the initial level. Returns `None` if no level between two materials is found.
     pub(crate) fn fit(
         smooth: &Volume<u16>,
         grey: &Volume<u16>,
@@ -87,7 +92,7 @@ impl Blurred {
                     purest,
                 });
             }
-            // secant method for the level at which the step `next - level` vanishes
+            // secant method for the level at which `next` equals `level`
             let move_by = next - level;
             let slope =
                 last.map_or(-1.0, |[before, moved]: [f64; 2]| (move_by - moved) / (level - before));
@@ -97,7 +102,7 @@ impl Blurred {
         None
     }
 
-    /// Returns the grey value half way between the materials.
+    /// Returns the grey value half way between matrix and grain.
     pub(crate) fn middle(&self) -> f64 {
         (self.matrix + self.grain) / 2.0
     }
@@ -109,26 +114,28 @@ pub(crate) fn above(smooth: &Volume<u16>, inside: &[u8], level: f64) -> Vec<u8> 
     values.map(|(&value, &inside)| u8::from(f64::from(value) >= level) & inside).collect()
 }
 
-/// Returns the shares of a blurred set, in units of 1/[`FULL`]; the blur is fitted to the image in the voxels of
-/// `sample`. `None` if the image is not brighter in the set than outside the set.
+/// Returns the share of a set in each voxel of the blurred image, in units of 1/[`FULL`]. The blur is fitted to the
+/// image in the voxels of `sample`. `None` if the image is not brighter in the set than outside the set.
 pub(crate) fn share(grey: &Volume<u16>, set: &[u8], sample: &[u8]) -> Option<Vec<i16>> {
     mixed(&grey.values, whole(set), sample, |_, blurred| binomial(grey.shape, blurred))
 }
 
-/// Returns the part of each voxel that a set of whole voxels takes, in units of 1/[`FULL`].
+/// Returns the shares of a set without blur, in units of 1/[`FULL`]: the share is [`FULL`] in each voxel of the set,
+/// and 0 in all other voxels.
 pub(crate) fn whole(set: &[u8]) -> Vec<u16> {
     set.par_iter().map(|&voxel| u16::from(voxel) * FULL).collect()
 }
 
-/// Computes the same shares as [`share`] at the voxels of `region`, which contains `sample`; the values at other voxels
-/// are unspecified. `covered` is the part of each voxel that a body takes, in units of 1/[`FULL`].
+/// Computes the shares of [`share`] only at the voxels of `region`, which contains `sample`; the values at all other
+/// voxels are unspecified. `covered` is the fraction of each voxel's volume that a body occupies, in units of
+/// 1/[`FULL`].
 pub(crate) fn share_at(
     grey: &Volume<u16>,
     covered: Vec<u16>,
     sample: &[u8],
     region: &[u8],
 ) -> Option<Vec<i16>> {
-    // each pass needs the result of the previous pass in one more layer of voxels
+    // each pass of the filter reads the result of the previous pass in one more layer of voxels
     let near = dilate(grey.shape, region);
     let wide = dilate(grey.shape, &near);
     let regions: [&[u8]; PASSES[KERNELS - 1]] = [&wide, &near, region];
@@ -165,10 +172,11 @@ fn mixed(
 /// Returns the weights of the kernels by least squares over the voxels of a sample; the sum of the weights is 1. `None`
 /// if the grey value does not increase with the share.
 fn weights(grey: &[u16], kernels: &[Vec<u16>; KERNELS], sample: &[u8]) -> Option<[f64; KERNELS]> {
-    // sums of all pairwise products of 1, the kernels and the grey value
+    // number of terms of the normal equations: 1, the kernels and the grey value; all their pairwise products are
+    // summed
     const TERMS: usize = KERNELS + 2;
     let portion = 1 << 16;
-    // integers, so that the result does not depend on the order of summation
+    // sum integers, so that the result does not depend on the order of summation
     let sums = (0..sample.len().div_ceil(portion))
         .into_par_iter()
         .map(|part| {
@@ -180,7 +188,7 @@ fn weights(grey: &[u16], kernels: &[Vec<u16>; KERNELS], sample: &[u8]) -> Option
                     k if k <= KERNELS => u64::from(kernels[k - 1][n]),
                     _ => u64::from(grey[n]),
                 });
-                // only the upper triangle of the symmetric matrix
+                // compute only the upper triangle of the symmetric matrix of sums
                 for i in 0..TERMS {
                     for j in i..TERMS {
                         sums[i][j] += terms[i] * terms[j];
@@ -217,7 +225,7 @@ fn materials(
     sample: &[u8],
 ) -> Option<[f64; 2]> {
     let full = f64::from(FULL);
-    // count, sum of shares and sum of grey values, for matrix and for grains
+    // number of the purest voxels, sum of their shares and sum of their grey values, for matrix and for grains
     let sums = (0..share.len())
         .into_par_iter()
         .with_min_len(1 << 16)
@@ -246,9 +254,10 @@ fn materials(
     (contrast > 0.0).then_some([dark - contrast * dark_share, contrast])
 }
 
-/// Returns the largest share of the purest matrix voxels, and smallest share of the purest grain voxels.
+/// Returns the largest share of grain among the purest matrix voxels, and the smallest share of grain among the purest
+/// grain voxels.
 fn purest(share: &[i16], set: &[u8], sample: &[u8]) -> [i16; 2] {
-    // 256 bins for a share of 1, starting at a share of −0.5
+    // number of bins of the histogram of shares; a bin has the width 1/256, and the first bin starts at the share −0.5
     const BINS: usize = 512;
     let width = i32::from(FULL / 256);
     let first = -i32::from(FULL / 2);
@@ -271,7 +280,7 @@ fn purest(share: &[i16], set: &[u8], sample: &[u8]) -> [i16; 2] {
     [bound(bins_of(matrix)) - 1, bound(BINS - bins_of(&reversed))]
 }
 
-/// Returns the number of bins, counted from the first bin, that contain the share [`PUREST`] of all counts.
+/// Returns how many bins, counted from the first bin, are needed to contain the share [`PUREST`] of all counts.
 fn bins_of(counts: &[u64]) -> usize {
     let wanted = PUREST * counts.iter().sum::<u64>() as f64;
     let mut over = 0;
@@ -282,8 +291,8 @@ fn bins_of(counts: &[u64]) -> usize {
     last.map_or(counts.len(), |bin| bin + 1)
 }
 
-/// Returns the volume of the grains in the sample (voxels): the volume of the set, corrected by the difference between
-/// the image and the model.
+/// Returns the volume of the grains in the sample (voxels): the volume of the set, plus the difference between the
+/// volumes in the image and in the model.
 fn volume(
     grey: &[u16],
     share: &[i16],

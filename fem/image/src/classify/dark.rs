@@ -1,8 +1,9 @@
 //! Voids in an image whose grains are darker than the matrix.
 //!
 //! The blurred boundary between a void and the matrix contains grey values of grains, so that the rim of each void
-//! looks like a grain. In a region without grains, the image is m − (m − a) (k ∗ V), with the voids V, the blur k and
-//! the grey values m of the matrix and a of air. The correction adds (m − a) (k ∗ V).
+//! looks like a grain. In a region without grains, the grey value is m − (m − a) (k ∗ V), where V is the set of void
+//! voxels, k the kernel of the blur, m the grey value of the matrix and a the grey value of air. The correction adds (m
+//! − a) (k ∗ V).
 
 use rayon::prelude::*;
 
@@ -11,14 +12,14 @@ use crate::classify::blurred::{FULL, share_at, whole};
 use crate::volume::filter::{dilate, erode};
 use crate::volume::grey::rounded;
 
-/// Distance that the blur of a void reaches (voxels).
+/// Distance from a void (voxels) up to which the blur of the void changes grey values.
 const REACH: usize = 3;
 
 /// Voids of a specimen.
 pub(crate) struct Voids {
     /// Voxels whose grey value is closer to air than to the matrix.
     pub(crate) voxels: Vec<u8>,
-    /// Mean grey value of the void voxels that are darker than the level of air.
+    /// Mean grey value of the void voxels that are darker than `void`, the lowest grey value that is not air.
     air: f64,
 }
 
@@ -26,8 +27,8 @@ impl Voids {
     /// Finds the voids of a filtered image: the voxels darker than `void`, and the neighbours of these voxels whose
     /// grey value is closer to air than to the matrix. Returns `None` for an image without voids.
     pub(crate) fn of(smooth: &Volume<u16>, inside: &[u8], void: f64, matrix: f64) -> Option<Voids> {
-        // the erosion excludes the outermost voxels of the specimen: where wall and end meet, blur makes them as dark
-        // as air
+        // the erosion excludes the outermost voxels of the specimen: blur makes these voxels as dark as air where the
+        // wall meets an end
         let core = erode(smooth.shape, inside);
         let pairs = smooth.values.par_iter().zip(&core);
         let deep: Vec<u8> =

@@ -1,10 +1,11 @@
 //! Brightness of one material as a function of the position: beam hardening and drift.
 //!
-//! An X-ray beam loses its low-energy part along its path, so the inside of a cylinder looks less dense than its rim
-//! ("cupping"). A source or detector whose brightness changes from slice to slice causes a drift along the axis. Matrix
-//! and grains are dimmed by nearly the same factor, (1 + a s + b s²) (1 + c t + d t²) with s = (r/R)² and the height t
-//! from 0 to 1. The factor is fitted to the mean grey values of both classes in rings and layers. Each class has its
-//! own mean, so an uneven distribution of grains does not change the factor.
+//! An X-ray beam loses its low-energy part along its path. Therefore the inside of a cylinder looks less dense than its
+//! rim ("cupping"). A source or detector whose brightness changes from slice to slice causes a drift along the axis.
+//! Matrix and grains are dimmed by nearly the same factor, (1 + a s + b s²) (1 + c t + d t²) with s = (r/R)² (radial
+//! position over radius) and the relative height t from 0 to 1. The factor is fitted to the mean grey values of both
+//! classes in rings and layers. Each class has its own mean, so an uneven distribution of grains does not change the
+//! factor.
 
 use std::borrow::Cow;
 
@@ -15,20 +16,22 @@ use crate::volume::filter::core;
 use crate::volume::grey::rounded;
 use crate::volume::threshold::{WIDTH, histogram, otsu};
 
-/// Number of rings of equal area.
+/// Number of rings of equal area into which a section of the cylinder is divided.
 const RINGS: usize = 32;
-/// Number of layers of equal height.
+/// Number of layers of equal height into which the cylinder is divided.
 const LAYERS: usize = 16;
-/// Number of iterations of classification and fit.
+/// Largest number of iterations; each iteration classifies the voxels and then fits the profiles of brightness.
 const ROUNDS: usize = 3;
-/// Convergence limit: largest change of a profile in an iteration.
+/// The iterations end if no profile of brightness changes by more than this value.
 const STILL: f64 = 0.002;
-/// Number of steps; each step fits first the brightness of the classes and then the profiles.
+/// Number of steps of a fit; each step fits first the brightness of the two classes (matrix, grain) and then the
+/// profiles.
 const STEPS: usize = 20;
-/// Minimum number of voxels of a class in a ring of a layer; the mean over fewer voxels is not used.
+/// Means over fewer voxels of a class (matrix or grain) in a ring of a layer are not used.
 const LEAST: u64 = 5;
 
-/// The factor of grey values above air at a position; [`correct`](Self::correct) divides by the factor.
+/// Factor by which the grey value minus the grey value of air is dimmed, as a function of the position.
+/// [`correct`](Self::correct) divides by this factor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Brightness {
     air: f64,
@@ -40,16 +43,16 @@ pub(crate) struct Brightness {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Profile([f64; 3]);
 
-/// Number of voxels and sum of grey values of a class, for each ring of each layer.
+/// Number of voxels and sum of grey values of one class (matrix or grain), for each ring of each layer.
 type Parts = Vec<(u64, u64)>;
 
-/// Factors of the voxels of a slice: the factor of a voxel is `axial` times its value in `radial`.
+/// Factors of the voxels of a slice. The factor of a voxel is `axial` times the value of the voxel in `radial`.
 struct Factors<'a> {
     radial: Cow<'a, [f64]>,
     axial: f64,
 }
 
-/// Mean brightness of a class above air in a ring of a layer.
+/// Mean brightness above air of one class (matrix or grain) in a ring of a layer.
 struct Mean {
     s: f64,
     t: f64,
@@ -64,8 +67,9 @@ impl Profile {
         self.0[0] + s * (self.0[1] + s * self.0[2])
     }
 
-    /// Fits a profile to points `[position, weight, factor, value]`: weighted least squares of value ≈ factor ·
-    /// profile(position). `None` if the system is singular or the profile is not above 0.2 everywhere.
+    /// Fits a profile of brightness to points `[position, weight, factor, value]`, so that value ≈ factor ·
+    /// profile(position) by weighted least squares. Returns `None` if the equations are singular, or if the profile is
+    /// not above 0.2 everywhere.
     fn fitted(points: impl Iterator<Item = [f64; 4]>) -> Option<Self> {
         let mut normal = nalgebra::Matrix3::zeros();
         let mut right = nalgebra::Vector3::zeros();
@@ -75,7 +79,8 @@ impl Profile {
             right += row * (weight * value);
         }
         let u = normal.cholesky()?.solve(&right);
-        // s is uniformly distributed over the section, t over the height
+        // mean over s or t from 0 to 1: in a cylinder, s is uniformly distributed over the section, and t over the
+        // height
         let mean = u[0] + u[1] / 2.0 + u[2] / 3.0;
         let profile = Self([u[0] / mean, u[1] / mean, u[2] / mean]);
         let is_sound = (0..=RINGS).all(|n| profile.at(n as f64 / RINGS as f64) > 0.2);
@@ -88,8 +93,8 @@ impl Brightness {
         self.radial.at(s.min(1.0)) * self.axial.at(t.clamp(0.0, 1.0))
     }
 
-    /// Returns the factors of the voxels of a slice. `upright` contains the radial factors if they are equal in all
-    /// slices.
+    /// Returns the factors of brightness of the voxels of a slice. If the radial factors are equal in all slices,
+    /// `upright` contains them.
     fn factors<'a>(&self, places: &Places<'_>, upright: Option<&'a [f64]>) -> Factors<'a> {
         match (&places.heights, upright) {
             (Heights::Equal(t), Some(radial)) => {
@@ -105,8 +110,8 @@ impl Brightness {
         }
     }
 
-    /// Returns the radial factors of a slice, which are equal in all slices of an upright cylinder; `None` for a tilted
-    /// cylinder.
+    /// Returns the radial factors of brightness, which are equal in all slices of an upright cylinder; `None` for a
+    /// tilted cylinder.
     fn across(&self, columns: &Columns<'_>) -> Option<Vec<f64>> {
         let squares = columns.upright.as_ref()?;
         Some(squares.iter().map(|s| self.radial.at(s.min(1.0))).collect())
@@ -124,12 +129,12 @@ impl Brightness {
         places.all(|s| off(s) < STILL)
     }
 
-    /// Returns the ratio of the brightness at the wall to the brightness at the axis.
+    /// Returns the ratio of a material's brightness at the wall to its brightness at the axis.
     pub(crate) fn rim_over_centre(&self) -> f64 {
         self.radial.at(1.0) / self.radial.at(0.0)
     }
 
-    /// Returns the ratio of the brightness at the top to the brightness at the bottom.
+    /// Returns the ratio of a material's brightness at the top to its brightness at the bottom.
     pub(crate) fn top_over_bottom(&self) -> f64 {
         self.axial.at(1.0) / self.axial.at(0.0)
     }
@@ -167,8 +172,8 @@ impl Brightness {
         brightness
     }
 
-    /// Sums the grey values of matrix and of grain in rings and layers. Only voxels away from interfaces count: a voxel
-    /// at an interface contains both materials.
+    /// Sums the grey values of matrix and of grain in rings and layers. Voxels at interfaces are omitted, because they
+    /// contain both materials.
     fn classes(
         &self,
         values: &[u16],
@@ -211,8 +216,8 @@ impl Brightness {
         })
     }
 
-    /// Fits the profiles to the means in rings and layers. Returns the profiles and the brightness of the classes above
-    /// air (NaN for a class without voxels away from interfaces).
+    /// Fits the profiles to the means in rings and layers. Returns the profiles, and the brightness above air of both
+    /// classes (matrix, grain); the brightness is NaN for a class without voxels away from interfaces.
     fn improved(&self, classes: &[Parts; 2]) -> Option<(Brightness, [f64; 2])> {
         let means_of = |parts: &Parts| -> Vec<Mean> {
             let parts = parts.iter().enumerate().filter(|(_, part)| part.0 >= LEAST);
@@ -255,8 +260,8 @@ impl Brightness {
         Some((this, brightness))
     }
 
-    /// Removes the profiles from grey values. Beyond the wall and the ends, the factors at the wall and the ends are
-    /// used.
+    /// Removes the profiles of brightness from grey values. Beyond the wall and the ends of the cylinder, the factors
+    /// at the wall and at the ends are used.
     pub(crate) fn correct(&self, values: &mut [u16], shape: [usize; 3], cylinder: &Fit) {
         let columns = Columns::new(cylinder, shape);
         let across = self.across(&columns);
@@ -271,11 +276,11 @@ impl Brightness {
     }
 }
 
-/// Values (r/R)² and heights of voxels, computed slice by slice.
+/// Source of the values (r/R)² and of the relative heights of voxels, slice by slice.
 struct Columns<'a> {
     cylinder: &'a Fit,
     section: [usize; 2],
-    /// Values (r/R)² of a slice if the cylinder is upright; they are equal in all slices.
+    /// Values (r/R)² of the voxels of a slice, if the cylinder is upright. These values are then equal in all slices.
     upright: Option<Vec<f64>>,
 }
 
@@ -365,8 +370,8 @@ mod tests {
         let mut clean = Vec::new();
         for n in 0..set.len() {
             let (x, y, z) = (n % 64, n / 64 % 64, n / 4096);
-            // grains are more frequent at the rim and in the lower half; the fit must not attribute this to cupping or
-            // drift
+            // grains are more frequent at the rim and in the lower half; the fit must not attribute this distribution
+            // to cupping or drift
             let (s, t) = (relative(x, y, z), height(x, y, z));
             let few = if s > 0.5 { 3 } else { 1 };
             let grain = (x / 9 + y / 9 + z / 12) % 5 < if t < 0.5 { few + 1 } else { few };

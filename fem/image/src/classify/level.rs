@@ -8,18 +8,19 @@ use crate::volume::contrast::Contrast;
 use crate::volume::filter::core;
 use crate::volume::threshold::{WIDTH, class_means, core_mean, histogram, level_of, middle, otsu};
 
-/// Separation of two classes, in standard deviations, below which the classes count as the two halves of one normal
-/// distribution.
+/// Separation of two classes of grey values, in standard deviations. With a smaller separation, the classes count as
+/// the two halves of one normal distribution, i.e. of a single phase.
 const ONE_BELL: f64 = 3.0;
-/// Largest correction of a threshold that the user gives: its distance from the middle between the two grey values of the
-/// model, as a share of their difference.
+/// A threshold given by the user is corrected only if it is close to the middle between the grey values of matrix and
+/// grain in the model. This value is the largest allowed distance, as a share of the contrast.
 const OFF: f64 = 0.3;
-/// Uncertainty of the model's middle, as a share of the contrast. A given value within this distance counts as the
-/// middle.
+/// Uncertainty of the middle between the grey values of matrix and grain in the model, as a share of the contrast. A
+/// threshold within this distance from the middle counts as the middle.
 const DOUBT: f64 = 0.02;
-/// Lower and upper limit of the level: the matrix's grey value plus these shares of the contrast.
+/// Lower and upper limit of the level, as shares of the contrast above the matrix's grey value.
 const LEVEL_RANGE: [f64; 2] = [0.3, 0.7];
-/// Limits to which shares of grain are clamped before they are summed: noise lies within the limits, pores do not.
+/// Limits to which shares of grain are clamped before they are summed. Noise lies within the limits; only pores are
+/// clamped.
 const CUT: [f64; 2] = [-0.5, 1.5];
 
 /// A grey level that separates matrix from grain.
@@ -27,11 +28,11 @@ const CUT: [f64; 2] = [-0.5, 1.5];
 pub(crate) struct Level {
     /// Lowest grey value of grain voxels in the filtered image.
     pub(crate) value: f64,
-    /// Grey value that the user can give as the threshold to obtain the same level.
+    /// Threshold that results in the same level if the user gives it.
     pub(crate) by_hand: f64,
-    /// Whether the grey values look like a single phase.
+    /// Whether the grey values have the distribution of a single phase.
     pub(crate) one_bell: bool,
-    /// The model of two materials and blur, if it could be fitted.
+    /// The model of two materials and blur; `None` if the model could not be fitted.
     pub(crate) model: Option<Blurred>,
 }
 
@@ -75,11 +76,13 @@ impl Level {
         Some(Level { value, by_hand, one_bell, model })
     }
 
-    /// Returns the level for a grey value given by the user, which separates matrix from grain at a plane surface.
+    /// Returns the level for a threshold `value` given by the user, which separates matrix from grain at a plane
+    /// surface.
     ///
-    /// At this grey value, blur and median filter would shrink small grains. The model of two materials and blur
-    /// therefore shifts the level: a value half way between the materials results in the true volume of the grains.
-    /// Without a model, or if the value is far from half way between the materials, the level is the value itself.
+    /// With this threshold as level, blur and median filter would shrink small grains. The model of two materials and
+    /// blur therefore shifts the level, so that a threshold half way between the materials results in the true volume
+    /// of the grains. Without a model, or if the threshold is far from half way between the materials, the level is the
+    /// threshold.
     pub(crate) fn given(
         value: f64,
         smooth: &Volume<u16>,
@@ -98,8 +101,8 @@ impl Level {
             return unshifted;
         }
         if off.abs() <= DOUBT * contrast {
-            // the level is computed as if no value were given, so that the computed and the given value result in the
-            // same grains
+            // compute the level as if no threshold were given, so that giving the threshold that the program computes
+            // does not change the grains
             let is_near = |model: &Blurred| (value - model.middle()).abs() <= DOUBT * contrast;
             let computed = Self::find(smooth, grey, inside, sample).and_then(|level| level.model);
             let model = computed.filter(is_near).unwrap_or(model);
@@ -109,8 +112,8 @@ impl Level {
     }
 }
 
-/// Returns the mean grey value of the matrix in a filtered image (away from grains if such voxels exist) and the grey
-/// value between matrix and grains; `None` if the image has only one grey value.
+/// Returns the mean grey value of the matrix in a filtered image and the grey value between matrix and grains; `None`
+/// if the image has only one grey value. The mean is over matrix voxels away from grains, if such voxels exist.
 pub(crate) fn matrix_grey(
     smooth: &Volume<u16>,
     sample: &[u8],
@@ -148,7 +151,7 @@ fn volume(
         .collect();
     let rest: Vec<u8> = set.par_iter().map(|&grain| 1 - grain).collect();
     let (core, far) = (core(shape, &set), core(shape, &rest));
-    // integers, so that the result does not depend on the order of summation
+    // sum integers, so that the result does not depend on the order of summation
     let unit = 65536.0;
     let sum: i64 = (0..set.len())
         .into_par_iter()
@@ -162,7 +165,8 @@ fn volume(
     sum as f64 / unit
 }
 
-/// Returns the difference of the means of two classes, divided by the mean of their standard deviations.
+/// Divides a histogram into two classes at the bin `split`. Returns the difference of the means of the classes, divided
+/// by the mean of their standard deviations.
 fn separation(counts: &[u64], split: usize) -> f64 {
     let moments = |counts: &[u64], first: usize| {
         let all: u64 = counts.iter().sum();

@@ -17,22 +17,23 @@ use crate::volume::filter::{core, dilate};
 use crate::volume::grey::rounded;
 use crate::volume::{Volume, neighbour_steps};
 
-/// Width of the interface band (voxels): voxels farther inside or outside a phase ([`core`]) are not at an interface.
+/// Half width of the band around an interface (voxels). Voxels outside this band ([`core`]) are not at an interface.
 const BAND: usize = 2;
-/// Edge of a block, in voxels, over which grey values are averaged.
+/// Edge length, in voxels, of the blocks over which grey values are averaged.
 const BLOCK: usize = 24;
-/// Number of voxels in a block at which the block's mean and the global value have equal weights.
+/// In a block with this number of voxels, the mean of the block and the global value have equal weights.
 const ENOUGH: f64 = 300.0;
-/// Fixed-point representation of a volume of one voxel; volumes are summed as integers.
+/// Integer that represents the volume of one voxel; volumes are summed as integers.
 const UNIT: f64 = 65536.0;
-/// Maximum shift of a surface (voxels).
+/// Largest shift of the grain surfaces (voxels), see [`shift`].
 const MAX_SHIFT: f64 = 0.5;
-/// Number of bisection steps in the search for the shift.
+/// Number of bisection steps in the search for the shift of the grain surfaces.
 const HALVINGS: usize = 16;
-/// Limits to which shares of grain are clamped before they are summed: noise lies within the limits, pores do not.
+/// Limits to which shares of grain are clamped before they are summed. Noise lies within the limits; only pores are
+/// clamped.
 const CUT: [f64; 2] = [-0.5, 1.5];
 
-/// Shares of grain of voxels, and the volumes of grains computed from the shares.
+/// Share of grain in each voxel, and the volumes of the grains, which are computed from the shares.
 #[derive(Debug)]
 pub(crate) struct Solid {
     /// Share of grain in each voxel, from 0 to 1.
@@ -45,10 +46,10 @@ impl Solid {
     /// Computes the shares from grey values by the model of two materials and blur.
     ///
     /// A grain's volume is the volume of its voxels in the model's set, plus the difference between the image and the
-    /// model in and around these voxels. Blur beyond this region affects both the image and the model, so it cancels.
-    /// `matrix` contains the voxels that are neither grain nor void. `shown` contains all matrix and grain voxels, and
-    /// the voxels beyond the wall that show blur of grains. `inside` is the specimen, and `sample` are its voxels away
-    /// from walls and voids.
+    /// model in and around these voxels. The image and the model contain the same blur beyond this region, which
+    /// cancels in the difference. `matrix` contains the voxels that are neither grain nor void. `shown` contains all
+    /// matrix and grain voxels, and the voxels beyond the wall that show blur of grains. `inside` is the specimen, and
+    /// `sample` are its voxels away from walls and voids.
     pub(crate) fn measure(
         grey: &Volume<u16>,
         labels: &[u32],
@@ -90,7 +91,8 @@ impl Solid {
                                 continue;
                             }
                             let (dark, bright) = (lines[0][x], lines[1][x]);
-                            // the lower bound keeps the division finite if noise has exchanged the order of the levels
+                            // a lower bound of the divisor is necessary, because noise can make the local grey value of
+                            // grain smaller than the local grey value of matrix
                             let linear =
                                 (f64::from(grey.values[at]) - dark) / (bright - dark).max(1.0);
                             let is_core = core[at] != 0;
@@ -105,7 +107,7 @@ impl Solid {
                                 true => 0.0,
                                 false => part - f64::from(model.share[at]) / f64::from(FULL),
                             };
-                            // a filled hole is grain
+                            // voxels of a filled hole count as grain
                             let counted = f64::from(model.set[at].max(u8::from(is_core)));
                             sums[label as usize] += rounded((counted + beyond) * UNIT) as i64;
                         }
@@ -128,7 +130,7 @@ impl Solid {
         let near = spread(smooth.shape, labels, inside);
         let surface = Surface { smooth, threshold, labels, inside };
         let [nx, ny, _] = smooth.shape;
-        // until the shift is known, `share` contains depths
+        // `share` contains depths below the surface until the shift of the surface is known
         let mut share = vec![f32::NEG_INFINITY; labels.len()];
         share.par_chunks_mut(nx * ny).enumerate().for_each(|(z, slice)| {
             for (n, depth) in slice.iter_mut().enumerate() {
@@ -165,7 +167,7 @@ fn volumes(sums: &[i64]) -> Vec<f64> {
     sums[1..].iter().map(|&sum| (sum as f64 / UNIT).max(0.0)).collect()
 }
 
-/// The surface on which a filtered image equals a threshold.
+/// The surface of the grains: the points at which a filtered image equals a threshold.
 struct Surface<'a> {
     smooth: &'a Volume<u16>,
     threshold: f64,
@@ -174,8 +176,9 @@ struct Surface<'a> {
 }
 
 impl Surface<'_> {
-    /// Returns the depth of a voxel's centre below the surface (voxels), negative outside, from the gradient of the
-    /// grey value; infinite for a voxel enclosed by labelled voxels.
+    /// Returns the depth of a voxel's centre below the surface of the grain (voxels), estimated from the gradient of
+    /// the grey value. The depth is negative outside the grain, and infinite for a voxel that is enclosed by labelled
+    /// voxels.
     fn depth(&self, voxel: [usize; 3]) -> f64 {
         let shape = self.smooth.shape;
         let at = voxel[0] + shape[0] * (voxel[1] + shape[1] * voxel[2]);
@@ -273,7 +276,8 @@ fn stepped(shape: [usize; 3], voxel: [usize; 3], step: [isize; 3]) -> Option<usi
     Some(along(0)? + shape[0] * (along(1)? + shape[1] * along(2)?))
 }
 
-/// Local grey value of a material: one value per block, interpolated between the blocks' centres.
+/// Local grey values of a material (matrix or grain): one value per block of voxels. Between the centres of the blocks,
+/// values are interpolated.
 struct LocalLevels {
     shape: [usize; 3],
     blocks: [usize; 3],
@@ -282,7 +286,7 @@ struct LocalLevels {
 
 impl LocalLevels {
     /// Computes the local values: the grey value of a material (grain or matrix) in the model, plus the mean difference
-    /// between image and model over the purest voxels of this material in each block. Blocks with few such voxels get
+    /// between image and model over the purest voxels of this material in each block. Blocks with few purest voxels get
     /// nearly the global value.
     fn of(grey: &Volume<u16>, model: &Blurred, sample: &[u8], labels: &[u32], grain: bool) -> Self {
         let shape = grey.shape;
@@ -339,7 +343,7 @@ impl LocalLevels {
         (first, (first + 1).min(last), position - first as f64)
     }
 
-    /// Computes the local values of a row of voxels.
+    /// Interpolates the local grey values of a row of voxels.
     fn row(&self, y: usize, z: usize, line: &mut [f64]) {
         let (j0, j1, q) = self.between(y, 1);
         let (k0, k1, r) = self.between(z, 2);

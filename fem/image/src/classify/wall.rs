@@ -1,11 +1,11 @@
 //! Correction of grey values at the wall of a cylinder, as if matrix instead of air surrounded the cylinder.
 //!
 //! The blur of the image mixes air into the voxels at the wall, so that a grain at the wall is as dark as matrix. Blur
-//! also mixes grain into the voxels just outside the wall. The image above air is m (k ∗ C) + c (k ∗ S), with the
-//! cylinder C, the grains S, the blur k, the grey value m of the matrix above air and the contrast c. The blur of the
-//! wall determines k ∗ C, and the correction adds m (1 − k ∗ C). The result is the image of grains in an unbounded
-//! matrix, in which each grain is complete.
-//! The error of the cylinder's surface is subtracted ([`WallError`]).
+//! also mixes grain into the voxels just outside the wall. The grey value minus the grey value of air is m (k ∗ C) + c
+//! (k ∗ S). Here C is the set of voxels in the cylinder, S the set of grain voxels, k the kernel of the blur, m the
+//! grey value of the matrix minus that of air, and c the contrast between grain and matrix. The blur of the wall
+//! determines k ∗ C, and the correction adds m (1 − k ∗ C). The result is the image of grains in an unbounded matrix,
+//! in which each grain is complete. The error of the cylinder's surface is subtracted ([`WallError`]).
 
 use rayon::prelude::*;
 
@@ -17,29 +17,30 @@ use crate::volume::filter::dilate;
 use crate::volume::grey::rounded;
 use crate::volume::voxel_at;
 
-/// Distance (voxels) beyond the mirror image of a voxel at which blur does not affect the air.
+/// A voxel is compared with air at its mirror image beyond the wall, moved outward by this distance (voxels), because
+/// blur does not affect the air there.
 const CLEAR: f64 = 2.0;
-/// Depth below the wall (voxels) of the voxels whose values are copied to the outside.
+/// Depth below the wall (voxels) of the voxels whose values are copied to voxels outside the specimen.
 const DEPTH: f64 = 0.75;
-/// Range of the blur of grains (voxels).
+/// Distance from a grain (voxels) up to which the blur of the grain changes grey values.
 const BLUR: usize = 3;
-/// Minimum number of voxels for the fit of the wall's blur.
+/// Smallest number of voxels to which the blur of the wall is fitted.
 const FEW: usize = 2000;
 
-/// Sets of voxels that result from continuing the specimen's image beyond its wall.
+/// Sets of voxels of the image after the air beyond the wall was replaced by matrix, as if the specimen were larger.
 pub(crate) struct Continued {
     /// The specimen, and voxels outside the specimen that now contain matrix with blur of grains.
     pub(crate) shown: Vec<u8>,
     /// The voxels that may be grain: the specimen, and voxels outside the specimen that are not in air.
     pub(crate) solid: Vec<u8>,
-    /// The voxels whose grey values changed.
+    /// The voxels whose grey values were changed.
     pub(crate) changed: Vec<u8>,
 }
 
-/// Replaces the air beyond the specimen's wall and ends by matrix. Where the edge of the image or the specimen's region
-/// cuts the specimen, there is no air: voxels just outside the cut get the values of the nearest voxels inside.
-/// `matrix` is the matrix's grey value; `grains` are the voxels classified as grain; `sample` are the voxels
-/// away from the wall and from voids.
+/// Replaces the air beyond the specimen's wall and ends by matrix. Where the edge of the image or of the specimen's
+/// region cuts the specimen, there is no air to replace. There, voxels just outside the cut get the values of the
+/// nearest voxels inside. `matrix` is the matrix's grey value; `grains` are the voxels classified as grain; `sample`
+/// are the voxels away from the wall and from voids.
 pub(crate) fn continue_beyond(
     grey: &mut Volume<u16>,
     fit: &Fit,
@@ -96,7 +97,8 @@ pub(crate) fn continue_beyond(
     Continued { shown, solid, changed }
 }
 
-/// Returns the part of each voxel that the specimen takes, in units of 1/[`FULL`]. Only voxels of the ring are cut by the cylinder.
+/// Returns the fraction of each voxel's volume that the specimen occupies, in units of 1/[`FULL`]. Only voxels of
+/// `ring` can lie partly in the specimen.
 fn covered(fit: &Fit, shape: [usize; 3], inside: &[u8], ring: &[u8]) -> Vec<u16> {
     let part = |at: usize| {
         let depths = depths(fit, voxel_at(shape, at));
@@ -109,19 +111,18 @@ fn covered(fit: &Fit, shape: [usize; 3], inside: &[u8], ring: &[u8]) -> Vec<u16>
             let part = if ring[at] != 0 { part(at) } else { 1.0 };
             match part < 1.0 {
                 true => rounded(f64::from(FULL) * part) as u16,
-                // a mask may exclude voxels of the cylinder
+                // a mask given by the user may exclude voxels of the cylinder
                 false => u16::from(inside[at]) * FULL,
             }
         })
         .collect()
 }
 
-/// Returns the voxels of a ring that show the wall of intact matrix: the blur of grains does not reach them, and no void is behind
-/// them. `None` if there are fewer such voxels than [`FEW`].
+/// Returns the voxels of a ring in which the wall is intact matrix: voxels that the blur of grains does not reach, and
+/// that have no void behind them. `None` if there are fewer such voxels than [`FEW`].
 ///
-/// The wall of a packing is a layer of matrix; if voxels with blur of grains were included, the
-/// fitted blur of the wall would be too large.
-/// Where a piece is chipped off, the voxels of the ring are air.
+/// Voxels with blur of grains would make the fitted blur of the wall too large. Where a piece of the specimen is
+/// chipped off, the voxels of the ring are air.
 fn bare(
     fit: &Fit,
     shape: [usize; 3],
@@ -143,8 +144,8 @@ fn bare(
 }
 
 /// Returns the voxel in the air that corresponds to a given voxel: the mirror image at the wall or at an end (whichever
-/// is nearer), moved outward by `CLEAR` voxels. A voxel that is already outside is only moved outward by `CLEAR`
-/// voxels. `None` if the result is outside the image.
+/// is nearer), moved outward by `CLEAR` voxels. A voxel that is already outside the cylinder is only moved outward by
+/// `CLEAR` voxels. `None` if the result is outside the image.
 fn beyond(fit: &Fit, voxel: [usize; 3], shape: [usize; 3]) -> Option<[usize; 3]> {
     let [square, height] = fit.radius_squared_and_height(voxel);
     let off = square.sqrt();
@@ -158,7 +159,8 @@ fn beyond(fit: &Fit, voxel: [usize; 3], shape: [usize; 3]) -> Option<[usize; 3]>
     }
 }
 
-/// Returns the nearest voxel that is at least `depth` voxels below the wall and the ends; `None` outside the image.
+/// Returns the nearest voxel that is at least `depth` voxels below the wall and the ends; `None` if this voxel is
+/// outside the image.
 fn below_wall(fit: &Fit, voxel: [usize; 3], shape: [usize; 3], depth: f64) -> Option<[usize; 3]> {
     let [square, height] = fit.radius_squared_and_height(voxel);
     let (off, least) = (square.sqrt(), (fit.radius - depth).max(0.0));

@@ -1,31 +1,33 @@
 //! Error of the correction at the wall.
 //!
 //! The position of the wall is known to some hundredths of a voxel. This error, times the difference between matrix and
-//! air, remains in the corrected image at the wall. If the contrast of the grains is much smaller than that difference, the error looks
-//! like grain. Where the wall is intact matrix without grains, the corrected image minus the matrix's grey value is this
-//! error. It depends on the depth below the wall, the bottom or the top, and it is the same everywhere else.
+//! air, remains in the corrected image at the wall. If the contrast of the grains is much smaller than that difference,
+//! the error looks like grain. Where the wall is intact matrix without grains, the corrected image minus the matrix's
+//! grey value is this error. The error depends only on the depth below the wall, the bottom or the top.
 
 use rayon::prelude::*;
 
 use crate::locate::fit::Fit;
 use crate::volume::voxel_at;
 
-/// Range of the blur of the wall (voxels); the specimen is continued up to this distance.
+/// Distance from the wall (voxels) up to which the blur of the wall changes grey values. The specimen is continued up
+/// to this distance beyond the wall.
 pub(super) const REACH: f64 = 4.0;
 /// Number of depths below a surface (wall, bottom or top), from −`REACH` to `REACH` voxels, at which the error of the
 /// corrected grey value is measured.
 const DEPTHS: usize = 16;
-/// Smallest number of voxels from which an error is measured.
+/// Smallest number of voxels from which the error at a depth is measured.
 const ENOUGH: usize = 200;
 /// Number of surfaces: wall, bottom and top.
 const SURFACES: usize = 3;
 
-/// Error of the corrected grey values at each depth below each surface: median over the voxels at this depth.
+/// Error of the corrected grey values at each depth below each surface. An error is the median over the voxels at this
+/// depth.
 pub(super) struct WallError([[f64; DEPTHS]; SURFACES]);
 
 impl WallError {
-    /// `excess` returns the corrected grey value minus the grey value of the matrix in a voxel that shows only the wall, and `None`
-    /// in all other voxels.
+    /// Measures the errors. For a voxel in which the wall is intact matrix, `excess` returns the corrected grey value
+    /// minus the grey value of the matrix; for all other voxels, `excess` returns `None`.
     pub(super) fn measure(
         fit: &Fit,
         shape: [usize; 3],
@@ -45,14 +47,14 @@ impl WallError {
         WallError(groups.map(|surface| surface.map(median)))
     }
 
-    /// Error in a voxel.
+    /// Returns the error of the corrected grey value of a voxel.
     pub(super) fn at(&self, fit: &Fit, voxel: [usize; 3]) -> f64 {
         let [surface, depth] = surface_and_depth(fit, voxel);
         self.0[surface][depth]
     }
 }
 
-/// Median of at least [`ENOUGH`] values, otherwise 0.
+/// Returns the median of the values, or 0 if there are fewer than [`ENOUGH`] values.
 fn median(mut values: Vec<f64>) -> f64 {
     if values.len() < ENOUGH {
         return 0.0;
@@ -61,7 +63,8 @@ fn median(mut values: Vec<f64>) -> f64 {
     *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
-/// Nearest surface of the cylinder (0 wall, 1 bottom, 2 top), and the number of the depth below it.
+/// Returns the nearest surface of the cylinder (0 wall, 1 bottom, 2 top), and the index of the voxel's depth below this
+/// surface.
 fn surface_and_depth(fit: &Fit, voxel: [usize; 3]) -> [usize; 2] {
     let depths = depths(fit, voxel);
     let mut nearest = 0;
@@ -74,7 +77,8 @@ fn surface_and_depth(fit: &Fit, voxel: [usize; 3]) -> [usize; 2] {
     [nearest, (depth.max(0.0) as usize).min(DEPTHS - 1)]
 }
 
-/// Returns the depths (voxels) of a voxel below the wall, the bottom and the top; negative outside.
+/// Returns the depths (voxels) of a voxel below the wall, the bottom and the top. A depth is negative outside the
+/// cylinder.
 pub(super) fn depths(fit: &Fit, voxel: [usize; 3]) -> [f64; 3] {
     let [square, height] = fit.radius_squared_and_height(voxel);
     [fit.radius - square.sqrt(), height - fit.bottom, fit.top - height]

@@ -11,7 +11,7 @@ use crate::slices::sample::SampleType;
 use crate::slices::voxel_size::VoxelSize;
 use fem_file::open_regular;
 
-/// Total length of both headers (bytes).
+/// Total length of the file header and the bitmap header (bytes).
 const HEADER: usize = 54;
 
 /// Header data of a bitmap.
@@ -103,7 +103,7 @@ pub(super) fn values(path: &Path, into: &mut [f64]) -> Result<(), ImageError> {
     let failed = |source| ImageError::io("read", path, source);
     let mut file = BufReader::new(open_regular(path).map_err(failed)?);
     let header = Header::read(path, &mut file)?;
-    // blue, green, red and a padding byte for each colour
+    // the palette stores blue, green, red and a padding byte for each colour
     let mut palette = vec![0; if header.bits == 8 { 4 * header.colours } else { 0 }];
     file.seek(SeekFrom::Start(header.palette_at)).map_err(failed)?;
     file.read_exact(&mut palette).map_err(failed)?;

@@ -1,4 +1,4 @@
-//! Raw values with a header; the values are in the same file as the header or in a separate file.
+//! Raw voxel values that a header describes. The values are in the file of the header or in a separate file.
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -11,14 +11,14 @@ use crate::slices::stack::Stack;
 use crate::slices::voxel_size::VoxelSize;
 use crate::volume::MAX_VOXELS;
 
-/// Upper bound of the compression ratio of deflate.
+/// Upper bound of the compression ratio of deflate (uncompressed bytes per compressed byte).
 pub(super) const DENSEST: u64 = 1100;
 
 /// Position of the first value in its file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Begin {
     At(u64),
-    /// The values are the last bytes of the file.
+    /// The values are at the end of the file: their position follows from the length of the file.
     FromEnd,
 }
 
@@ -46,7 +46,8 @@ impl RawHeader {
             std::fs::metadata(&data).map_err(|error| ImageError::io("read", &data, error))?;
         let file_bytes = meta.len();
         let voxels = shape.iter().try_fold(1_u64, |n, &side| n.checked_mul(side as u64));
-        // the limit allows binning of blocks of up to 64³ voxels, more than needed in practice
+        // the limit is so large that an image can be read as averages over blocks of up to 64³ voxels, which is more
+        // than needed in practice
         let Some(voxels) = voxels.filter(|n| (1..MAX_VOXELS << 18).contains(n)) else {
             let help = "write the three numbers of voxels along x, y, z";
             return Err(ImageError::Series {
@@ -126,7 +127,7 @@ pub(super) struct Lines<'a> {
 }
 
 impl Lines<'_> {
-    /// Creates an error for a line of the header.
+    /// Returns an error that names the header file and one of its lines.
     pub(super) fn refuse(
         &self,
         line: usize,
@@ -153,7 +154,7 @@ impl Lines<'_> {
         })
     }
 
-    /// Parses the numbers of voxels along x, y, z; additional dimensions of size 1 before x or after z are ignored.
+    /// Parses the numbers of voxels along x, y, z. Additional dimensions of size 1 before x or after z are ignored.
     pub(super) fn shape(
         &self,
         line: usize,

@@ -6,7 +6,7 @@ use super::kind::{Kind, kind_of};
 use crate::ImageError;
 use crate::slices::names::file_name;
 
-/// Kind of stack in a folder, with its files.
+/// Kind of stack that a folder contains, with the files of the stack.
 #[derive(Debug)]
 pub(super) enum Contents {
     Tiff(Vec<PathBuf>),

@@ -20,9 +20,9 @@ use crate::slices::sample::{NumberKind, SampleType};
 use crate::slices::stack::{SliceReader, SliceSource, Stack};
 use crate::slices::voxel_size::VoxelSize;
 
-/// Maximum size of a slab (bytes); each thread stores one slab.
+/// Largest size of a slab, i.e. of the slices that are read at once (bytes). Each thread stores one slab.
 const SLAB_BYTES: usize = 128 << 20;
-/// Limit of the number of groups and datasets that are examined.
+/// Largest number of groups and datasets of a file that are examined.
 const MOST_OBJECTS: usize = 10_000;
 /// Number of datasets that a message lists.
 const LISTED: usize = 5;
@@ -80,7 +80,7 @@ fn open_file(path: &Path) -> Result<Hdf5File, ImageError> {
     let failed = |source| ImageError::io("read", path, source);
     let file = open_regular(path).map_err(failed)?;
     let storage = FileStorage::from_file(file).map_err(|error| damaged(path, &error))?;
-    // each chunk is unpacked only once, so a cache of chunks is not needed
+    // switch the cache of chunks off, because each chunk is unpacked only once
     let options = OpenOptions::default().with_chunk_cache_bytes(0);
     Hdf5File::from_storage_with_options(Arc::new(storage), options)
         .map_err(|error| damaged(path, &error))
@@ -130,7 +130,7 @@ fn only_volume(path: &Path, file: &Hdf5File) -> Result<(String, Dataset), ImageE
     Err(ImageError::Series { path: path.into(), message, help })
 }
 
-/// Returns a list of datasets with their sizes, for messages.
+/// Returns a text that lists datasets with their sizes, for messages.
 fn listed(datasets: &[(String, Dataset)]) -> String {
     if datasets.is_empty() {
         return "the file has no datasets".into();
@@ -147,7 +147,7 @@ fn listed(datasets: &[(String, Dataset)]) -> String {
     format!("the file has {}{more}", first.join(", "))
 }
 
-/// Returns shape and type of a dataset in words, for messages.
+/// Returns a text with the shape and the type of a dataset, for messages.
 fn in_words(dataset: &Dataset) -> String {
     let shape: Vec<String> = dataset.shape().iter().map(u64::to_string).collect();
     let shape = if shape.is_empty() { "one value".into() } else { shape.join(" × ") };
@@ -165,7 +165,7 @@ fn datasets(file: &Hdf5File) -> Vec<(String, Dataset)> {
         file.root_group().map(|group| (String::new(), group)).into_iter().collect();
     let mut groups = BTreeSet::new();
     while let Some((path, group)) = waiting.pop() {
-        // a link may lead back to a group that was visited before
+        // skip groups that were visited before, because a link may lead back to a group
         if !groups.insert(group.address()) || groups.len() + opened.len() > MOST_OBJECTS {
             continue;
         }
@@ -302,7 +302,7 @@ impl SliceSource for Hdf5Slices {
     }
 }
 
-/// Reader of slices that stores the slab of the last slice.
+/// Reader of slices that stores the slab which contains the slice read last.
 struct Reader<'a, T> {
     slices: &'a Hdf5Slices,
     dataset: Option<Dataset>,

@@ -10,7 +10,8 @@ use fem_file::open_regular;
 
 /// Number of bytes read from a file; sufficient to recognise all formats.
 const HEAD: usize = 4096;
-/// First words of the advice on how to convert an array to a TIFF stack.
+/// Beginning of the advice on how to convert an array to a TIFF stack; each format adds the Python code that reads the
+/// array.
 const ARRAY: &str = "write the array as a TIFF stack in Python: import tifffile;";
 const IMAGEJ: &str = "open it in Fiji/ImageJ and save it by File > Save As > Tiff";
 
@@ -29,7 +30,7 @@ pub(super) enum Kind {
     Unknown,
 }
 
-/// Recognises a file by its content.
+/// Returns the format of a file, which is recognised by the content of the file.
 ///
 /// # Errors
 /// [`ImageError::Io`] if the file cannot be read.
@@ -42,7 +43,7 @@ pub(super) fn kind_of(path: &Path) -> Result<Kind, ImageError> {
     Ok(of_bytes(&head, &file))
 }
 
-/// Recognises a format from the first bytes of a file; `file` is the name of the file for the advice.
+/// Returns the format of a file, which is recognised by its first bytes. `file` is the name of the file for the advice.
 fn of_bytes(head: &[u8], file: &str) -> Kind {
     let starts = |magic: &[u8]| head.starts_with(magic);
     let at = |offset: usize, magic: &[u8]| {
@@ -58,7 +59,7 @@ fn of_bytes(head: &[u8], file: &str) -> Kind {
     if starts(b"NRRD000") {
         return Kind::Nrrd;
     }
-    // a text may also begin with BM, so the header length of a bitmap is checked as well
+    // a text file may also begin with the letters BM, so check the header length of a bitmap, too
     if starts(b"BM")
         && (at(14, &[40, 0, 0, 0]) || at(14, &[108, 0, 0, 0]) || at(14, &[124, 0, 0, 0]))
     {
@@ -139,7 +140,7 @@ fn of_bytes(head: &[u8], file: &str) -> Kind {
     Kind::Unknown
 }
 
-/// Returns advice on the header that raw values need, in one line.
+/// Returns advice on the header that a file of raw values needs, in one line.
 pub(super) fn header_lines(data: &str) -> String {
     format!(
         "a text file scan.mhd beside it with the lines `NDims = 3`, `DimSize = 1000 1000 800`, `ElementType = MET_USHORT`, \
@@ -163,7 +164,8 @@ fn is_nifti(head: &[u8]) -> bool {
     let mut unpacked = Vec::new();
     let bytes = match head.starts_with(b"\x1f\x8b") {
         true => {
-            // the head of a compressed file is truncated, so an error at its end is expected
+            // ignore the error: only the first bytes of the compressed file are unpacked, so that the data end too
+            // early
             let _ = MultiGzDecoder::new(head).take(352).read_to_end(&mut unpacked);
             &unpacked
         }

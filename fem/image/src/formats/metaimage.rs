@@ -86,7 +86,7 @@ pub(super) fn header(path: &Path) -> Result<RawHeader, ImageError> {
                     }
                 }
             }
-            // this is the last key of the header; the values follow
+            // `ElementDataFile` is the last key of the header; the values follow
             "ElementDataFile" => data = Some((number, value.to_owned())),
             _ => {}
         }

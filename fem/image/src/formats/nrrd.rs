@@ -30,7 +30,7 @@ struct Fields {
     all: Vec<(usize, String, String)>,
     /// Number of lines of the header.
     lines: usize,
-    /// Position after the empty line that ends the header; `None` without an empty line.
+    /// Position of the first byte after the empty line that ends the header; `None` if there is no empty line.
     end: Option<usize>,
 }
 
@@ -46,7 +46,7 @@ impl Fields {
                 fields.end = Some(at);
                 return fields;
             }
-            // `key:=value` lines contain free text
+            // ignore comments and lines `key:=value`, which contain free text
             if line.starts_with('#') || line.contains(":=") {
                 continue;
             }

@@ -31,7 +31,7 @@ impl PictureFormat {
     }
 }
 
-/// Slices of a stack of pictures.
+/// Source of the slices of a stack of pictures.
 #[derive(Debug)]
 struct Pictures {
     format: PictureFormat,

@@ -15,12 +15,12 @@ pub(super) struct Picture {
     pub(super) size: VoxelSize,
 }
 
-/// Creates an error for a picture.
+/// Returns an error that names the file of a picture.
 pub(super) fn refused(path: &Path, message: String, help: &'static str) -> ImageError {
     ImageError::Page { path: path.into(), page: 1, message, help }
 }
 
-/// Converts pixels whose three colour values are equal to grey values.
+/// Converts colour pixels to grey values. The three colour values of each pixel must be equal.
 ///
 /// # Errors
 /// [`ImageError::Page`] with the first pixel whose colour values differ.

@@ -17,15 +17,16 @@ use crate::tiff::stack as tiff;
 /// Reads a stack of grey values from a file or a folder; the format is detected from the content.
 ///
 /// Supported formats: TIFF (see [`tiff::read`](crate::tiff::read)), MetaImage, NRRD, HDF5, and folders of TIFF, PNG and
-/// BMP slices. The returned header describes the stack: files and their order, type, voxel size and its origin. Its
-/// warnings report jumps of grey values between neighbouring slices and other possible causes of a wrong result.
+/// BMP slices. The returned header describes the stack: the files and their order, the number type of the values, the
+/// voxel size and the source of the voxel size. The warnings in the header report jumps of grey values between
+/// neighbouring slices and other possible causes of a wrong result.
 ///
 /// With `bin` above 1 each block of voxels is averaged, see [`tiff::read_binned`](crate::tiff::read_binned).
 ///
-/// # Errors
-/// [`ImageError`] with file, page or line, and advice: an unsupported format (with its conversion); files that do not
-/// form one volume (several channels or times, missing slices, names of several series, fewer pages than declared);
-/// slices of different size or type; voxels of unknown or implausible size, or that are not cubes; damaged files.
+/// # Errors [`ImageError`] with file, page or line, and advice: an unsupported format (with advice on how to convert
+/// the file); files that do not form one volume (several channels or times, missing slices, names of several series,
+/// fewer pages than declared); slices of different size or type; voxels of unknown or implausible size, or that are not
+/// cubes; damaged files.
 ///
 /// # Example
 /// ```
@@ -138,7 +139,7 @@ fn file(path: &Path, kind: Kind, options: &ReadOptions) -> Result<Stack, ImageEr
         Kind::Nrrd => nrrd::scan(path),
         Kind::Hdf5 => hdf5::scan(path, options.dataset.as_deref()),
         Kind::Foreign(format, help) => Err(ImageError::Format { path: path.into(), format, help }),
-        // the TIFF decoder reports the error
+        // the TIFF decoder reports the error in the file
         Kind::Unknown if matches!(extension.as_str(), "tif" | "tiff") => {
             tiff::scan(path, vec![path.to_owned()], None)
         }

@@ -1,7 +1,8 @@
-//! Seeds and their basins in a map of distances, interpreted as the heights of a landscape.
+//! Watershed segmentation of touching grains. The distance of each grain voxel from the grain surface is interpreted as
+//! the height of a landscape; a grain is the basin around a seed, which is a high top of the landscape.
 //!
 //! No decision depends on the position of a voxel: voxels are processed in the order of their heights, and voxels of
-//! equal rank are assigned to basins simultaneously. A rotated or mirrored image therefore results in the same
+//! equal height are assigned to basins simultaneously. A rotated or mirrored image therefore results in the same
 //! partition; only the numbers of the basins depend on the order of the voxels.
 
 use std::collections::HashMap;
@@ -12,26 +13,27 @@ use crate::volume::disjoint_sets::DisjointSets;
 use crate::volume::filter::highest;
 use crate::volume::neighbour_steps;
 
-/// A landscape with a rim of height 0 around it, so that every voxel of the image has 26 neighbours.
+/// A landscape: heights of the voxels of an image. A rim of height 0 around the image gives every voxel of the image 26
+/// neighbours.
 #[derive(Debug)]
 pub(crate) struct Landscape {
     shape: [usize; 3],
-    /// Heights including the rim; 0 marks voxels that are not land.
+    /// Heights of the voxels, including the rim. The height 0 marks voxels that are not land, i.e. not in the set.
     heights: Vec<u16>,
-    /// Index offsets to the 26 neighbours: faces first, then edges, then corners.
+    /// Index offsets to the 26 neighbours: first the neighbours over faces, then over edges, then over corners.
     steps: [isize; 26],
 }
 
-/// Inverse distances of neighbours over a face, an edge and a corner (1/voxel), times 10 000.
+/// Inverse distances of neighbours over a face, an edge and a corner (1/voxel), multiplied by 10 000.
 const SLOPES: [i64; 3] = [10_000, 7_071, 5_774];
 /// Label of a voxel that is queued but not yet assigned to a basin.
 const QUEUED: u32 = u32::MAX;
-/// Placeholder for the summit of a voxel that is not land.
+/// Placeholder for the summit (see [`summits`](Landscape::summits)) of a voxel that is not land.
 const NO_LAND: u32 = u32::MAX;
-/// Size of a wave (voxels that are assigned simultaneously) above which several threads process the wave.
+/// Number of voxels in a wave (voxels that are assigned simultaneously) above which several threads process the wave.
 const WIDE: usize = 1024;
 
-/// Heights of passes between pairs of summits.
+/// Height of the highest pass between each pair of summits. A pass is the lowest point of a path between two summits.
 type Passes = HashMap<[u32; 2], u16>;
 
 impl Landscape {
@@ -53,14 +55,14 @@ impl Landscape {
             let at = landscape.row(row);
             let land = heights[here.clone()].iter().zip(&set[here]);
             for (to, (&height, &is_land)) in landscape.heights[at..at + nx].iter_mut().zip(land) {
-                // the height of land is at least 1
+                // the height of a voxel of the set is at least 1, because 0 marks voxels that are not land
                 *to = if is_land != 0 { height.max(1) } else { 0 };
             }
         }
         landscape
     }
 
-    /// Returns the index in the padded values at which a row of voxels begins.
+    /// Returns the index of the first voxel of a row in `heights`, which includes the rim.
     fn row(&self, row: usize) -> usize {
         let [nx, ny, _] = self.shape;
         let (y, z) = (row % ny, row / ny);
@@ -71,7 +73,7 @@ impl Landscape {
         self.steps.iter().map(move |step| (at as isize + step) as usize)
     }
 
-    /// Returns the padded indices of all voxels of land, the highest voxels first.
+    /// Returns the indices (with rim) of all voxels of land, the highest voxels first.
     fn descending(&self) -> Vec<u32> {
         let mut starts = vec![0_u32; 65537];
         for &height in &self.heights {
@@ -90,14 +92,14 @@ impl Landscape {
         order
     }
 
-    /// Finds the tops from which every path to a higher top descends by more than `h`: the regional maxima of the
-    /// reconstruction of (heights − h) under the heights. A seed consists of all land that is connected to such a top
-    /// by land at most `h` below it; seeds are numbered from 1.
+    /// Finds the tops from which every path to a higher top descends by more than `h`. These tops are the regional
+    /// maxima of the morphological reconstruction of (heights − h) under the heights. The seed of a top consists of all
+    /// land that is connected to the top by land at most `h` below the top. Seeds are numbered from 1.
     ///
-    /// First, every voxel is assigned to the summit to which it climbs, independently of the other voxels. Then the
-    /// summits are joined over the passes between them, the highest pass first. Where two hills are joined, the lower
-    /// top is a seed if it is more than `h` above the pass. A path of steepest ascent never descends, so the passes
-    /// between hills equal the passes between the voxels themselves.
+    /// First, every voxel is assigned to a summit, the end of the steepest ascent from the voxel; a hill is the set of
+    /// voxels of one summit. Then hills are joined over the passes between them, the highest pass first. Where two
+    /// hills are joined, the lower top is a seed if it is more than `h` above the pass. A path of steepest ascent never
+    /// descends; therefore the highest passes between hills are also the highest passes between their voxels.
     ///
     /// # References
     /// P. Soille, Morphological Image Analysis, 2nd ed., Springer 2003, section 6.3.4.
@@ -133,8 +135,8 @@ impl Landscape {
         self.seeds_around(&tops, Some(h))
     }
 
-    /// Returns the summit of each voxel of land: the end of the path that always goes to the highest neighbour. Among
-    /// equally high neighbours, the path goes to the neighbour with the lowest index.
+    /// Returns the summit of each voxel of land: the end of the path from the voxel that always goes to the highest
+    /// neighbour. Among equally high neighbours, the path goes to the neighbour with the lowest index.
     fn summits(&self) -> Vec<u32> {
         let rank = |at: usize| (self.heights[at], std::cmp::Reverse(at));
         let climb = |at: usize| match self.heights[at] {
@@ -160,7 +162,7 @@ impl Landscape {
         let forth: Vec<usize> =
             self.steps.iter().filter_map(|&s| usize::try_from(s).ok()).collect();
         let add = |mut passes: Passes, (z, slice): (usize, &[u32])| {
-            // consecutive voxels often border the same hill
+            // cache the last pair: consecutive voxels often border the same pair of hills
             let mut last = ([NO_LAND; 2], 0);
             for (n, &summit) in slice.iter().enumerate().filter(|&(_, &summit)| summit != NO_LAND) {
                 let at = area * z + n;
@@ -195,8 +197,8 @@ impl Landscape {
         passes
     }
 
-    /// Creates a seed around each top: all connected land at most `depth` below the top, or only the top if `depth` is
-    /// `None`.
+    /// Creates a seed around each top. A seed consists of all connected land at most `depth` below the top, or of the
+    /// top alone if `depth` is `None`.
     fn seeds_around(&self, tops: &[u32], depth: Option<u16>) -> Seeds {
         let mut labels = vec![0; self.heights.len()];
         let mut voxels = Vec::new();
@@ -219,9 +221,9 @@ impl Landscape {
         Seeds { labels, voxels }
     }
 
-    /// Finds seeds by a minimum distance, like `peak_local_max` of scikit-image: tops that are not exceeded by any
-    /// voxel within `spacing` voxels along each axis, and that are more than `spacing` voxels apart along at least one
-    /// axis. The first of several equal tops (in the order of the voxels) is selected.
+    /// Finds seeds by a minimum distance, like `peak_local_max` of scikit-image: no voxel within `spacing` voxels along
+    /// each axis is higher than a selected top, and selected tops are more than `spacing` voxels apart along at least
+    /// one axis. The first of several equal tops (in the order of the voxels) is selected.
     pub(crate) fn spaced_maxima(&self, spacing: usize) -> Seeds {
         let [nx, ny, nz] = self.shape;
         let side = spacing + 1;
@@ -259,10 +261,10 @@ impl Landscape {
     /// Floods the land from the seeds, the highest voxels first. Each voxel joins the basin of the labelled neighbour
     /// to which the slope is the steepest.
     ///
-    /// Voxels of one height that are reached in the same step are assigned simultaneously. If two basins are equally
-    /// steep, the following criteria decide, in this order: more neighbours over faces, the larger sum of slopes, the
-    /// larger sum of the neighbours' grey values (`grey`, without rim), the lower number. Returns the labels without
-    /// the rim.
+    /// Voxels of equal height that are reached in the same step (a wave) are assigned simultaneously. If two basins are
+    /// equally steep, the following criteria decide, in this order: more neighbours over faces, the larger sum of
+    /// slopes, the larger sum of the neighbours' grey values, the lower number of the basin. `grey` contains the grey
+    /// values without the rim. Returns the labels without the rim.
     pub(crate) fn flood(&self, seeds: Seeds, grey: &[u16]) -> Vec<u32> {
         let Seeds { mut labels, voxels } = seeds;
         let mut waiting: Vec<Vec<u32>> = vec![Vec::new(); 65536];
@@ -322,7 +324,7 @@ impl Landscape {
         if near.all(|label| label == first) {
             return first;
         }
-        // label, steepest slope, number of faces, sum of slopes, sum of grey values
+        // for each adjacent basin: label, steepest slope, number of common faces, sum of slopes, sum of grey values
         let mut votes: Vec<(u32, i64, u32, i64, u64)> = Vec::new();
         let height = i64::from(self.heights[at as usize]);
         for (n, near) in self.neighbours(at).enumerate() {
@@ -349,7 +351,7 @@ impl Landscape {
         votes.iter().max_by_key(|vote| rank(vote)).map_or(first, |vote| vote.0)
     }
 
-    /// Converts a padded index to the index of a voxel.
+    /// Converts the index of a voxel in the landscape with rim to its index in the image.
     fn without_rim_at(&self, at: usize) -> usize {
         let [nx, ny, _] = self.shape;
         let [px, py] = [nx + 2, ny + 2];
@@ -362,7 +364,7 @@ impl Landscape {
         let mut result = Vec::with_capacity(nx * ny * nz);
         for row in 0..ny * nz {
             let at = self.row(row);
-            // land that is not connected to a seed gets no label
+            // land that is not connected to a seed gets the label 0
             let bare = |&label: &u32| if label == QUEUED { 0 } else { label };
             result.extend(labels[at..at + nx].iter().map(bare));
         }

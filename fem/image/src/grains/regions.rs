@@ -14,13 +14,14 @@ pub struct Region {
     pub id: u32,
     /// Number of voxels of the grain.
     pub voxels: usize,
-    /// Volume from grey values, with sub-voxel accuracy (mm³).
+    /// Volume of the grain, computed from grey values with sub-voxel accuracy (mm³).
     pub volume_mm3: f64,
-    /// Centroid, from the corner of the image (mm).
+    /// Centroid of the grain, measured from the corner of the image (mm).
     pub centroid_mm: [f64; 3],
-    /// Diameters of the ellipsoid with the same second moments along its principal axes, the longest first (mm).
+    /// Diameters (mm) of the ellipsoid with the same second moments as the grain, along the principal axes of the
+    /// ellipsoid, the longest first.
     pub axes_mm: [f64; 3],
-    /// Area of the surface, contacts included (mm²); by Crofton's formula over 13 directions.
+    /// Area of the surface, including contacts with other grains (mm²), by Crofton's formula with 13 directions.
     pub surface_mm2: f64,
     /// Numbers of the grains that share a voxel face with this grain, in ascending order.
     pub neighbours: Vec<u32>,
@@ -35,8 +36,8 @@ impl Region {
     }
 }
 
-/// Weight of each direction over a face, an edge and a corner: the solid angle of the direction as a share of the
-/// sphere.
+/// Weights of the directions from a voxel to its neighbours over a face, an edge and a corner. The weight of a
+/// direction is the share of the sphere in which this direction is the nearest of all 26 directions.
 ///
 /// Source: J. Ohser, K. Schladitz, 3D Images of Materials Structures, Wiley-VCH 2009, table 5.2
 /// (Voronoi cells of the 26 directions).
@@ -46,11 +47,11 @@ const WEIGHTS: [f64; 3] = [0.045_777_89, 0.036_980_63, 0.035_195_64];
 #[derive(Clone, Debug, Default)]
 struct Sums {
     voxels: u64,
-    /// Sums of the indices along x, y, z.
+    /// Sums of the voxel indices along x, y, z.
     first: [u64; 3],
-    /// Sums of the products xx, yy, zz, xy, xz, yz.
+    /// Sums of the products xx, yy, zz, xy, xz, yz of voxel indices.
     second: [u64; 6],
-    /// Numbers of steps over a face, an edge and a corner that leave the grain.
+    /// Numbers of steps from a voxel of the grain to a voxel outside the grain, over a face, an edge and a corner.
     crossings: [u64; 3],
     boundary: bool,
 }
@@ -66,8 +67,8 @@ impl Sums {
     }
 }
 
-/// Measures the grains 1…`volumes.len()` of an image of labels. `volumes` are the volumes of the grains (voxels);
-/// `inside` is the specimen.
+/// Measures the grains 1…`volumes.len()` of an image of labels. `volumes` contains the volumes of the grains (voxels),
+/// and `inside` marks the voxels of the specimen.
 pub(crate) fn measure(labels: &Volume<u32>, inside: &[u8], volumes: &[f64]) -> Vec<Region> {
     let grains = volumes.len();
     let empty = || (vec![Sums::default(); grains + 1], BTreeSet::new());
@@ -156,10 +157,10 @@ fn region(voxel_mm: f64, id: usize, sums: &Sums, neighbours: Vec<u32>, volume: f
     let mean = sums.first.map(|sum| sum as f64 / count);
     let [xx, yy, zz, xy, xz, yz] = sums.second;
     let moment = |sum: u64, a: usize, b: usize| {
-        // the numerator is an integer, so the value is exact before the division
+        // the numerator is computed with integers, so that only the division causes a rounding error
         let n = i128::from(sums.voxels);
         let numerator = n * i128::from(sum) - i128::from(sums.first[a]) * i128::from(sums.first[b]);
-        // second moment of a unit cube
+        // 1/12 is the second moment of a unit cube, which a voxel is
         numerator as f64 / (count * count) + if a == b { 1.0 / 12.0 } else { 0.0 }
     };
     let (xy, xz, yz) = (moment(xy, 0, 1), moment(xz, 0, 2), moment(yz, 1, 2));
@@ -176,8 +177,8 @@ fn region(voxel_mm: f64, id: usize, sums: &Sums, neighbours: Vec<u32>, volume: f
     );
     let mut variances: Vec<f64> = SymmetricEigen::new(tensor).eigenvalues.iter().copied().collect();
     variances.sort_by(|a, b| b.total_cmp(a));
-    // surface = 2 × mean over directions of (crossings × area per line); each line enters a grain as often as it leaves
-    // the grain
+    // Crofton's formula: surface = 2 × mean over directions of (crossings × area per line). Only crossings that leave
+    // the grain are counted, which are half of all crossings.
     let lengths = [1.0_f64, 2.0_f64.sqrt(), 3.0_f64.sqrt()];
     let area: f64 = (0..3).map(|n| sums.crossings[n] as f64 * WEIGHTS[n] / lengths[n]).sum();
     Region {
@@ -217,7 +218,7 @@ mod tests {
             assert!((found.axes_mm[axis] / half[axis] - 1.0).abs() < 0.01, "{found:?}");
             assert!((found.centroid_mm[axis] - 24.3 / 2.0).abs() < 0.02, "{found:?}");
         }
-        // Thomsen's formula, accurate to 1.061 %
+        // Thomsen's formula for the surface of an ellipsoid, accurate to 1.061 %
         let p: f64 = 1.6075;
         let pair = |a: f64, b: f64| (a * b).powf(p);
         let [a, b, c] = half.map(|h| h / 2.0);

@@ -16,13 +16,14 @@ use crate::{ImageError, Volume};
 /// doi:10.1016/j.jmva.2006.11.013.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Score {
-    /// Number of grains in the truth.
+    /// Number of grains in the reference segmentation (the truth).
     pub truth: usize,
     /// Number of grains in the segmentation.
     pub found: usize,
     /// Number of matching pairs.
     pub matched: usize,
-    /// Sum of overlap over union of the matching pairs, divided by the mean number of grains.
+    /// Panoptic quality: the sum over the matching pairs of (overlap divided by union), divided by the mean of the
+    /// numbers of grains in both segmentations.
     pub panoptic_quality: f64,
     /// Dice coefficient: twice the number of voxels that are grain in both segmentations, divided by the sum of the
     /// numbers of grain voxels of the two segmentations.
@@ -30,8 +31,8 @@ pub struct Score {
     /// Rand index of the voxels that are grain in both segmentations: share of pairs of voxels that are in the same
     /// grain in both segmentations, or in different grains in both segmentations.
     pub rand: f64,
-    /// Conditional entropy of the segmentation given the truth plus conditional entropy of the truth given the
-    /// segmentation, over voxels that are grain in both segmentations (bits).
+    /// Variation of information (bits) of the voxels that are grain in both segmentations: the conditional entropy of
+    /// the segmentation given the truth, plus the conditional entropy of the truth given the segmentation.
     pub variation_of_information: f64,
 }
 
@@ -89,7 +90,7 @@ pub fn score(truth: &Volume<u32>, found: &Volume<u32>) -> Result<Score, ImageErr
     })
 }
 
-/// Counts the voxels with each pair of labels.
+/// Returns the number of voxels for each pair (label in the truth, label in the segmentation).
 fn overlaps(truth: &[u32], found: &[u32]) -> BTreeMap<(u32, u32), u64> {
     let portion = 1 << 18;
     truth
@@ -98,7 +99,7 @@ fn overlaps(truth: &[u32], found: &[u32]) -> BTreeMap<(u32, u32), u64> {
         .fold(BTreeMap::new, |mut counts, (truth, found)| {
             let mut at = 0;
             while at < truth.len() {
-                // a run of voxels with the same pair is counted in one step
+                // count consecutive voxels with the same pair of labels in one step
                 let pair = (truth[at], found[at]);
                 let run = truth[at..].iter().zip(&found[at..]);
                 let length = run.take_while(|&(&a, &b)| (a, b) == pair).count();
@@ -162,10 +163,12 @@ mod tests {
         let found = row(&[5, 5, 5, 0, 7, 7, 8, 8, 8, 0]);
         let score = score(&truth, &found).unwrap();
         assert_eq!((score.truth, score.found, score.matched), (2, 3, 1));
-        // overlap 3 of 4 voxels; the overlap of grain 7 is exactly half of the union, so grain 7 does not match
+        // the matching pair has an overlap of 3 of 4 voxels; the overlap of grain 7 is exactly half of the union, so
+        // grain 7 does not match
         assert!((score.panoptic_quality - 0.75 / 2.5).abs() < 1e-15);
         assert!((score.dice - 14.0 / 16.0).abs() < 1e-15);
-        // 4 of 21 pairs of voxels disagree: the pairs of one voxel of grain 7 and one voxel of grain 8
+        // the segmentations disagree on 4 of 21 pairs of voxels: the pairs of one voxel of grain 7 and one voxel of
+        // grain 8
         assert!((score.rand - 17.0 / 21.0).abs() < 1e-15);
         assert!((score.variation_of_information - 4.0 / 7.0).abs() < 1e-15);
     }

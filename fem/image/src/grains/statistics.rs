@@ -9,19 +9,21 @@ pub struct SpecimenStatistics {
     pub grains: usize,
     /// Volume of the specimen: the cylinder, or the whole image (mm³).
     pub volume_mm3: f64,
-    /// Volume of the grains divided by the volume of the specimen, from grey values.
+    /// Volume of the grains divided by the volume of the specimen. The volume of the grains is computed from grey
+    /// values.
     pub grain_fraction: f64,
-    /// Volume of the grains divided by the volume of the specimen, from whole voxels.
+    /// Volume of the grains divided by the volume of the specimen. The volume of the grains is computed by counting
+    /// whole voxels.
     pub voxel_fraction: f64,
-    /// Equivalent sphere diameter (mm): smaller grains make up 10 % of the volume of all grains.
+    /// Equivalent sphere diameter D10 (mm): 10 % of the volume of all grains is in smaller grains.
     pub d10_mm: f64,
-    /// Equivalent sphere diameter (mm): smaller grains make up 50 % of the volume of all grains.
+    /// Equivalent sphere diameter D50 (mm): 50 % of the volume of all grains is in smaller grains.
     pub d50_mm: f64,
-    /// Equivalent sphere diameter (mm): smaller grains make up 90 % of the volume of all grains.
+    /// Equivalent sphere diameter D90 (mm): 90 % of the volume of all grains is in smaller grains.
     pub d90_mm: f64,
     /// Median of the grains' equivalent sphere diameters (mm).
     pub median_diameter_mm: f64,
-    /// Mean number of neighbours of a grain.
+    /// Mean number of grains that a grain touches.
     pub coordination: f64,
 }
 

@@ -2,12 +2,12 @@
 
 use crate::volume::disjoint_sets::DisjointSets;
 
-/// A run of voxels of one value along x.
+/// A run: consecutive voxels along x with the same value.
 struct Run {
     value: u32,
-    /// First index.
+    /// Index of the first voxel.
     from: usize,
-    /// Last index + 1.
+    /// Index of the last voxel + 1.
     to: usize,
 }
 
@@ -58,7 +58,7 @@ pub(crate) fn numbered_parts(
     }
 
     let mut numbers = vec![0_u32; values.len()];
-    // the root of a set is the run of the set with the lowest index
+    // the root of a set of runs is the run with the lowest index
     let (mut of_root, mut part_values) = (vec![0_u32; runs.len()], Vec::new());
     for row in 0..ny * nz {
         for n in of_row(row) {

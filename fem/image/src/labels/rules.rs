@@ -8,7 +8,7 @@ use crate::{ImageError, SpecimenForm, SpecimenRegion};
 pub const MATRIX: &str = "matrix";
 /// Name of the phase of voids: pores, cracks.
 pub const VOID: &str = "void";
-/// Name of the phase of grains if no phases are given.
+/// Name of the phase of grains if the user gives no phases.
 const GRAIN: &str = "grain";
 
 /// Labels of one phase.
@@ -23,8 +23,8 @@ pub struct LabelPhase {
 }
 
 impl LabelPhase {
-    /// Returns whether each label of the phase is one grain: `true` for a phase with several labels. In a phase with
-    /// one label, each connected part is a grain.
+    /// Returns whether each label of the phase is one grain, which is the case for a phase with several labels. In a
+    /// phase with one label, each connected part is a grain.
     pub fn has_instances(&self) -> bool {
         self.last > self.first
     }
@@ -52,11 +52,12 @@ pub struct LabelRules {
     pub background: Option<i64>,
     /// The phases. If empty, each label other than 0 and the background is a grain.
     pub phases: Vec<LabelPhase>,
-    /// Form of the specimen; `Auto` is a cylinder if the image contains background.
+    /// Form of the specimen. `Auto` selects a cylinder if the image contains background, otherwise a block.
     pub specimen: SpecimenForm,
     /// Whether a tilted cylinder is fitted with its tilt; otherwise the fitted cylinder is upright.
     pub follow_lean: bool,
-    /// Position of the specimen as given by the user; voxels outside count as background. `mask` is not supported.
+    /// Position of the specimen as given by the user. Voxels outside this region count as background. A `mask` is not
+    /// supported.
     pub region: SpecimenRegion,
     /// Grains with fewer voxels than this number are reported in a warning.
     pub small_grain_voxels: usize,
@@ -88,7 +89,7 @@ pub(super) enum Role {
 }
 
 impl LabelRules {
-    /// Returns the names of the phases of grains, voids included, in the order of `phases`.
+    /// Returns the names of all phases except the matrix (also `void`), in the order of `phases`.
     pub fn grain_phases(&self) -> Vec<String> {
         if self.phases.is_empty() {
             return vec![GRAIN.into()];
@@ -152,7 +153,7 @@ impl LabelRules {
         Ok(())
     }
 
-    /// Returns the meaning of each label of an image; `counts` are the numbers of voxels of the labels.
+    /// Returns the meaning of each label of an image. `counts` contains the number of voxels of each label.
     pub(super) fn roles(
         &self,
         counts: &BTreeMap<i64, usize>,

@@ -33,20 +33,20 @@ pub struct LabelledSpecimen {
     pub block: bool,
     /// Statistics of the whole specimen; voids do not count as grains.
     pub statistics: SpecimenStatistics,
-    /// Grey value of each voxel for pictures: 0 outside, 0.5 in voids, 1 in the matrix, 2 and more in the phases of
-    /// grains.
+    /// Grey value of each voxel for pictures: 0 outside the specimen, 0.5 in voids, 1 in the matrix, 2 and more in the
+    /// phases of grains.
     pub shades: Volume<f32>,
     /// Messages about doubtful results, which the user should check.
     pub warnings: Vec<String>,
 }
 
-/// Label of voxels outside the region if no label is the background.
+/// Label that voxels outside the region get if the user gives no label of the background.
 const OUTSIDE_REGION: i64 = i64::MIN;
-/// Grey value of the specimen in the image to which a cylinder is fitted.
+/// Grey value of the specimen's voxels in the image to which a cylinder is fitted.
 const SPECIMEN: u16 = 1000;
-/// Grey level of the wall in this image: half the grey value of the specimen.
+/// Grey level of the wall in the image to which a cylinder is fitted: half the grey value of the specimen.
 const EDGE: f64 = 500.0;
-/// Distance from the wall (voxels) within which background is not counted.
+/// Background voxels within this distance from the wall (voxels) do not count as background in the specimen.
 const WALL: f64 = 1.5;
 /// Share of background in the specimen above which a warning is added.
 const MOST_BACKGROUND: f64 = 0.002;
@@ -109,7 +109,7 @@ impl LabelRules {
         };
 
         progress("grains");
-        // 0 marks voxels outside grains
+        // the value 0 marks voxels outside grains
         let values: Vec<u32> = numbers
             .par_iter()
             .map(|&number| if let Role::Grain { .. } = role(number) { number + 1 } else { 0 })
@@ -230,7 +230,7 @@ impl LabelRules {
         Ok(fitted)
     }
 
-    /// Returns warnings about phases without voxels in the image.
+    /// Returns warnings about phases that have no voxels in the image.
     fn absent_phases(&self, roles: &[(i64, Role)]) -> Vec<String> {
         let is_present = |name: &str| {
             let names = self.grain_phases();
@@ -288,7 +288,7 @@ fn counts(values: &[i64]) -> BTreeMap<i64, usize> {
     values.par_chunks(1 << 20).fold(BTreeMap::new, add).reduce(BTreeMap::new, sum)
 }
 
-/// Parts sorted by their values; parts of one value keep their order.
+/// The order of parts that are sorted by their values; parts with equal values keep their order.
 struct Order {
     /// Indices of the parts in the sorted order.
     parts: Vec<usize>,

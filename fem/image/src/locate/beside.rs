@@ -5,17 +5,17 @@ use rayon::prelude::*;
 use crate::Volume;
 use crate::locate::fit::Fit;
 
-/// Share of solid voxels above which a disc counts as filled, and share of round slices above which a run of slices
-/// counts as a pedestal.
+/// Two limits with the same value: the share of solid voxels above which a disc counts as filled, and the share of
+/// round slices above which consecutive slices count as a pedestal.
 const MOST: f64 = 0.9;
-/// Largest share of solid voxels in a ring of a gap.
+/// Largest share of solid voxels in a ring of voxels that counts as a gap of air.
 const GAP: f64 = 0.3;
-/// Relative difference of a section's area from the specimen's area above which the section does not belong to the
-/// specimen.
+/// A section does not belong to the specimen if its area differs from the area of the specimen's sections by more than
+/// this share.
 const OTHER: f64 = 0.08;
 /// Minimum number of slices of a pedestal.
 const SLICES: usize = 3;
-/// Half width of a blurred edge (voxels).
+/// Half width of the blurred edge of an object (voxels).
 const BLUR: f64 = 1.5;
 
 /// Returns the inner and the outer radius (voxels) of a ring of air around the specimen and inside the fitted cylinder,
@@ -39,7 +39,7 @@ pub(crate) fn gap(image: &Volume<u16>, fit: &Fit, edge: f64) -> Option<[f64; 2]>
         }
     }
     let solid = |ring: usize| counts[ring][1] as f64 / counts[ring][0].max(1) as f64;
-    // from outside to inside: the tube, the gap, the specimen
+    // search from outside to inside: first the tube, then the gap, then the specimen
     let wall = (0..rings).rev().find(|&ring| solid(ring) > 0.5)?;
     let outer = (0..wall).rev().find(|&ring| solid(ring) < GAP)?;
     let inner = (0..outer).rev().find(|&ring| solid(ring) > 0.5)?;
@@ -52,14 +52,14 @@ pub(crate) fn gap(image: &Volume<u16>, fit: &Fit, edge: f64) -> Option<[f64; 2]>
 /// A removed pedestal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Pedestal {
-    /// First and last slice, counted from 1.
+    /// First and last slice of the pedestal, counted from 1.
     pub(crate) slices: [usize; 2],
-    /// Radius of the sections (voxels).
+    /// Radius of the pedestal's sections (voxels).
     pub(crate) radius: f64,
 }
 
-/// Shortens an upright cylinder by the sections of pedestals: round sections at an end with another radius than the
-/// specimen. Returns the removed pedestals.
+/// Shortens an upright cylinder by the slices of pedestals. A pedestal consists of round sections at an end of the
+/// cylinder whose radius differs from the radius of the specimen. Returns the removed pedestals.
 pub(crate) fn without_pedestal(image: &Volume<u16>, fit: &mut Fit, edge: f64) -> Vec<Pedestal> {
     if fit.lean != [0.0; 2] {
         return Vec::new();
@@ -82,13 +82,13 @@ pub(crate) fn without_pedestal(image: &Volume<u16>, fit: &mut Fit, edge: f64) ->
     let area = areas[areas.len() / 2];
     let is_other = |section: &f64| (section / area - 1.0).abs() > OTHER && *section > 0.1 * area;
     let mut pedestals = Vec::new();
-    // the first and the last slice contain some air
+    // the first and the last slice of the cylinder contain some air
     let from_bottom: Vec<usize> =
         (first + 1..last).take_while(|&z| is_other(&sections[z])).collect();
     let from_top: Vec<usize> =
         (first..last - 1).rev().take_while(|&z| is_other(&sections[z])).collect();
     for (run, is_bottom) in [(from_bottom, true), (from_top, false)] {
-        // one slice at the step contains a part of both objects
+        // omit the slice at the step between pedestal and specimen, which contains a part of both
         let plain = &run[..run.len().saturating_sub(1)];
         if plain.len() < SLICES || run.len() + 8 > last - first {
             continue;
@@ -98,7 +98,7 @@ pub(crate) fn without_pedestal(image: &Volume<u16>, fit: &mut Fit, edge: f64) ->
             continue;
         }
         let mean = plain.iter().map(|&z| sections[z]).sum::<f64>() / plain.len() as f64;
-        // fraction of the slice at the step that belongs to the specimen
+        // compute the fraction of the slice at the step that belongs to the specimen
         let z = run[run.len() - 1];
         let part = ((sections[z] - mean) / (area - mean)).clamp(0.0, 1.0);
         let radius = (mean / std::f64::consts::PI).sqrt();

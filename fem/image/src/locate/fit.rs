@@ -7,39 +7,42 @@ use crate::{Cylinder, ImageError, Volume};
 /// A cylinder fitted to an image (in voxels), and measures of the quality of the fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Fit {
-    /// Coordinates x and y of the middle of the axis.
+    /// Coordinates x and y of the middle of the cylinder's axis.
     pub(crate) centre: [f64; 2],
     pub(crate) radius: f64,
-    /// Lower end of the cylinder before its rotation about the middle of its axis.
+    /// Height z of the lower end. A tilted cylinder is described as an upright cylinder that is then rotated about the
+    /// middle of its axis; `bottom` is the lower end before this rotation.
     pub(crate) bottom: f64,
     pub(crate) top: f64,
     /// Slopes dx/dz and dy/dz of the cylinder's axis; 0 for an upright cylinder.
     pub(crate) lean: [f64; 2],
-    /// Horizontal displacement of the fitted axis between the ends (voxels); it can exceed 0 for an upright cylinder.
+    /// Horizontal displacement between the ends of the axis that was fitted with tilt (voxels). This value can exceed 0
+    /// although the resulting cylinder is upright.
     pub(crate) wander: f64,
-    /// Root mean square distance of the wall's points from the cylinder (voxels), without outliers.
+    /// Root mean square distance of the points found on the wall from the fitted cylinder (voxels), without outliers.
     pub(crate) scatter: f64,
 }
 
 /// Lengths are rounded to 1/`GRID` voxel, so that results do not depend on the order of summation.
 const GRID: f64 = 1024.0;
-/// Slopes are rounded to 1/`SLOPES`.
+/// Slopes are rounded to 1/`SLOPES`, so that results do not depend on the order of summation.
 const SLOPES: f64 = 1048576.0;
-/// Displacement of the axis between the ends (voxels) above which an upright cylinder does not describe the specimen.
+/// If the axis is displaced by more than this distance between the ends (voxels), an upright cylinder does not describe
+/// the specimen.
 const OFF_AXIS: f64 = 2.0;
-/// Displacement of the axis between the ends (voxels) up to which the axis counts as upright.
+/// If the axis is displaced by at most this distance between the ends (voxels), the axis counts as upright.
 const UPRIGHT: f64 = 1.0;
 /// Number of iterations that refine a tilted axis; each iteration starts from the axis of the previous iteration.
 const ROUNDS: usize = 3;
 /// Slope of the axis above which the fit is rejected.
 const STEEPEST: f64 = 0.5;
-/// Number of directions of rays in an eighth of a turn.
+/// Number of directions of rays in an angle of 45°.
 const EIGHTH: usize = 24;
 /// Maximum number of Gauss–Newton steps of the fit.
 const STEPS: usize = 20;
 
 impl Fit {
-    /// Returns whether the fitted cylinder is upright although the axis of the specimen is tilted.
+    /// Returns whether the axis of the specimen is tilted although the fitted cylinder is upright.
     pub(crate) fn is_off_axis(&self) -> bool {
         self.lean == [0.0; 2] && self.wander > OFF_AXIS
     }
@@ -55,13 +58,14 @@ impl Fit {
         }
     }
 
-    /// Returns the squared distance of a voxel from the axis (voxels²) and its height along the axis, as z of the
-    /// upright cylinder (voxels). Both values are exact in floating point if the axis is upright.
+    /// Returns the squared distance of a voxel from the axis (voxels²) and the height z of the voxel (voxels), both
+    /// after the rotation that makes the cylinder upright. Both values are exact in floating point if the axis is
+    /// upright.
     pub(crate) fn radius_squared_and_height(&self, [x, y, z]: [usize; 3]) -> [f64; 2] {
         let middle = (self.bottom + self.top) / 2.0;
         let [p, q] = self.lean;
         let h = z as f64 + 0.5 - middle;
-        // distance from the point of the axis in the same slice
+        // components of the distance from the point of the axis in the same slice
         let (dx, dy) =
             (x as f64 + 0.5 - self.centre[0] - p * h, y as f64 + 0.5 - self.centre[1] - q * h);
         let (along, square) = (dx * p + dy * q, 1.0 + (p * p + q * q));
@@ -84,7 +88,7 @@ impl Fit {
         let heights = self.bottom + margin..=self.top - margin;
         let mut set = vec![0; nx * ny * nz];
         if self.lean == [0.0; 2] {
-            // all sections of an upright cylinder are equal
+            // compute one section, because all sections of an upright cylinder are equal
             let disc: Vec<u8> = (0..nx * ny)
                 .map(|n| {
                     u8::from(
@@ -108,7 +112,7 @@ impl Fit {
     }
 }
 
-/// A straight line: a point on it and its slopes dx/dz and dy/dz.
+/// A straight line, given by one of its points and its slopes dx/dz and dy/dz.
 #[derive(Clone, Copy, Debug)]
 struct Axis {
     at: [f64; 3],
@@ -121,24 +125,26 @@ impl Axis {
         [0, 1].map(|k| self.at[k] + self.lean[k] * (z - self.at[2]))
     }
 
-    /// Returns the slope of the line against the vertical.
+    /// Returns the tangent of the angle between the line and the vertical.
     fn slope(&self) -> f64 {
         self.lean[0].hypot(self.lean[1])
     }
 
-    /// Returns the length along the line for one voxel along z.
+    /// Returns the length along the line that corresponds to a height of one voxel.
     fn stretch(&self) -> f64 {
         (1.0 + (self.lean[0] * self.lean[0] + self.lean[1] * self.lean[1])).sqrt()
     }
 
-    /// Returns the distance along the line from `at` to the foot of the perpendicular from a point.
+    /// Returns the coordinate of a point along the line: the distance from the point `at` of the line to the foot of
+    /// the perpendicular from the given point.
     fn along(&self, point: [f64; 3]) -> f64 {
         let [x, y, z] = [0, 1, 2].map(|k| point[k] - self.at[k]);
         (x * self.lean[0] + y * self.lean[1] + z) / self.stretch()
     }
 }
 
-/// Cylinder fitted to the wall points found by rays: axis, radius, and root mean square distance of the points.
+/// Cylinder without ends, fitted to the points at which rays meet the wall: axis, radius, and root mean square distance
+/// of the points.
 struct Wall {
     axis: Axis,
     radius: f64,
@@ -146,12 +152,12 @@ struct Wall {
 }
 
 /// Fits a cylinder to the voxels that are at least as bright as `edge`, the grey level half way between air and matrix.
-/// The ends are the medians over columns of the first and the last crossing of `edge`. Axis and radius follow from
-/// least squares over the outermost crossings of `edge` along many rays, without outliers. Axis, radius and ends have
-/// sub-voxel accuracy.
+/// The ends are medians over columns of voxels: of the height at which the grey value first crosses `edge`, and of the
+/// height at which it last crosses `edge`. Axis and radius follow from least squares over the outermost points at which
+/// the grey value crosses `edge` along many rays, without outliers. Axis, radius and ends have sub-voxel accuracy.
 ///
-/// Rays and ends first refer to an upright axis. If the fitted axis is tilted and `leans` is true, rays and ends are
-/// computed again with respect to the fitted axis.
+/// Rays and ends are first computed with respect to an upright axis. If the fitted axis is tilted and `leans` is true,
+/// rays and ends are computed again with respect to the fitted axis.
 ///
 /// # Errors
 /// [`ImageError::NoCylinder`].
@@ -207,7 +213,7 @@ fn refused(message: String) -> ImageError {
     }
 }
 
-/// Determines wall and ends, starting from an approximate axis and radius.
+/// Determines the wall and the ends of the cylinder, starting from an approximate axis and radius.
 fn sides(
     image: &Volume<u16>,
     edge: f64,
@@ -227,7 +233,8 @@ fn sides(
     Ok((least_squares(&points, axis, radius, (bottom + top) / 2.0), ends))
 }
 
-/// Returns the centroid (x and y) of the bright voxels, and the radius of a disc with the mean area of their sections.
+/// Returns the centroid (x and y) of the bright voxels, and the radius of a disc whose area is the mean number of
+/// bright voxels per slice.
 fn about(image: &Volume<u16>, edge: f64) -> Option<([f64; 2], f64)> {
     let [nx, ny, nz] = image.shape;
     let (mut count, mut sum_x, mut sum_y, mut slices) = (0_u64, 0_u64, 0_u64, 0_u64);
@@ -287,7 +294,7 @@ fn ends(image: &Volume<u16>, edge: f64, axis: &Axis, radius: f64) -> Option<[f64
         }
     }
     let (low, high) = (median(&mut low)?, median(&mut high)?);
-    // the rotation to an upright axis does not move the middle of the axis
+    // heights are measured from the middle of the axis, which the rotation to an upright axis does not move
     let middle = (low + high) / 2.0;
     let shift = axis.at[2] + middle / axis.stretch() - middle;
     Some([low + shift, high + shift])
@@ -306,8 +313,8 @@ fn median(values: &mut [f64]) -> Option<f64> {
     Some((lower + upper) / 2.0)
 }
 
-/// Returns points of the wall. Rays start outside the specimen, in directions that are symmetric about x and y, and end
-/// where two samples one voxel apart are bright.
+/// Returns points of the wall, found along rays. The directions of the rays are symmetric about x and y. A ray starts
+/// outside the specimen and ends where two samples one voxel apart are bright.
 fn wall(
     image: &Volume<u16>,
     edge: f64,
@@ -317,7 +324,7 @@ fn wall(
 ) -> Vec<[f64; 3]> {
     let [nx, ny, nz] = image.shape;
     let mut points = Vec::new();
-    // a tilted end extends over several slices
+    // exclude slices near the ends; a tilted end extends over several slices
     let margin = 0.03 * (top - bottom) + 1.0 + radius * axis.slope();
     for z in 0..nz {
         let height = z as f64 + 0.5;
@@ -335,7 +342,7 @@ fn wall(
                     continue;
                 };
                 match outer {
-                    // the wall is outside the image on this ray
+                    // the first sample is already bright: on this ray, the wall is outside the image
                     None if value >= edge => break,
                     Some(dark) if value >= edge && at(r - 1.0).is_some_and(|v| v >= edge) => {
                         let r = r + 0.5 * (value - edge) / (value - dark);
@@ -387,7 +394,7 @@ fn least_squares(points: &[[f64; 3]], about: &Axis, radius: f64, middle: f64) ->
                 let h = z - middle;
                 let (dx, dy) = (x - u[0] - u[2] * h, y - u[1] - u[3] * h);
                 let along = (dx * p + dy * q) / square;
-                // component of (dx, dy, 0) perpendicular to the axis, and its length
+                // components of (dx, dy, 0) perpendicular to the axis; their norm is the distance from the axis
                 let (cx, cy) = (dx - along * p, dy - along * q);
                 let r = (dx * cx + dy * cy).max(1e-18).sqrt();
                 let row = [-cx / r, -cy / r, -cx / r * h, -cy / r * h, -1.0];

@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 use crate::locate::fit::Fit;
 use crate::{ImageError, Volume};
 
-/// Position of the specimen, in voxels of the segmented image (after `bin`). Missing values are determined from
-/// the image.
+/// Position of the specimen, in voxels of the segmented image (after the averaging of blocks by `bin`). Values that are
+/// `None` are determined from the image.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SpecimenRegion {
@@ -28,7 +28,7 @@ pub struct SpecimenRegion {
 }
 
 impl SpecimenRegion {
-    /// Checks the values independently of an image.
+    /// Checks all values that can be checked without the image.
     ///
     /// # Errors
     /// [`ImageError::Parameter`].
@@ -83,7 +83,7 @@ impl SpecimenRegion {
         Ok(())
     }
 
-    /// Returns whether no value is given.
+    /// Returns whether no value is given, not even a mask.
     pub(crate) fn is_unset(&self) -> bool {
         *self == Self::default()
     }
@@ -93,7 +93,7 @@ impl SpecimenRegion {
         self.centre_px.is_none() && self.radius_px.is_none() && self.slices.is_none()
     }
 
-    /// Returns the cylinder of the region, or `None` unless centre, radius and slices are all given.
+    /// Returns the cylinder of the region, or `None` if centre, radius or slices are missing.
     pub(crate) fn fit(&self) -> Option<Fit> {
         let (centre, radius, [first, last]) = (self.centre_px?, self.radius_px?, self.slices?);
         let (bottom, top) = ((first - 1) as f64, last as f64);

@@ -11,12 +11,12 @@ use crate::volume::filter::core;
 use crate::volume::threshold::{WIDTH, class_means, core_mean, histogram, otsu};
 use crate::{ImageError, Volume};
 
-/// Distance from the wall (voxels) up to which grey values of the median-filtered image are mixed with air.
+/// Distance from the wall (voxels) up to which the grey values of the median-filtered image contain a share of air.
 const RIM: f64 = 3.0;
 /// Grey level of the wall in the image of a mask: half the grey value of the mask's voxels.
 const EDGE: u16 = 16384;
-/// Limit of the scatter of the wall's points, above which the fit is doubtful: an absolute part (voxels) and a share of
-/// the radius.
+/// If the scatter of the points on the wall exceeds this limit, the fit is doubtful. The limit is the first value
+/// (voxels) plus the second value times the radius.
 const SCATTER: [f64; 2] = [0.6, 0.01];
 
 /// Form of the specimen in an image.
@@ -33,12 +33,12 @@ pub enum SpecimenForm {
     Block,
 }
 
-/// Settings for locating a specimen.
+/// Settings for the location of a specimen in an image.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Locating<'a> {
     pub(crate) form: SpecimenForm,
     pub(crate) follow_lean: bool,
-    /// Contrast between grains and matrix. Air is assumed to be the darkest class in either case.
+    /// Whether grains are brighter or darker than the matrix. In both cases, air is assumed to be the darkest class.
     pub(crate) contrast: Contrast,
     /// Lowest grey value that is not air, if the user gives it.
     pub(crate) void: Option<f64>,
@@ -156,8 +156,8 @@ impl Locating<'_> {
         })
     }
 
-    /// Adds warnings if the fitted cylinder does not describe the specimen well; [`SpecimenForm::Auto`] fails if the
-    /// cylinder's sections are not filled.
+    /// Adds warnings if the fitted cylinder does not describe the specimen well; For [`SpecimenForm::Auto`], returns an
+    /// error if the specimen does not fill the sections of the cylinder.
     fn doubts(
         &self,
         image: &Volume<u16>,
@@ -199,9 +199,10 @@ struct Levels {
 }
 
 impl Levels {
-    /// Finds the levels from a histogram split into three classes. In an image with few or no grains, the middle class
-    /// is the blurred wall between air and specimen instead of the matrix; this class has no interior voxels, and two
-    /// classes are used instead. With dark grains the brightest class is the matrix.
+    /// Finds the levels by dividing the histogram into three classes: air, matrix, grains (for dark grains: air,
+    /// grains, matrix). In an image with few or no grains, the middle class consists of voxels at the blurred wall
+    /// between air and specimen. Such a class has no interior voxels, and the histogram is then divided into two
+    /// classes.
     fn of(image: &Volume<u16>, by_hand: Option<f64>, contrast: Contrast) -> Option<Self> {
         let all = vec![1; image.values.len()];
         let counts = histogram(&image.values, &all);
@@ -238,7 +239,7 @@ impl Specimen {
         }
     }
 
-    /// Returns the voxels of `inside` whose grey values are not mixed with air: voxels away from the wall and from
+    /// Returns the voxels of `inside` whose grey values contain no share of air: voxels away from the wall and from
     /// voids.
     pub(crate) fn sample(&self, smooth: &Volume<u16>, inside: &[u8]) -> Vec<u8> {
         let mut sample = match self.fit {

@@ -4,16 +4,18 @@
 use crate::locate::fit::Fit;
 use crate::{ImageError, Volume};
 
-/// Minimum share of air (bright) voxels in the corners of the image for the corners to count as air (bright).
+/// The corners of the image count as air if at least this share of their voxels is air, and as bright if at least this
+/// share is bright.
 const IN_CORNERS: f64 = 0.9;
-/// Maximum share of air (bright) voxels in the middle of the image for the middle to count as solid (dark).
+/// The middle of the image counts as solid if at most this share of its voxels is air, and as dark if at most this
+/// share is bright.
 const IN_MIDDLE: f64 = 0.5;
-/// Maximum ratio of the share of solid voxels at the border to the share of solid voxels in the whole image, for a body
-/// in air. In a block the two shares are similar.
+/// An image shows a body in air if the share of solid voxels at the border is at most this multiple of the share of
+/// solid voxels in the whole image. In an image of a block, both shares are similar.
 const AT_BORDER: f64 = 0.1;
-/// Number of solid voxels, relative to the median of the middle slices, above which a slice shows a platen.
+/// A slice shows a platen if its number of solid voxels exceeds this multiple of the median over the middle slices.
 const WIDER: f64 = 1.15;
-/// Allowed range of the ratio of the area of the specimen's sections to the area of the fitted circle.
+/// Allowed range of the area of the specimen's sections, divided by the area of the fitted circle.
 const ROUND: [f64; 2] = [0.9, 1.1];
 
 /// Surroundings of a specimen in its image.
@@ -23,7 +25,7 @@ pub(crate) enum Surroundings {
     Air,
     /// No air: the image was cut out of a specimen.
     Block,
-    /// The surroundings are brighter than the specimen.
+    /// The surroundings of the specimen are brighter than the specimen.
     Bright,
     /// Platens: ranges of slices, counted from 1, that are wider than the specimen or filled to their corners.
     Platens(Vec<[usize; 2]>),
@@ -46,7 +48,7 @@ impl Surroundings {
             return Self::Block;
         }
         let is_solid_inside = middle.middle_air <= IN_MIDDLE * middle.middle;
-        // a body that is not a cylinder, or not in the middle of the image, is surrounded by air, too
+        // also detect air around a body that is not a cylinder, or not in the middle of the image
         let at_border = middle.border_solid / middle.border;
         let is_body = at_border < AT_BORDER * middle.solid / middle.all;
         if !(is_solid_inside || is_body) {
@@ -106,7 +108,7 @@ pub(crate) fn filling(image: &Volume<u16>, fit: &Fit, void: f64) -> f64 {
         count += 1;
         for row in slice.chunks_exact(nx) {
             let is_solid = |&value: &u16| f64::from(value) >= void;
-            // two bright neighbours are required: a single bright voxel can be noise
+            // the wall starts at two adjacent solid voxels: a single solid voxel can be noise
             let wall = |pair: &[u16]| pair.iter().all(is_solid);
             let (from, to) = (row.windows(2).position(wall), row.windows(2).rposition(wall));
             voxels += from.zip(to).map_or(0, |(from, to)| to + 2 - from);
@@ -129,7 +131,8 @@ pub(crate) fn checked_filling(filling: f64) -> Result<(), ImageError> {
     })
 }
 
-/// Numbers of voxels of one or several slices, by region of the slice (corner, middle, border) and class.
+/// Numbers of voxels of one or several slices, for each region of the slice (corner, middle, border) and each class
+/// (air, solid, bright).
 #[derive(Clone, Copy, Debug, Default)]
 struct Counts {
     all: f64,

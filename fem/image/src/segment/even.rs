@@ -13,7 +13,7 @@ use crate::volume::contrast::Contrast;
 use crate::volume::filter::{dilate, median_again};
 use crate::volume::grey::Scale;
 
-/// Distance from the wall (voxels) up to which voxels contain some air.
+/// Voxels within this distance from the wall (voxels) contain some air.
 const WALL: f64 = 2.0;
 
 /// A corrected image in which grains are brighter than the matrix, and sets of its voxels.
@@ -24,11 +24,11 @@ pub(super) struct CorrectedImage {
     pub(super) scale: Scale,
     /// Voxels of the specimen that contain no air: away from its wall and from voids.
     pub(super) sample: Vec<u8>,
-    /// Voxels that may be grain.
+    /// Voxels that may be grain: the specimen, and voxels outside the specimen that are not in air.
     pub(super) solid: Vec<u8>,
-    /// The specimen, and voxels outside the specimen that show blur of grains.
+    /// The voxels of the specimen, and voxels outside the specimen whose grey values contain blur of grains.
     pub(super) shown: Vec<u8>,
-    /// Voxels as dark as air.
+    /// Voxels of the specimen that are as dark as air.
     pub(super) voids: Vec<u8>,
     /// Ratio of the brightness of a material at the wall to its brightness at the axis, before the correction.
     pub(super) rim_over_centre: f64,
@@ -47,7 +47,7 @@ pub(super) struct GreyCorrection<'a> {
 }
 
 impl GreyCorrection<'_> {
-    /// Corrects an image and its filtered version.
+    /// Corrects the grey values of an image, and of the median-filtered image.
     pub(super) fn run(
         &self,
         mut grey: Volume<u16>,
@@ -81,7 +81,7 @@ impl GreyCorrection<'_> {
         };
         let (mut shown, mut solid) = (inside.to_vec(), inside.to_vec());
         if let (Some(fit), Some([matrix, split])) = (&specimen.fit, materials) {
-            // with dark grains, the blurred wall would be classified as grain
+            // dark grains have grey values like the blurred wall, which would therefore be classified as grain
             let (from, is_dark) = match self.contrast {
                 Contrast::Bright => (inside, false),
                 Contrast::Dark => (&sample[..], true),
@@ -124,7 +124,7 @@ impl GreyCorrection<'_> {
         }
     }
 
-    /// Applies the median filter again near the voxels that changed.
+    /// Applies the median filter again near the voxels whose grey values changed.
     fn filter_again(&self, grey: &Volume<u16>, changed: &[u8], smooth: &mut Volume<u16>) {
         if self.median {
             let near = dilate(grey.shape, changed);

@@ -54,23 +54,25 @@ pub struct Segmented {
     pub warnings: Vec<String>,
 }
 
-/// Share of the specimen above which a single grain causes a warning.
+/// Share of the specimen's volume above which a single grain causes a warning.
 const MOST: f64 = 0.5;
-/// Number of grains from which a single grain with more than the share [`MOST`] of all grains also causes a warning.
+/// If there are at least this number of grains, a grain that has more than the share [`MOST`] of the volume of all
+/// grains also causes a warning.
 const MANY: usize = 10;
-/// Share of the specimen above which voids cause a warning.
+/// Share of the specimen's volume above which voids cause a warning.
 const VOIDS: f64 = 0.02;
-/// Volume (voxels) below which the volume of a grain is uncertain.
+/// The measured volume of a grain below this volume (voxels) is uncertain.
 const SMALL: f64 = 65.0;
-/// Share of the volume of all grains in grains smaller than [`SMALL`] above which a warning is added.
+/// A warning is added if grains smaller than [`SMALL`] have more than this share of the volume of all grains.
 const SMALL_SHARE: f64 = 0.05;
 
 impl Segmentation {
     /// Segments an image into grains. `progress` is called with the name of each step when the step begins.
     ///
     /// The result does not depend on the number of threads. An image that is mirrored, or rotated by 90° about z (a
-    /// block: about any axis), gives the same grains with other numbers. Exceptions are voxels at which two grains are
-    /// equal by all criteria, and the rule [`SeedRule::Spacing`], which depends on the orientation.
+    /// block: about any axis), gives the same grains with other numbers. There are two exceptions: voxels for which all
+    /// criteria of the choice between two grains are equal, and the rule [`SeedRule::Spacing`], which depends on the
+    /// orientation.
     ///
     /// # Errors
     /// [`ImageError`]: parameters out of range, values that are not finite, an image without contrast or without
@@ -192,7 +194,8 @@ impl Segmentation {
         };
         let labels = grey.with(labels);
         let regions = measure(&labels, &inside, &solid.volumes);
-        // an upright cylinder around a tilted specimen contains air; another warning reports the tilt
+        // an upright cylinder around a tilted specimen contains air, which must not count as voids; another warning
+        // reports the tilt
         let follows = located.fit.is_none_or(|fit| !fit.is_off_axis());
         warnings.extend(void_in_words(void_fraction).filter(|_| follows));
         warnings.extend(small_in_words(&regions, grey.voxel_mm));
@@ -248,7 +251,7 @@ impl Segmentation {
     /// Returns an error if the given threshold of grains is a grey value of air.
     fn check_threshold(&self, air: Option<f64>, contrast: Contrast) -> Result<(), ImageError> {
         let (Some(value), Some(air)) = (self.grain_threshold, air) else { return Ok(()) };
-        // an image with bright air was inverted before, so that its grains are bright now
+        // an image with bright air has been inverted, so that its grains are now bright
         let is_inverted = contrast != self.contrast;
         let (is_in_air, side) = match is_inverted {
             true => (value >= air, "below"),
@@ -298,7 +301,8 @@ impl Segmentation {
         Ok(level)
     }
 
-    /// Returns a warning if one grain makes up most of the specimen, or most of the volume of many grains.
+    /// Returns a warning if one grain makes up most of the specimen, or if there are many grains and one of them has
+    /// most of their volume.
     fn one_for_all(&self, regions: &[Region], inside: &[u8], threshold: f64) -> Option<String> {
         let largest = regions.iter().max_by_key(|grain| grain.voxels)?;
         let all: usize = regions.iter().map(|grain| grain.voxels).sum();
@@ -322,8 +326,8 @@ impl Segmentation {
         ))
     }
 
-    /// Divides the grain voxels into grains by seeds and basins of the distance; returns the grain number of each
-    /// voxel.
+    /// Divides the grain voxels into grains by a watershed of the distance to the grain surface. Returns the grain
+    /// number of each voxel.
     fn label(
         &self,
         shape: [usize; 3],

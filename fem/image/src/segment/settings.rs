@@ -12,8 +12,9 @@ use crate::volume::contrast::Contrast;
 ///
 /// Steps: grey values are rounded to 16 bits between two percentiles and filtered by a median of 3³ voxels. The
 /// specimen is located. Beam hardening, drift along the axis, and the air that blur mixes into the wall are corrected.
-/// A threshold defines a set of grain voxels, whose holes are filled. The smoothed exact Euclidean distance to the
-/// outside of the set has a maximum in each grain; a watershed grows the grains from these maxima.
+/// A threshold defines a set of grain voxels, and holes in this set are filled. The distance of each voxel of the set
+/// to the outside of the set is computed exactly and smoothed. This distance has a maximum in each grain; a watershed
+/// grows the grains from these maxima.
 ///
 /// # Example
 /// ```
@@ -43,12 +44,13 @@ pub struct Segmentation {
     pub region: SpecimenRegion,
     /// Contrast of the image: whether grains are brighter or darker than the matrix.
     pub contrast: Contrast,
-    /// Percentiles of the grey values; the values between them are rounded to 16 bits.
+    /// Two percentiles of the grey values. Grey values are rounded to 16-bit integers between these percentiles.
     pub percentiles: [f64; 2],
     /// Whether a median filter of 3³ voxels is applied before voxels are classified.
     pub median: bool,
-    /// Whether the segmentation uses a tilted cylinder if the displacement of the axis between the ends exceeds one
-    /// voxel; otherwise the cylinder is upright. The image is not rotated: labels refer to its voxels.
+    /// Whether the segmentation uses a tilted cylinder if the axis is displaced by more than one voxel between the
+    /// ends. Otherwise the cylinder is upright. The image is not rotated: labels belong to the voxels of the original
+    /// image.
     pub follow_lean: bool,
     /// Whether the variation of brightness with radius and height of a cylinder is corrected.
     pub beam_hardening: bool,
@@ -58,21 +60,22 @@ pub struct Segmentation {
     /// Lowest grey value of grains, or the highest grey value if grains are dark; determined from the image if absent.
     ///
     /// The value determined from the image is half way between the grey values of matrix and grains in a model of two
-    /// materials and blur. A given value that differs from this value by at most 0.02 of the contrast results in the
-    /// same grains. A given value that differs by at most 0.3 of the contrast is corrected by the model, so that blur
-    /// and median filter do not shrink grains; the volumes are the numbers of voxels above the corrected level. Without
-    /// a model, the volume of a grain is the volume above the given value.
+    /// materials and blur. A given value that differs from the determined value by at most 0.02 of the contrast results
+    /// in the same grains. A given value that differs by at most 0.3 of the contrast is corrected by the model, so that
+    /// blur and median filter do not shrink grains; the volumes are the numbers of voxels above the corrected level.
+    /// Without a model, the volume of a grain is the volume above the given value.
     pub grain_threshold: Option<f64>,
     /// Largest size of a hole in a grain that is filled (voxels).
     pub fill_holes_voxels: usize,
     /// Rule that separates touching grains.
     pub seeds: SeedRule,
-    /// For `h-maxima`: minimum height of a maximum of the distance above the pass to a neighbouring maximum (voxels).
+    /// For `h-maxima`: two neighbouring maxima of the distance belong to different grains if the distance falls by at
+    /// least this value between them, measured from the lower maximum (voxels).
     pub h_voxels: f64,
     /// For `h-maxima`: number of smoothing passes of the distance, with weights 1–2–1 along each axis; n passes have a
     /// standard deviation of √(n/2) voxels.
     pub smoothing_passes: usize,
-    /// For `spacing`: two seeds are more than this number of voxels apart along at least one axis.
+    /// For `spacing`: the seeds of two grains are more than this number of voxels apart along at least one axis.
     pub spacing_voxels: usize,
     /// Smallest number of voxels of a grain; smaller grains are omitted.
     pub min_grain_voxels: usize,
@@ -82,12 +85,13 @@ pub struct Segmentation {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum SeedRule {
-    /// Each grain has a maximum of the smoothed distance with a height of at least `h_voxels` above its surroundings.
+    /// A grain grows from a maximum of the smoothed distance. The distance must fall by at least `h_voxels` on every
+    /// path to a higher maximum.
     #[default]
     HMaxima,
-    /// Each grain has a maximum of the distance in whole voxels, more than `spacing_voxels` from all other maxima, as
-    /// with `peak_local_max` of scikit-image. This rule splits too many grains, and its result depends on the
-    /// orientation of the image; the rule is provided for comparison.
+    /// A grain grows from a maximum of the distance (rounded to whole voxels) that is more than `spacing_voxels` away
+    /// from all other maxima, as with `peak_local_max` of scikit-image. This rule splits too many grains, and its
+    /// result depends on the orientation of the image; the rule is provided for comparison.
     Spacing,
 }
 
@@ -133,7 +137,7 @@ impl Segmentation {
                 return refuse(field, value, "a grey value");
             }
         }
-        // only the image shows whether the grey values of dark grains are above or below the grey value of air
+        // for dark grains, only the image shows whether their grey values are above or below the grey value of air
         if let (Some(void), Some(grain)) = (self.void_threshold, self.grain_threshold)
             && void >= grain
             && self.contrast == Contrast::Bright

@@ -1,33 +1,33 @@
 //! Detection of jumps of grey values between neighbouring slices: foreign slices, repeated slices, changes of the grey
 //! scale.
 //!
-//! At the end of a specimen, grey values also jump, but the content of all following slices differs. A foreign slice
-//! differs from both of its neighbours, whereas the two neighbours are similar. A change of the grey scale does not
-//! change the content.
+//! Grey values also jump at the end of a specimen, but there all following slices differ from the slices before the
+//! jump. A foreign slice differs from both of its neighbours, whereas its two neighbours are similar. After a change of
+//! the grey scale, the slices still show the same content.
 
 use rayon::prelude::*;
 
 use crate::Volume;
 
-/// Minimum number of slices for the computation of a usual difference.
+/// Smallest number of slices from which the usual difference of neighbouring slices is computed.
 const LEAST_SLICES: usize = 8;
-/// Maximum number of voxels of a slice that are compared.
+/// Largest number of voxels of a slice that are compared with other slices.
 const SAMPLE: usize = 1 << 16;
-/// Factor by which the difference of a foreign slice from its neighbours exceeds both the neighbours' difference from
-/// each other and the usual difference of neighbouring slices.
+/// A slice counts as foreign if its difference from its neighbours exceeds this multiple of both: the difference
+/// between its two neighbours, and the usual difference of neighbouring slices.
 const FOREIGN: f64 = 3.0;
-/// Repeated slices are reported only if the difference of all other neighbouring slices exceeds this share of the usual
-/// difference.
+/// Repeated (equal) slices are reported only if the difference of all other pairs of neighbouring slices exceeds this
+/// share of the usual difference.
 const NOISY: f64 = 0.2;
 /// Correlation above which two neighbouring slices show the same content.
 const SAME_PICTURE: f64 = 0.8;
-/// Smallest change that is reported: relative change of the gain, or change of the level in standard deviations of a
-/// slice.
+/// Smallest change of the grey scale that is reported: relative change of the contrast, or change of the mean in
+/// standard deviations of the grey values of a slice.
 const CHANGE: f64 = 0.05;
-/// Smallest change that is reported, as a multiple of the usual change.
+/// Smallest change of the grey scale that is reported, as a multiple of the usual change between neighbouring slices.
 const UNUSUAL: f64 = 4.0;
-/// A change counts as a jump only if the changes at both neighbouring pairs of slices are below this share of the
-/// change.
+/// A change between two slices counts as a jump only if the changes at the previous and at the next pair of slices are
+/// below this share of the change.
 const ALONE: f64 = 0.4;
 /// Largest number of slices that a warning lists.
 const LISTED: usize = 5;
@@ -35,19 +35,20 @@ const LISTED: usize = 5;
 /// Comparison of a slice with the next slice and with the slice after the next.
 #[derive(Clone, Copy, Debug)]
 struct Pair {
-    /// Mean absolute difference to the next slice.
+    /// Mean absolute difference of the grey values between this slice and the next slice.
     next: f64,
-    /// Mean absolute difference to the slice after the next; infinite for the last pair.
+    /// Mean absolute difference of the grey values between this slice and the slice after the next; infinite for the
+    /// last pair.
     after_next: f64,
     /// Standard deviation of the grey values of the slice.
     deviation: f64,
-    /// Correlation of the grey values of both slices.
+    /// Correlation of the grey values of this slice and the next slice.
     correlation: f64,
-    /// Slope of the regression of the next slice on this slice.
+    /// Slope of the linear regression of the grey values of the next slice on the grey values of this slice.
     gain: f64,
     /// Mean of the next slice minus the mean of this slice.
     level: f64,
-    /// Standard deviation of the residuals of the regression.
+    /// Standard deviation of the residuals of the linear regression whose slope is `gain`.
     residual: f64,
 }
 
@@ -78,7 +79,7 @@ impl Pair {
     }
 }
 
-/// Returns warnings about the sequence of slices, one sentence each.
+/// Returns warnings about unusual sequences of slices, one sentence each.
 pub(crate) fn doubts(volume: &Volume<f32>) -> Vec<String> {
     let [width, height, depth] = volume.shape;
     if depth < LEAST_SLICES {
@@ -127,7 +128,7 @@ fn foreign(pairs: &[Pair]) -> Option<String> {
     let slices: Vec<usize> = (1..pairs.len()).filter(is_foreign).filter(|_| usual > 0.0).collect();
     (!slices.is_empty()).then(|| {
         format!(
-            "Grains are wrong near slices of another image: slice {} differs from both neighbours, which are similar.",
+            "Grains are wrong near slices of another image: slice {} differs from both neighbours, which are alike.",
             listed(&slices)
         )
     })
@@ -148,7 +149,7 @@ fn repeated(pairs: &[Pair]) -> Option<String> {
 }
 
 fn rescaled(pairs: &[Pair]) -> Option<String> {
-    // slices of air have no content, so their grey values do not show a change of the scale
+    // use only slices with correlated content: slices of air do not show a change of the grey scale
     let alike: Vec<&Pair> = pairs.iter().filter(|pair| pair.correlation > SAME_PICTURE).collect();
     if alike.is_empty() {
         return None;
@@ -161,10 +162,12 @@ fn rescaled(pairs: &[Pair]) -> Option<String> {
         let pair = &pairs[*k];
         let neighbours =
             || [k.checked_sub(1), Some(k + 1)].into_iter().flatten().filter_map(|k| pairs.get(k));
-        // where grains or the specimen begin, the regression does not explain the difference of two slices
+        // where grains or the specimen begin, the difference of two slices is not a change of the grey scale, and the
+        // residual of the regression is large
         let residual = neighbours().map(|other| other.residual).fold(usual_residual, f64::max);
         let is_explained = pair.residual <= 1.5 * residual * pair.gain.max(1.0);
-        // a jump has no similar change next to it, whereas the beginning of a grain changes several slices
+        // a jump is a change without similar changes next to it; where a grain begins, several consecutive slices
+        // change
         let jumps = |change_of: &dyn Fn(&Pair) -> f64, least: f64, usual: f64| {
             let change = change_of(pair);
             let is_alone = neighbours().all(|other| change_of(other) < ALONE * change);
@@ -225,7 +228,7 @@ mod tests {
         for seed in 0..5 {
             assert_eq!(doubts(&scan(seed)), Vec::<String>::new(), "{seed}");
         }
-        // without noise, most neighbouring slices are identical
+        // in a scan without noise, most neighbouring slices are identical
         let flat = scan(0);
         let round = |value: &f32| (value / 10_000.0).round();
         let values = flat.values.iter().map(round).collect();

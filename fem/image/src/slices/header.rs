@@ -10,7 +10,7 @@ use crate::volume::check_count;
 /// Options for reading a stack.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReadOptions {
-    /// Edge of a voxel of the stack (mm). It replaces the size stated in the file.
+    /// Edge of a voxel of the stored stack (mm). This value replaces the size stated in the file.
     pub voxel_mm: Option<f64>,
     /// Edge, in voxels, of a block that is averaged to one voxel; 1 reads the stack without averaging.
     pub bin: usize,
@@ -28,13 +28,13 @@ impl Default for ReadOptions {
 /// Header data of a stack.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StackHeader {
-    /// Voxels along x, y, z, after binning.
+    /// Numbers of voxels along x, y, z after the averaging over blocks.
     pub shape: [usize; 3],
-    /// Edge of a voxel after binning (mm).
+    /// Edge of a voxel after the averaging over blocks (mm).
     pub voxel_mm: f64,
-    /// Origin of the voxel size, in words.
+    /// Source of the voxel size (such as a tag of the file), as text for messages.
     pub voxel_origin: String,
-    /// Format, files, pages, their order and the type of the grey values, in words.
+    /// Format, files, pages, their order and the type of the grey values, as text for messages.
     pub contents: String,
     /// Edge, in voxels, of a block that is averaged to one voxel.
     pub bin: usize,
@@ -50,7 +50,7 @@ impl StackHeader {
         self.shape.map(|side| side as f64 * self.voxel_mm)
     }
 
-    /// Returns a summary in one line: files, pages, order, type, shape, voxel size and its origin.
+    /// Returns a summary in one line: files, pages, order, type, shape, and the voxel size with its source.
     pub fn in_words(&self) -> String {
         let ([nx, ny, nz], [x, y, z]) = (self.shape, self.size_mm());
         let binned = match self.bin {

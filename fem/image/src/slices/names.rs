@@ -12,9 +12,9 @@ const MOST_DIGITS: usize = 30;
 #[derive(Debug)]
 pub(crate) struct Ordered {
     pub(crate) paths: Vec<PathBuf>,
-    /// Difference between the numbers of consecutive slices.
+    /// Difference between the numbers in the names of consecutive slices.
     pub(crate) step: i128,
-    /// A warning about the numbers.
+    /// A warning about the numbers in the file names, if any.
     pub(crate) note: Option<String>,
 }
 
@@ -23,7 +23,7 @@ pub(crate) fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
-/// Sorts the files of one folder by the number in their names that counts the slices.
+/// Sorts the files of one folder by the number of the slice, which is one of the numbers in each file name.
 ///
 /// # Errors
 /// [`ImageError::Series`]: names without numbers, names of several patterns or several series, a missing or repeated
@@ -104,7 +104,7 @@ impl Name {
             rest = after;
             match number.parse::<i128>() {
                 Ok(value) if digits <= MOST_DIGITS => {
-                    // a sign directly between two numbers is a dash
+                    // a `-` directly between two numbers is a dash, not a sign
                     let may_be_signed = numbers.is_empty() || text.chars().count() > 1;
                     let sign =
                         text.chars().last().filter(|c| may_be_signed && matches!(c, '+' | '-'));
@@ -126,7 +126,7 @@ impl Name {
     }
 }
 
-/// Returns the names if all have the same texts, otherwise a message about the patterns.
+/// Returns the names if they differ only in their numbers, otherwise a message about the different patterns.
 fn one_pattern(names: Vec<Name>) -> Result<Vec<Name>, String> {
     let mut groups: BTreeMap<String, Vec<&Name>> = BTreeMap::new();
     names.iter().for_each(|name| groups.entry(name.pattern()).or_default().push(name));
@@ -149,8 +149,8 @@ fn one_pattern(names: Vec<Name>) -> Result<Vec<Name>, String> {
     Err(format!("the names do not belong to one series: {}", all.join(", ")))
 }
 
-/// Returns the values of each number in the names, over all files. A sign belongs to the number only if the names
-/// differ in this sign (a missing sign is a difference); otherwise the sign is a dash.
+/// Returns the values of each number in the names, over all files. A `-` or `+` before a number is a sign only if the
+/// names differ in this character (a name without it counts as different); otherwise the character is part of the text.
 fn columns(names: &[Name]) -> Vec<Vec<i128>> {
     let count = names[0].numbers.len();
     (0..count)
@@ -166,7 +166,7 @@ fn columns(names: &[Name]) -> Vec<Vec<i128>> {
         .collect()
 }
 
-/// Returns the constant difference of the sorted values, or `None` if the differences vary.
+/// Returns the difference between consecutive sorted values, or `None` if the differences vary.
 fn step(column: &[i128]) -> Option<i128> {
     let mut sorted = column.to_vec();
     sorted.sort_unstable();
@@ -174,7 +174,8 @@ fn step(column: &[i128]) -> Option<i128> {
     sorted.windows(2).all(|pair| pair[1] - pair[0] == step).then_some(step)
 }
 
-/// Returns whether two columns order the files equally or in reverse order.
+/// Returns whether two numbers in the names sort the files in the same order or in reverse order. A column contains the
+/// values of one number, one per file.
 fn same_order(a: &[i128], b: &[i128]) -> bool {
     let sorted_by = |column: &[i128]| {
         let mut order: Vec<usize> = (0..column.len()).collect();
@@ -185,7 +186,7 @@ fn same_order(a: &[i128], b: &[i128]) -> bool {
     a == b || a.iter().rev().eq(&b)
 }
 
-/// Returns message and advice for names in which no number differs between all files.
+/// Returns message and advice for file names in which no number is different in every file.
 fn repeated(names: &[Name], columns: &[Vec<i128>]) -> (String, &'static str) {
     let varied = |column: &&Vec<i128>| column.iter().collect::<BTreeSet<_>>().len() > 1;
     let varying: Vec<&Vec<i128>> = columns.iter().filter(varied).collect();
@@ -233,7 +234,8 @@ fn gap(names: &[Name], column: &[i128]) -> String {
     }
 }
 
-/// Returns a warning if another number divides the files into parts, for example two scans with consecutive numbers.
+/// Returns a warning if another number in the names divides the files into parts, for example into two scans whose
+/// slices are numbered consecutively.
 fn series_note(columns: &[Vec<i128>], counting: &[i128]) -> Option<String> {
     let values = |column: &Vec<i128>| column.iter().collect::<BTreeSet<_>>().len();
     let parts = columns
@@ -265,10 +267,10 @@ mod tests {
                 vec!["z+1.tif", "z-1.tif", "z0.tif", "z-2.tif"],
                 vec!["z-2.tif", "z-1.tif", "z0.tif", "z+1.tif"],
             ),
-            // a dash in all names is not a sign
+            // the `-` is a dash, because all names have it
             (vec!["z-3.tif", "z-1.tif", "z-2.tif"], vec!["z-1.tif", "z-2.tif", "z-3.tif"]),
             (vec!["a_64-127.tif", "a_0-63.tif"], vec!["a_0-63.tif", "a_64-127.tif"]),
-            // a counter, and a time of day with varying steps
+            // each name has a counter and a time of day; the steps of the time vary
             (
                 vec!["i2_101500.tif", "i1_101458.tif", "i3_101507.tif"],
                 vec!["i1_101458.tif", "i2_101500.tif", "i3_101507.tif"],

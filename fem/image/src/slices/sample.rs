@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Display};
 
-/// Kind of number that the bits of a value represent.
+/// Whether the bits of a value represent an unsigned, a signed or a floating-point number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum NumberKind {
     Unsigned,
@@ -47,7 +47,7 @@ pub(crate) enum ByteOrder {
     Big,
 }
 
-/// Converts bytes to numbers; bytes beyond `into` are ignored.
+/// Converts bytes to numbers until `into` is full; further bytes are ignored.
 pub(crate) fn decode(bytes: &[u8], sample: SampleType, order: ByteOrder, into: &mut [f64]) {
     fn each<const N: usize>(
         bytes: &[u8],

@@ -19,7 +19,7 @@ pub(crate) struct Stack {
     pub(crate) sample: SampleType,
     /// Voxel size stated in the files.
     pub(crate) size: VoxelSize,
-    /// Format, files, pages and their order, in words.
+    /// Format, files, pages and their order, as text for messages.
     pub(crate) contents: String,
     /// Possible causes of a wrong result.
     pub(crate) notes: Vec<String>,

@@ -47,7 +47,7 @@ pub(crate) fn label_values(
     stack: &Stack,
     options: &ReadOptions,
 ) -> Result<Reading<i64>, ImageError> {
-    /// 2⁵³: all integers below it are exact in 64-bit floating point.
+    /// 2⁵³. A 64-bit floating-point number represents all integers below this value exactly.
     const LARGEST: f64 = 9_007_199_254_740_992.0;
     let header = unaveraged(stack, options)?;
     let label = |value: f64| {
@@ -62,7 +62,7 @@ fn unaveraged(stack: &Stack, options: &ReadOptions) -> Result<StackHeader, Image
     StackHeader::of(stack, &ReadOptions { bin: 1, ..options.clone() })
 }
 
-/// Conversion of a stored number to the value of a voxel; `None` if the value is not allowed.
+/// Function that converts a stored number to the value of a voxel; `None` if the number is not allowed.
 type Convert<T> = dyn Fn(f64) -> Option<T> + Sync;
 
 /// Reader of the slices of a stack that converts each value.
@@ -127,7 +127,7 @@ fn binned(
             sums.fill(0.0);
             for slice in bin * slab..bin * (slab + 1) {
                 slices.read(slice, &mut page)?;
-                // `zip` ends at the end of `sums`: rows beyond the last complete block are ignored
+                // rows beyond the last complete block are ignored, because `zip` ends at the end of `sums`
                 let bands = page.chunks_exact(width * bin).zip(sums.chunks_exact_mut(shape[0]));
                 for (band, sums) in bands {
                     for row in band.chunks_exact(width) {
@@ -147,7 +147,8 @@ fn binned(
     Ok(Volume { shape, voxel_mm: header.voxel_mm, values })
 }
 
-/// Distributes slices of `area` values among the threads; `each` gets the index of the first slice of its portion.
+/// Distributes slices of `area` values among the threads. `each` processes one portion of slices, and gets the index of
+/// the first slice of this portion.
 ///
 /// # Errors
 /// The first error in the order of the slices, independent of the threads.

@@ -4,19 +4,21 @@ use std::path::Path;
 
 use crate::ImageError;
 
-/// Default resolutions (pixels per inch) that programs write without any measurement.
+/// Resolutions (pixels per inch) that programs write by default, without any measurement.
 const SCREENS: [f64; 18] = [
     72.0, 75.0, 90.0, 96.0, 100.0, 120.0, 144.0, 150.0, 180.0, 200.0, 240.0, 300.0, 360.0, 400.0,
     600.0, 720.0, 1200.0, 2400.0,
 ];
-/// Relative tolerance of resolutions: some programs round pixels per centimetre or metre to whole numbers.
+/// Relative tolerance for the comparison of a resolution with [`SCREENS`], because some programs round pixels per
+/// centimetre or metre to whole numbers.
 const ROUNDING: f64 = 6e-4;
-/// Range of voxel sizes of tomograms (mm); a size outside this range is a default value (1 pixel per unit) or has
-/// another unit.
+/// Range of plausible voxel sizes of tomograms (mm). A size outside this range is probably a default value (1 pixel per
+/// unit) or has another unit.
 const PLAUSIBLE_MM: [f64; 2] = [1e-5, 1.0];
-/// Maximum relative difference of two edges that count as equal.
+/// Two edges of a voxel count as equal if their relative difference is at most this value.
 const CUBIC: f64 = 1e-3;
-/// Relative difference between the given edge and the edge stated in the file above which a warning is added.
+/// A warning is added if the edge given by the user and the edge stated in the file differ by more than this relative
+/// amount.
 const AGREES: f64 = 0.01;
 
 /// Voxel size as stated in the files of a stack.
@@ -28,7 +30,7 @@ pub(crate) enum VoxelSize {
         /// Name of the tag, key or standard from which the size comes.
         origin: String,
     },
-    /// No usable size; the text is the reason.
+    /// The files state no usable voxel size; the text is the reason.
     Unknown(String),
 }
 
@@ -66,7 +68,7 @@ pub(crate) fn is_screen(per_inch: f64) -> bool {
     SCREENS.iter().any(|screen| (per_inch / screen - 1.0).abs() < ROUNDING)
 }
 
-/// Edge of a voxel that is used, with its origin.
+/// The selected edge of a voxel, and the source of this value.
 pub(super) struct Resolved {
     pub(super) edge_mm: f64,
     pub(super) origin: String,

@@ -16,7 +16,7 @@ use quick_xml::events::{BytesStart, Event};
 
 use crate::slices::voxel_size::{VoxelSize, is_screen, millimetres};
 
-/// Description of a whole file in the tags of its first page.
+/// Description of a whole file, read from the tags of its first page.
 #[derive(Clone, Debug)]
 pub(super) struct Description {
     pub(super) size: VoxelSize,
@@ -24,7 +24,7 @@ pub(super) struct Description {
     pub(super) images: Option<usize>,
     /// Numbers of channels, slices and times (in this order).
     pub(super) dimensions: Option<[usize; 3]>,
-    /// Error message if the file contains several images.
+    /// Error message if the file contains several independent images.
     pub(super) series: Option<String>,
     pub(super) is_imagej: bool,
 }
@@ -87,7 +87,7 @@ fn is_positive(value: &f64) -> bool {
 
 fn voxel_size<R: Read + Seek>(decoder: &mut Decoder<R>, text: &str) -> VoxelSize {
     if let Some(exact) = number(text, "voxel_mm").filter(is_positive) {
-        // this crate has written the value, so it is not the default value of another program
+        // this crate has written the value: no check for default values of other programs is needed
         let origin = "voxel_mm in its tags".to_owned();
         return VoxelSize::Stated { size_mm: [exact; 3], origin };
     }
@@ -203,7 +203,7 @@ fn ome(text: &str) -> Result<Description, quick_xml::Error> {
 
 fn attributes(tag: &BytesStart<'_>) -> Vec<(String, String)> {
     let attribute = |attribute: Attribute<'_>| {
-        // some writers escape the letter µ of µm
+        // some programs write the letter µ in the unit µm as an XML escape
         let value = unescape(&attribute.value)
             .map_or_else(|_| attribute.value.to_string(), Cow::into_owned);
         (attribute.key.local_name().as_ref().to_owned(), value)

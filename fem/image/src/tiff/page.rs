@@ -39,7 +39,7 @@ impl Declared {
     }
 }
 
-/// Opens a file; decoding a page fails if it needs more than `most` bytes.
+/// Opens a file. Decoding a page returns an error if the page needs more than `most` bytes.
 pub(super) fn open_decoder(path: &Path, most: u64) -> Result<Reader, ImageError> {
     let file = open_regular(path).map_err(|source| ImageError::io("read", path, source))?;
     let most = usize::try_from(most).unwrap_or(usize::MAX);

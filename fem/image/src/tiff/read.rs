@@ -33,9 +33,9 @@ pub fn read(path: &Path, voxel_mm: Option<f64>) -> Result<Volume<f32>, ImageErro
 /// each axis the last voxels that do not fill a block (fewer than `bin`) are omitted. Every returned voxel is therefore
 /// a cube averaged from a complete block, and its distance from the corner of the image is exact.
 ///
-/// The stack is read in slabs of `bin` pages, and only the sums of a slab are stored. The memory does not depend on the
-/// number of pages: it contains the reduced volume (4 bytes per voxel) and, for each thread, one page as stored, the
-/// same page as numbers (12 bytes per voxel), and one reduced slice (8 bytes per voxel).
+/// The stack is read in slabs of `bin` pages, and only the sums of a slab are stored. Apart from the reduced volume (4
+/// bytes per voxel), the memory does not depend on the number of pages. Each thread needs memory for one page as
+/// stored, the same page as numbers (12 bytes per voxel), and one reduced slice (8 bytes per voxel).
 ///
 /// # Errors
 /// The errors of [`read`], where the limit on the number of voxels applies to the reduced volume; a `bin` of 0 or

@@ -13,7 +13,7 @@ use crate::slices::raw::{Packing, RawSlices};
 use crate::slices::sample::ByteOrder;
 use crate::slices::stack::{SliceReader, SliceSource, Stack};
 
-/// Upper bound of the compression ratio of all supported compression methods.
+/// Upper bound of the compression ratio (uncompressed bytes per compressed byte) of all supported compression methods.
 const DENSEST: u64 = 3000;
 const CHANNELS_HELP: &str = "save one channel of one time as a separate stack (ImageJ: Image > Duplicate, then File > Save As > Tiff)";
 
@@ -25,7 +25,7 @@ struct SliceFile {
 }
 
 impl SliceFile {
-    /// Returns an upper bound of the memory for decoding the pages of the file (bytes).
+    /// Returns an upper bound of the memory that decoding a page of the file needs (bytes).
     fn most_bytes(&self) -> u64 {
         self.bytes.saturating_mul(DENSEST)
     }
@@ -49,7 +49,7 @@ impl SliceSource for Pages {
     }
 }
 
-/// Reader of pages; a file remains open until a slice of another file is read.
+/// Reader of pages. A file stays open until a slice of another file is read.
 struct PageReader<'a> {
     pages: &'a Pages,
     /// The open file: its index, and its decoder.
@@ -199,7 +199,8 @@ fn check_dimensions(path: &Path, description: &Description) -> Result<(), ImageE
         return refuse(series.clone());
     }
     match description.dimensions {
-        // if only one dimension is larger than 1, it is the stack, even if it is named channels or times
+        // if only one of the dimensions is larger than 1, its entries are the slices, even if the dimension is named
+        // channels or times
         Some(counts) if counts.iter().filter(|count| **count > 1).count() > 1 => {
             let [channels, slices, times] = counts;
             refuse(format!(
@@ -210,8 +211,8 @@ fn check_dimensions(path: &Path, description: &Description) -> Result<(), ImageE
     }
 }
 
-/// Returns the slices of a file in which the values of all slices follow the only page; ImageJ writes stacks above 4 GB
-/// in this way. `None` for other files.
+/// Returns the slices of a file that declares only one page, after which the values of all slices follow. ImageJ writes
+/// stacks above 4 GB in this way. Returns `None` for other files.
 fn behind_one_page(
     path: &Path,
     page: Declared,
@@ -227,7 +228,8 @@ fn behind_one_page(
     let Some(offset) = offsets.and_then(|offsets| offsets.first().copied()) else {
         return Ok(None);
     };
-    // a directory located after the values could lie between slices and be read as values
+    // a directory (TIFF IFD) after the first value could lie between the values of two slices, and would then be read
+    // as values
     if decoder.ifd_pointer().is_none_or(|directory| directory.0 > offset) {
         return Ok(None);
     }

@@ -82,7 +82,7 @@ where
     let [nx, ny, nz] = labels.shape;
     let mut image = encoder.new_image::<C>(u32::try_from(nx)?, u32::try_from(ny)?)?;
     if number == 0 {
-        // the description has ImageJ's format, and additionally contains the voxel size with all digits
+        // the description has the format of ImageJ, with the voxel size as an additional line that contains all digits
         let voxel_mm = labels.voxel_mm;
         let description = format!(
             "ImageJ=1.53\nimages={nz}\nslices={nz}\nunit=cm\nspacing={}\nvoxel_mm={voxel_mm}\n",

@@ -11,7 +11,7 @@ use ruzstd::decoding::StreamingDecoder;
 
 use crate::slices::sample::{ByteOrder, NumberKind, SampleType, decode};
 
-/// Strips or tiles of a page.
+/// Division of a page into strips or tiles (*chunks*).
 struct Chunks {
     /// Width and height of the page.
     page: [usize; 2],
@@ -25,7 +25,7 @@ struct Chunks {
     predictor: u16,
 }
 
-/// Decodes the decoder's current page; errors are messages.
+/// Decodes the decoder's current page. An error is a message without the path of the file.
 pub(super) fn samples<R: Read + Seek>(
     decoder: &mut Decoder<R>,
     into: &mut [f64],
@@ -41,7 +41,7 @@ pub(super) fn samples<R: Read + Seek>(
     let mut numbers = vec![0.0; chunks.size[0] * rows];
     for (chunk, (&offset, &bytes)) in chunks.offsets.iter().zip(&chunks.bytes).enumerate() {
         let [left, top] = [chunk % across * chunks.size[0], chunk / across * rows];
-        // the last strip can be shorter, whereas the last tile is padded
+        // the last strip can have fewer rows than the other strips, whereas the last tile is padded
         let stored = if chunks.are_tiles { rows } else { rows.min(height - top) };
         let unpacked = chunks.unpacked(decoder, offset, bytes, stored)?;
         decode(&unpacked, chunks.sample, chunks.order, &mut numbers);
@@ -153,7 +153,8 @@ impl Chunks {
         Ok(unpacked)
     }
 
-    /// Replaces the differences between neighbours in a row by their cumulative sums.
+    /// Reverses the differencing predictor: replaces the differences between neighbours in a row by their cumulative
+    /// sums.
     fn add_up(&self, row: &mut [u8]) {
         let bytes = self.sample.bytes();
         let mut sum = 0_u64;
@@ -172,8 +173,8 @@ impl Chunks {
         }
     }
 
-    /// Reverses the floating-point predictor, which stores differences of bytes, with the bytes of all values sorted by
-    /// significance, the most significant first.
+    /// Reverses the floating-point predictor. The predictor stores the most significant bytes of all values of a row
+    /// first, then the next bytes, and so on; then it stores differences between neighbouring bytes.
     fn join_bytes(&self, row: &mut [u8]) {
         let (bytes, values) = (self.sample.bytes(), row.len() / self.sample.bytes());
         (1..row.len()).for_each(|n| row[n] = row[n].wrapping_add(row[n - 1]));

@@ -48,7 +48,7 @@ pub(crate) fn fill_holes(shape: [usize; 3], set: &mut [u8], most: usize) {
         }
     }
 
-    // Size of each component in voxels; a component that reaches the edge of the volume gets the size `usize::MAX`.
+    // number of voxels of each component; `usize::MAX` marks a component that reaches the edge of the volume
     let mut size = vec![0_usize; runs.len()];
     for row in 0..rows {
         let (y, z) = (row % ny, row / ny);

@@ -1,6 +1,6 @@
 //! The contrast of an image: whether grains or matrix are brighter.
 
-/// Contrast of an image: whether grains or matrix are brighter.
+/// Contrast of an image: whether grains are brighter or darker than the matrix.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Contrast {

@@ -107,7 +107,8 @@ mod tests {
             for point in [[0.0, 0.0, 0.0], [0.7, -0.2, 1.1], [-1.0, 0.4, 4.0]] {
                 near(cylinder.to_specimen(cylinder.to_image(point)), point);
             }
-            // the rotation keeps the middle of the axis and all lengths, and the axis gets the slopes `lean`
+            // the rotation changes neither the middle of the axis nor lengths; after the rotation, the axis has the
+            // slopes `lean`
             near(cylinder.to_image([0.0, 0.0, 2.0]), [3.0, 2.0, 2.5]);
             let [bottom, top] = [0.0, 4.0].map(|z| cylinder.to_image([0.0, 0.0, z]));
             let way = [0, 1, 2].map(|k| top[k] - bottom[k]);

@@ -30,7 +30,8 @@ impl DisjointSets {
         self.attach(a.max(b), a.min(b));
     }
 
-    /// Joins the set with root `root` to the set of `other`; `other` then is an ancestor of `root`.
+    /// Joins the set whose root is `root` to the set that contains `other`. Afterwards, `other` is an ancestor of
+    /// `root`.
     pub fn attach(&mut self, root: u32, other: u32) {
         self.parent[root as usize] = other;
     }

@@ -1,8 +1,9 @@
 //! Exact Euclidean distance to the nearest voxel outside a set.
 //!
-//! Squared distances between voxels are integers. Along x, the distances follow from counting voxels. Along y and z,
-//! they follow from the lower envelope of the parabolas (x − i)² + g(i), where g(i) is the squared distance of voxel i
-//! along the previous axes.
+//! Squared distances between voxels are integers. Distances along x are computed by counting voxels. Then, for each
+//! line along y and afterwards along z, the squared distance at position x of the line is the minimum over i of (x −
+//! i)² + g(i), where g(i) is the squared distance of voxel i along the previous axes. This minimum is the lower
+//! envelope of parabolas.
 //!
 //! Reference: A. Meijster, J. B. T. M. Roerdink, W. H. Hesselink, "A general algorithm for computing
 //! distance transforms in linear time", Mathematical Morphology (2000) 331–340,
@@ -10,9 +11,9 @@
 
 use rayon::prelude::*;
 
-/// Distance of a voxel as long as no voxel outside the set is known.
+/// Placeholder for a distance as long as no voxel outside the set has been found.
 const FAR: u32 = u32::MAX;
-/// Number of columns that are processed together, so that whole cache lines are used.
+/// Number of neighbouring lines that are processed together, so that whole cache lines are used.
 const BLOCK: usize = 16;
 
 /// Returns the squared distance of each voxel from the nearest voxel outside the set, in voxels²; 0 outside the set,
@@ -35,7 +36,8 @@ pub(crate) fn squared_distance(shape: [usize; 3], set: &[u8]) -> Vec<u32> {
             }
         },
     );
-    // along z: `turned` is ordered y, z, x (x fastest), so that each thread writes to a contiguous part
+    // distances along z: `turned` is ordered y, z, x (x fastest), so that each thread writes to a contiguous part of
+    // the memory
     let mut turned = vec![0_u32; set.len()];
     turned.par_chunks_mut(nx * nz).enumerate().for_each_init(
         || Columns::new(nz),
@@ -56,7 +58,7 @@ pub(crate) fn squared_distance(shape: [usize; 3], set: &[u8]) -> Vec<u32> {
     flat
 }
 
-/// Computes the squared distances within a row.
+/// Computes the squared distances along a row: from each voxel to the nearest voxel of the row that is outside the set.
 fn along_row(row: &mut [u32], set: &[u8]) {
     let mut steps = FAR;
     let mut step = |value: &mut u32, inside: u8| {
@@ -78,12 +80,12 @@ fn along_row(row: &mut [u32], set: &[u8]) {
     }
 }
 
-/// Lines of values, and the parabolas of the lower envelope of one line.
+/// Work memory: several lines of values, and the parabolas of the lower envelope of one line.
 struct Columns {
     length: usize,
     lines: Vec<u32>,
     result: Vec<u32>,
-    /// Centre i of each parabola of the envelope, and the position from which the parabola is the lowest.
+    /// For each parabola of the envelope: its centre i, and the position from which it is the lowest parabola.
     parabolas: Vec<(i64, i64)>,
 }
 
@@ -154,7 +156,7 @@ fn envelope(line: &[u32], result: &mut [u32], parabolas: &mut Vec<(i64, i64)>) {
 #[derive(Clone, Debug)]
 pub(crate) struct FixedDistance {
     pub(crate) values: Vec<u16>,
-    /// Fixed-point units in one voxel: 256, or fewer if distances exceed 255 voxels.
+    /// Number of fixed-point units per voxel: 256, or fewer if distances exceed 255 voxels.
     pub(crate) per_voxel: u16,
 }
 

@@ -5,10 +5,11 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-/// Computes the median of the 27 voxels around each voxel.
+/// Returns, for each voxel, the median of the 27 values in its 3³ neighbourhood.
 ///
-/// Each column of nine voxels is sorted once and used by the three neighbourhoods along x that contain it. Only 13 of
-/// the 27 voxels can then be the median of the neighbourhood, and the median of these 13 is the median of the 27.
+/// The nine voxels with the same x are sorted once and used by the three neighbourhoods that contain them. After the
+/// sort, only 13 of the 27 voxels can be the median of the neighbourhood, and the median of these 13 voxels is the
+/// median of the 27 voxels.
 pub(crate) fn median(shape: [usize; 3], values: &[u16]) -> Vec<u16> {
     let mut result = vec![0; values.len()];
     medians(shape, values, &mut result, |_, _| std::iter::once(0..shape[0]));
@@ -21,7 +22,7 @@ pub(crate) fn median_again(shape: [usize; 3], values: &[u16], set: &[u8], result
     medians(shape, values, result, |y, z| runs(&set[nx * (y + ny * z)..][..nx]));
 }
 
-/// Computes the medians in the parts of rows that `parts` returns for each y and z.
+/// Computes the medians of all voxels in the parts of rows that `parts` returns for each y and z.
 fn medians<Parts: Iterator<Item = Range<usize>>>(
     [nx, ny, nz]: [usize; 3],
     values: &[u16],
@@ -57,8 +58,8 @@ fn runs(row: &[u8]) -> impl Iterator<Item = Range<usize>> {
     })
 }
 
-/// Copies a part of a row, with one voxel before and one after it, as signed integers in the same order: processors
-/// compare signed 16-bit integers faster.
+/// Copies a part of a row, with one voxel before and one voxel after the part. The values are converted to signed
+/// integers without changing their order, because processors compare signed 16-bit integers faster.
 fn pad(column: &mut [i16], row: &[u16], part: Range<usize>) {
     let signed = |value: u16| (value ^ 0x8000) as i16;
     let n = part.len();
@@ -67,11 +68,13 @@ fn pad(column: &mut [i16], row: &[u16], part: Range<usize>) {
     column[1..=n].iter_mut().zip(&row[part]).for_each(|(to, &from)| *to = signed(from));
 }
 
-/// Work space of the median filter for one part of a row.
+/// Work memory of the median filter for one part of a row.
 struct Rows {
-    /// The nine values with the same x, for each voxel of the part and one voxel before and after the part.
+    /// `columns[i][x]`, for i from 0 to 8: the nine values of a 3³ neighbourhood that have the same x. x runs over the
+    /// part and over one voxel before and after the part.
     columns: Vec<Vec<i16>>,
-    /// Lowest, middle and highest of three neighbours along x, for each rank in the sorted columns.
+    /// For each rank in the sorted columns of nine values: the lowest, the middle and the highest of the values of
+    /// three neighbouring columns along x.
     triples: [Vec<Vec<i16>>; 3],
 }
 
@@ -81,7 +84,7 @@ impl Rows {
         Rows { columns: rows(nx + 2), triples: [rows(nx), rows(nx), rows(nx)] }
     }
 
-    /// Resizes the rows for a part of `voxels` voxels.
+    /// Resizes the work memory for a part of `voxels` voxels.
     fn resize(&mut self, voxels: usize) {
         self.columns.iter_mut().for_each(|column| column.resize(voxels + 2, 0));
         self.triples.iter_mut().flatten().for_each(|row| row.resize(voxels, 0));
@@ -105,7 +108,8 @@ impl Rows {
             order(mid, high);
             order(low, mid);
         }
-        // of the two values that each step removes, one is above and one below the median, so the median is unchanged
+        // each step removes the largest and the smallest of some values, one above and one below the median, so that
+        // the median does not change
         let mut left: Vec<&mut Vec<i16>> = Vec::with_capacity(13);
         left.extend(&mut lows[5..9]);
         left.extend(&mut mids[2..7]);
@@ -136,8 +140,8 @@ fn order(a: &mut [i16], b: &mut [i16]) {
     }
 }
 
-/// Smooths with the weights 1–2–1 along each axis. The sum is rounded only once, so that the result does not depend on
-/// the order of the axes.
+/// Smooths a volume with the weights 1–2–1 along each axis. The sum is rounded only once, so that the result does not
+/// depend on the order of the axes.
 pub(crate) fn binomial(shape: [usize; 3], values: &[u16]) -> Vec<u16> {
     let [nx, ny, nz] = shape;
     let mut result = vec![0; values.len()];
@@ -228,7 +232,8 @@ fn combine<const REACH: usize, T: Copy + Default + Send + Sync>(
 ) -> Vec<T> {
     let [nx, ny, nz] = shape;
     let mut result = vec![T::default(); values.len()];
-    // indices of the lines at most `REACH` lines away from line `at`, without `at` itself; `count`: number of lines
+    // returns the indices of the lines that are at most `REACH` lines away from line `at`, without `at`; `count` is the
+    // number of lines
     let around = |at: usize, count: usize| {
         (at.saturating_sub(REACH)..(at + REACH + 1).min(count)).filter(move |&near| near != at)
     };
@@ -285,7 +290,7 @@ mod tests {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(2);
         for shape in [[7, 5, 6], [1, 4, 3], [17, 1, 2], [33, 3, 3]] {
             let count = shape.iter().product();
-            // 3: few different values, so that ties are frequent; `u16::MAX`: the whole range
+            // values up to 3, so that equal values are frequent, and values over the whole range
             for most in [3, u16::MAX] {
                 let values: Vec<u16> = (0..count).map(|_| rng.random_range(0..=most)).collect();
                 let (medians, smooth) = (median(shape, &values), binomial(shape, &values));

@@ -4,15 +4,15 @@ use rayon::prelude::*;
 
 use crate::Volume;
 
-/// Share of the circle's radius within which the value of the frame must be rare. The circle touches the nearest sides
-/// of the image.
+/// The value of the frame must be rare within this share of the radius of the field of view, a circle that touches the
+/// nearest sides of the image.
 const INNER_RADIUS: f64 = 0.9;
-/// Width (voxels) of the ring at the edge of the circle from which the grey value of air is taken.
+/// Width (voxels) of the ring inside the edge of the field of view whose grey values determine the grey value of air.
 const AIR: usize = 2;
 
 /// Replaces the frame of an image by the grey value of air; returns `None` if the image has no frame. An image has a
-/// frame if all corners of its slices have one exact value, which is rare inside the circle and frequent outside the
-/// circle.
+/// frame if all corners of its slices have exactly the same value, and this value is rare inside the circle and
+/// frequent outside the circle.
 ///
 /// Grey values of air vary from voxel to voxel. An exact value that fills the corners of all slices and hardly occurs
 /// within the circle was therefore written by the reconstruction.
@@ -30,8 +30,8 @@ pub(crate) fn filled_frame(image: &Volume<f32>) -> Option<Volume<f32>> {
         let [x, y] = [(n % nx) as f64 + 0.5, (n / nx) as f64 + 0.5];
         (x - 0.5 * nx as f64).hypot(y - 0.5 * ny as f64)
     };
-    // number of voxels and number of voxels with the exact value, for each distance from the middle (rounded down to
-    // whole voxels)
+    // for each distance from the middle (rounded down to whole voxels): the number of voxels, and the number of voxels
+    // with the exact value of the corners
     let mut rings = vec![[0_u64; 2]; half as usize + 1];
     let mut beyond = 0_u64;
     for slice in image.values.chunks_exact(nx * ny) {
@@ -53,7 +53,7 @@ pub(crate) fn filled_frame(image: &Volume<f32>) -> Option<Volume<f32>> {
     if hit * 100 > within || beyond * 20 < within {
         return None;
     }
-    // the outermost voxels of the circle contain air, although the specimen may come close to them
+    // look for air in the outermost voxels inside the circle, which contain air except where the specimen reaches them
     let edge = rings.iter().rposition(|[voxels, exact]| 2 * exact < *voxels)?;
     let is_at_edge = |n: usize| (edge.saturating_sub(AIR)..=edge).contains(&(off(n) as usize));
     let slices = image.values.chunks_exact(nx * ny);
@@ -65,7 +65,8 @@ pub(crate) fn filled_frame(image: &Volume<f32>) -> Option<Volume<f32>> {
     if around.is_empty() {
         return None;
     }
-    // the darker half of these grey values is air, so the median of air is the first quartile of all values
+    // assume that the darker half of these voxels is air: the median of the darker half is the first quartile of all
+    // values
     around.sort_unstable_by(f32::total_cmp);
     let air = around[around.len() / 4];
     let fill = |&grey: &f32| if grey == value { air } else { grey };

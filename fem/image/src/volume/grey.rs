@@ -5,15 +5,16 @@ use rayon::prelude::*;
 use crate::volume::voxel_at;
 use crate::{ImageError, Volume};
 
-/// 16-bit values of the lower and the upper percentile. An eighth of the 16-bit range remains below and above for
-/// darker and brighter voxels.
+/// 16-bit values to which the lower and the upper percentile are mapped. An eighth of the 16-bit range remains below
+/// `LOW` for darker voxels, and an eighth above `HIGH` for brighter voxels.
 pub(crate) const LOW: u16 = 8192;
 pub(crate) const HIGH: u16 = 57344;
 
 /// Rounds to the nearest integer, ties to even, for absolute values below 2⁵¹. This function compiles to two additions,
 /// whereas `f64::round` is a function call.
 pub(crate) fn rounded(value: f64) -> f64 {
-    // 1.5 · 2⁵²: floating-point numbers of this size are integers
+    // 1.5 · 2⁵². All floating-point numbers of this magnitude are integers, so that adding and subtracting this number
+    // rounds
     const WHOLE: f64 = 6_755_399_441_055_744.0;
     (value + WHOLE) - WHOLE
 }
@@ -32,7 +33,8 @@ impl Scale {
         f64::from(LOW) + share * f64::from(HIGH - LOW)
     }
 
-    /// Returns the scale of the inverted image: its 16-bit values are 65535 minus the 16-bit values of this scale.
+    /// Returns the scale of the inverted image. The 16-bit values of the inverted image are 65535 minus the 16-bit
+    /// values of this scale.
     pub(crate) fn inverted(self) -> Self {
         let [low, high] = [LOW, HIGH].map(|value| self.to_image(f64::from(u16::MAX - value)));
         Scale { low, high }
@@ -61,7 +63,7 @@ pub(crate) fn rescale(
     let ranks = percentiles.map(|percent| (percent / 100.0 * last).round() as u64);
     let [mut low, mut high] = ranked(&image.values, ranks).map(f64::from);
     if low >= high {
-        // only voxels outside the percentiles differ from the others: the scale uses the smallest and the largest value
+        // both percentiles have the same value: use the smallest and the largest value instead
         [low, high] = ranked(&image.values, [0, last as u64]).map(f64::from);
     }
     if low >= high {
@@ -76,7 +78,8 @@ pub(crate) fn rescale(
     Ok((image.with(image.values.par_iter().map(round).collect()), scale))
 }
 
-/// Returns the exact values at two ranks of the sorted order, by a radix selection in two passes over 16-bit digits.
+/// Returns the values that would stand at two positions (`ranks`) of the sorted values, by a radix selection in two
+/// passes over 16-bit digits.
 fn ranked(values: &[f32], ranks: [u64; 2]) -> [f32; 2] {
     let first = counts(values, |key| Some((key >> 16) as usize));
     ranks.map(|rank| {
@@ -88,7 +91,8 @@ fn ranked(values: &[f32], ranks: [u64; 2]) -> [f32; 2] {
     })
 }
 
-/// Counts the values for each digit; `digit` returns `None` for values that are not counted.
+/// Returns the number of values for each digit. `digit` returns the digit of a value, or `None` if the value is not
+/// counted.
 fn counts(values: &[f32], digit: impl Fn(u32) -> Option<usize> + Sync) -> Vec<u64> {
     let add = |mut counts: Vec<u64>, portion: &[f32]| {
         for &value in portion {
@@ -107,7 +111,8 @@ pub(crate) fn sum(mut a: Vec<u64>, b: Vec<u64>) -> Vec<u64> {
     a
 }
 
-/// Returns the bin that contains the voxel of a rank, and the number of voxels in the bins before it.
+/// Returns the bin that contains the value with the given rank in sorted order, and the number of values in the bins
+/// before this bin.
 fn bin_of_rank(counts: &[u64], rank: u64) -> (usize, u64) {
     let mut below = 0;
     for (bin, &count) in counts.iter().enumerate() {
@@ -126,7 +131,7 @@ fn key(value: f32) -> u32 {
     if bits >> 31 == 1 { !bits } else { bits | 1 << 31 }
 }
 
-/// Converts an integer of [`key`] back to the number.
+/// Converts an integer returned by [`key`] back to the number.
 fn value_of(key: u32) -> f32 {
     f32::from_bits(if key >> 31 == 1 { key & !(1 << 31) } else { !key })
 }

@@ -16,7 +16,8 @@ use crate::ImageError;
 /// Maximum number of voxels of a volume, including a rim of one voxel on each side: voxel numbers have 32 bits.
 pub(crate) const MAX_VOXELS: u64 = u32::MAX as u64;
 
-/// Checks that the voxels of a shape can be numbered after blocks of `bin`³ voxels are merged into one.
+/// Checks that the number of voxels of a shape is not too large, after each block of `bin`³ voxels was averaged to one
+/// voxel.
 ///
 /// # Errors
 /// [`ImageError::TooManyVoxels`], with the smallest sufficient `bin`.
@@ -32,7 +33,7 @@ pub(crate) fn check_count(shape: [usize; 3], bin: usize) -> Result<(), ImageErro
     Err(ImageError::TooManyVoxels { shape, limit: MAX_VOXELS, bin: least })
 }
 
-/// Values on a grid of cubic voxels, x fastest, then y, then z (the slices).
+/// Values on a grid of cubic voxels. In memory, x varies fastest, then y, then z (the number of the slice).
 ///
 /// Voxel (i, j, k) has its centre at ((i + ½), (j + ½), (k + ½)) · `voxel_mm`. The axis of a specimen
 /// is z.
@@ -109,7 +110,7 @@ impl<T> Volume<T> {
     }
 }
 
-/// Returns the voxel (i, j, k) at an index of the values.
+/// Returns the voxel (i, j, k) whose value has the given index.
 pub(crate) fn voxel_at([nx, ny, _]: [usize; 3], index: usize) -> [usize; 3] {
     [index % nx, index / nx % ny, index / (nx * ny)]
 }
@@ -128,7 +129,7 @@ mod tests {
     fn errors_name_the_smallest_sufficient_bin() {
         for (shape, bin, least) in [
             ([1600, 1600, 1600], 1, None),
-            // 4.29e9 voxels are below the limit without the rim, but above the limit with the rim
+            // without the rim, the number of voxels (4.29e9) is below the limit; with the rim, it is above the limit
             ([1625, 1625, 1626], 1, Some(2)),
             ([4000, 4000, 5000], 1, Some(3)),
             ([4000, 4000, 5000], 2, Some(3)),

@@ -13,7 +13,7 @@ pub(crate) const BINS: usize = 1024;
 /// Number of grey values in a bin.
 pub(crate) const WIDTH: usize = 65536 / BINS;
 
-/// Minimum number of voxels away from interfaces for the mean grey value of a class.
+/// Smallest number of voxels away from interfaces from which the mean grey value of a class is computed.
 const CORE: u64 = 1000;
 
 /// Returns the grey value in the middle of a bin.
@@ -44,9 +44,9 @@ pub(crate) fn histogram(values: &[u16], set: &[u8]) -> Vec<u64> {
 /// Returns the first bin of each class except the lowest; `None` if fewer bins than classes are occupied. If
 /// empty bins lie between two classes, the threshold is in the middle of the empty bins.
 ///
-/// # References
-/// N. Otsu, IEEE Trans. Syst. Man Cybern. 9 (1979) 62–66, doi:10.1109/TSMC.1979.4310076; several
-/// thresholds by dynamic programming over Σ (Σ n v)² / Σ n of the classes.
+/// # References N. Otsu, IEEE Trans. Syst. Man Cybern. 9 (1979) 62–66, doi:10.1109/TSMC.1979.4310076; several
+/// thresholds by dynamic programming, which maximises the sum over the classes of (Σ n v)² / Σ n, where n is the number
+/// of voxels of a bin and v its grey value.
 pub(crate) fn otsu(counts: &[u64], classes: usize) -> Option<Vec<usize>> {
     let bins = counts.len();
     if classes < 2 || counts.iter().filter(|&&count| count > 0).count() < classes {
@@ -56,13 +56,13 @@ pub(crate) fn otsu(counts: &[u64], classes: usize) -> Option<Vec<usize>> {
     for (bin, &count) in counts.iter().enumerate() {
         total[bin + 1] = (total[bin].0 + count, total[bin].1 + count * bin as u64);
     }
-    // gain of one class of the bins from..to; classes must not be empty
+    // returns the gain (Σ n v)² / Σ n of a class that consists of the bins from..to; a class must not be empty
     let gain = |from: usize, to: usize| {
         let count = total[to].0 - total[from].0;
         let moment = (total[to].1 - total[from].1) as f64;
         if count == 0 { f64::NEG_INFINITY } else { moment * moment / count as f64 }
     };
-    // best[to]: largest gain of the bins before `to`, divided into the current number of classes
+    // best[to] is the largest sum of gains if the bins before `to` are divided into the current number of classes
     let mut best: Vec<f64> = (0..=bins).map(|to| gain(0, to)).collect();
     let mut splits: Vec<Vec<usize>> = Vec::new();
     for _ in 1..classes {
@@ -87,7 +87,8 @@ pub(crate) fn otsu(counts: &[u64], classes: usize) -> Option<Vec<usize>> {
     }
     thresholds.reverse();
     for split in &mut thresholds {
-        // the loop selects the first of equally good splits: the bins after this split may be empty
+        // several splits are equally good if the bins after a split are empty; the loop has selected the first of these
+        // splits
         let empty = counts[*split..].iter().take_while(|&&count| count == 0).count();
         *split += empty / 2;
     }
@@ -101,7 +102,7 @@ pub(crate) fn class_means(counts: &[u64], thresholds: &[usize]) -> Vec<f64> {
     starts.zip(ends).map(|(from, to)| mean(&counts[from..to], from)).collect()
 }
 
-/// Returns the mean grey value of consecutive bins; `first` is the number of the first bin.
+/// Returns the mean grey value of consecutive bins with the given counts; `first` is the number of the first bin.
 pub(crate) fn mean(counts: &[u64], first: usize) -> f64 {
     let (mut count, mut moment) = (0, 0);
     for (n, &c) in counts.iter().enumerate() {
@@ -112,7 +113,7 @@ pub(crate) fn mean(counts: &[u64], first: usize) -> f64 {
     bin * WIDTH as f64 + (WIDTH as f64 - 1.0) / 2.0
 }
 
-/// Returns the grey level that `voxels` voxels reach or exceed.
+/// Returns the grey level that exactly `voxels` voxels reach or exceed, by interpolation in the histogram.
 pub(crate) fn level_of(counts: &[u64], voxels: f64) -> f64 {
     let mut above = 0.0;
     for (bin, &count) in counts.iter().enumerate().rev() {
@@ -126,8 +127,8 @@ pub(crate) fn level_of(counts: &[u64], voxels: f64) -> f64 {
     0.0
 }
 
-/// Returns the mean grey value of a class (a range of grey values) over the voxels whose 5³ neighbourhood is in the
-/// class; `None` if there are fewer than [`CORE`] such voxels.
+/// Returns the mean grey value of a class, given by a range of grey values. The mean is over the voxels whose whole 5³
+/// neighbourhood is in the class; `None` if there are fewer than [`CORE`] such voxels.
 pub(crate) fn core_mean(image: &Volume<u16>, inside: &[u8], range: Range<f64>) -> Option<f64> {
     let values = image.values.par_iter().zip(inside);
     let class: Vec<u8> = values

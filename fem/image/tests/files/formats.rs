@@ -311,7 +311,7 @@ fn png_slices_are_read() {
         "{}",
         refused(&TAGS)
     );
-    // no resolution, and resolutions of screens and printers
+    // files without a resolution, and with default resolutions of screens and printers
     for per_metre in [None, Some(2835), Some(11_811)] {
         (0..3).for_each(|z| {
             png(&slice(z), ColorType::Grayscale, BitDepth::Eight, per_metre, &[7; 20])
@@ -462,7 +462,7 @@ fn blocks_of_other_formats_are_averaged() {
     std::fs::write(&header, text).unwrap();
     let reading = read(&header, &ReadOptions { bin: 2, ..TAGS }).unwrap();
     assert_eq!((reading.volume.shape, reading.volume.voxel_mm), ([2; 3], 0.02));
-    // mean of 0, 1, 4, 5 and of these values plus 16 in the next slice
+    // the block contains the values 0, 1, 4, 5, and in the next slice these values plus 16; the mean is 10.5
     assert_eq!(reading.volume.values[0], 10.5);
     assert_eq!(reading.header.shape, [2; 3]);
     assert!(reading.header.in_words().contains("after binning by 2"));

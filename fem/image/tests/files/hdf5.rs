@@ -39,7 +39,7 @@ fn the_only_volume_of_a_file_is_read_with_its_voxel_size() {
     let error = read(&file("chunked.h5"), &ReadOptions::default()).unwrap_err();
     assert!(matches!(error, ImageError::Anisotropic { .. }), "{error}");
 
-    // axes of one time and one channel
+    // a volume with additional axes of one time and one channel
     let ilastik = read(&file("ilastik.h5"), &given).unwrap();
     assert_eq!(ilastik.volume.shape, SHAPE);
     assert_eq!(ilastik.volume.values, expected(|value| (value / 2.0).floor() % 256.0));
@@ -93,7 +93,7 @@ fn files_without_a_volume_and_damaged_files_are_refused() {
         };
         for length in (8..whole.len()).step_by(whole.len() / 40) {
             std::fs::write(&path, &whole[..length]).unwrap();
-            // other datasets may follow the volume in the file
+            // the damage may be in another dataset, which follows the volume in the file
             if let Ok(reading) = read(&path, &options) {
                 let complete = read(&file(name), &options).unwrap();
                 assert_eq!(reading.volume, complete.volume, "{name} of {length} bytes");

@@ -43,7 +43,8 @@ fn a_single_volume_is_read_and_several_volumes_are_refused() {
     };
     for (count, description, expected) in [
         (6, imagej(6, "slices=6"), Ok(0)),
-        // a single dimension is the stack, even if it is named frames or channels
+        // if a file has a single dimension, its entries are the slices, even if the dimension is named frames or
+        // channels
         (6, imagej(6, "frames=6"), Ok(1)),
         (6, imagej(6, "channels=6"), Ok(1)),
         (

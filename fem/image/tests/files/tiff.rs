@@ -157,7 +157,7 @@ fn voxel_sizes_are_read_from_tags() {
     let screens = [72, 96, 150, 300, 600].map(|n| size(inch, ratio(n, 1), ratio(n, 1), ""));
     for unknown in screens.into_iter().chain([
         size(none, ratio(400, 1), ratio(400, 1), ""),
-        // 300 pixels per inch
+        // 300 pixels per inch, a default resolution
         size(cm, ratio(11_811, 100), ratio(11_811, 100), ""),
         size(none, ratio(72, 1), ratio(72, 1), "ImageJ=1.5\nunit=inch"),
         // voxels of 10 mm, 25.4 mm, 1 mm, 1 pm

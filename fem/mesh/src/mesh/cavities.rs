@@ -16,9 +16,9 @@ pub struct Cavity {
 }
 
 impl TetMesh {
-    /// Returns the cavities of a valid mesh, ordered by their first faces. A cavity is a set of boundary faces
-    /// connected through edges that encloses a negative volume (its faces are oriented towards the inside of the
-    /// cavity).
+    /// Returns the cavities of a valid mesh, ordered by their first faces. A cavity is a set of boundary faces that are
+    /// connected through edges and enclose a negative volume. The volume is negative because the normals of the faces
+    /// point into the cavity.
     pub fn cavities(&self) -> Vec<Cavity> {
         let faces = self.boundary_faces();
         let mut parts = DisjointSets::new(faces.len());

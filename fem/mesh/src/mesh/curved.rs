@@ -1,8 +1,9 @@
 //! Validity and volume of a quadratic tetrahedron.
 //!
 //! The Jacobian determinant of a quadratic tetrahedron is a cubic polynomial over the reference tetrahedron. The
-//! smallest coefficient of its Bernstein form is a lower bound of the determinant, and the mean of the coefficients
-//! is the mean of the determinant. Bisecting the reference tetrahedron tightens the bound.
+//! smallest coefficient of its Bernstein form is a lower bound of the determinant, and the mean of the coefficients is
+//! the mean of the determinant. After a bisection of the reference tetrahedron, the bounds of both halves are closer to
+//! the minimum.
 //!
 //! # Reference
 //! A. Johnen, J.-F. Remacle, C. Geuzaine, "Geometrical validity of curvilinear finite elements",
@@ -15,15 +16,16 @@ use super::vector::{Point, cross, dot};
 const BETWEEN: [[usize; 4]; 4] = [[9, 0, 2, 3], [0, 9, 1, 4], [2, 1, 9, 5], [3, 4, 5, 9]];
 
 /// Tolerance of the lower bound of the Jacobian determinant, relative to the mean absolute Bernstein coefficient. An
-/// element with a determinant below this tolerance may count as folded; its volume is practically zero somewhere.
+/// element whose smallest determinant is positive but below this tolerance may count as folded.
 const TIGHT: f64 = 1e-3;
-/// Maximum depth of the bisection of the reference tetrahedron: four bisections of each edge.
+/// Largest depth of the recursive bisection of the reference tetrahedron: each of the six edges is bisected four times.
 const DEEPEST: usize = 24;
-/// Edges in the order of bisection. Opposite edges are consecutive, so that the sub-tetrahedra stay compact.
+/// Edges of the reference tetrahedron in the order in which they are bisected. Opposite edges are consecutive, so that
+/// the sub-tetrahedra stay compact.
 const BISECTED: [[usize; 2]; 6] = [[0, 1], [2, 3], [0, 2], [1, 3], [0, 3], [1, 2]];
 
-/// Bernstein coefficients of a cubic polynomial over a tetrahedron. The index of a coefficient in base 4 has one
-/// digit per corner, the exponent of that corner; most of the 256 entries are not used.
+/// Bernstein coefficients of a cubic polynomial over a tetrahedron. The index of a coefficient, written in base 4, has
+/// one digit per corner: the exponent of this corner's barycentric coordinate. Most of the 256 entries are not used.
 type Cubic = [f64; 256];
 
 /// Returns the indices of the 20 used entries of a [`Cubic`]: the exponents in such an index add up to 3.
@@ -31,8 +33,8 @@ fn used_indices() -> impl Iterator<Item = usize> {
     (0..256).filter(|index| (0..4).map(|corner| index >> (2 * corner) & 3).sum::<usize>() == 3)
 }
 
-/// Restricts the cubic to the half of its tetrahedron in which corner `moved` is replaced by the midpoint between
-/// `moved` and `fixed`.
+/// Returns the coefficients of the cubic over one half of its tetrahedron. In this half, the midpoint between the
+/// corners `moved` and `fixed` replaces the corner `moved`.
 fn half(cubic: &Cubic, fixed: usize, moved: usize) -> Cubic {
     const BINOMIAL: [[f64; 4]; 4] =
         [[1.0, 0.0, 0.0, 0.0], [1.0, 1.0, 0.0, 0.0], [1.0, 2.0, 1.0, 0.0], [1.0, 3.0, 3.0, 1.0]];
@@ -51,15 +53,15 @@ fn half(cubic: &Cubic, fixed: usize, moved: usize) -> Cubic {
 /// determinant is constant, six times the volume.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Jacobian {
-    /// Lower bound of the determinant. For a valid tetrahedron the bound is at most 0.001 of the mean below the
-    /// minimum.
+    /// Lower bound of the Jacobian determinant. For a valid tetrahedron, the bound is below the minimum by at most
+    /// 0.001 of the mean.
     pub(crate) lowest: f64,
-    /// Mean of the determinant, six times the volume.
+    /// Mean of the Jacobian determinant, six times the volume of the tetrahedron.
     pub(crate) mean: f64,
 }
 
 impl Jacobian {
-    /// Computes the Jacobian determinant from the corners and the points on the edges 01, 12, 20, 03, 13, 23.
+    /// Computes the bound and the mean from the corners and the mid-edge points of the edges 01, 12, 20, 03, 13, 23.
     pub(crate) fn of(corners: &[Point; 4], middles: &[Point; 6]) -> Jacobian {
         let cubic = determinant(corners, middles);
         let mean = used_indices().map(|index| cubic[index]).sum::<f64>() / 20.0;
@@ -73,8 +75,8 @@ impl Jacobian {
     }
 }
 
-/// Returns a lower bound of a cubic, at most `tight` below its minimum (unless the maximum depth is reached); NaN if
-/// `tight` is not finite.
+/// Returns a lower bound of a cubic polynomial over its tetrahedron. The bound is at most `tight` below the minimum,
+/// unless the largest depth of bisection is reached. Returns NaN if `tight` is not finite.
 fn lower_bound(cubic: &Cubic, tight: f64) -> f64 {
     let low =
         |cubic: &Cubic| used_indices().map(|index| cubic[index]).fold(f64::INFINITY, f64::min);
@@ -102,7 +104,7 @@ fn lower_bound(cubic: &Cubic, tight: f64) -> f64 {
 
 /// Returns the Bernstein coefficients of the Jacobian determinant.
 fn determinant(corners: &[Point; 4], middles: &[Point; 6]) -> Cubic {
-    // control points of the quadratic map
+    // control points of the quadratic map in Bernstein form
     let control = |i: usize, j: usize| -> Point {
         if i == j {
             return corners[i];
@@ -110,7 +112,7 @@ fn determinant(corners: &[Point; 4], middles: &[Point; 6]) -> Cubic {
         let middle = middles[BETWEEN[i][j]];
         std::array::from_fn(|k| 2.0 * middle[k] - 0.5 * (corners[i][k] + corners[j][k]))
     };
-    // the derivative along edge 0k is linear: it has one control vector per corner
+    // the derivative along edge 0k is a linear function, given by one control vector per corner
     let slopes: [[Point; 4]; 3] = std::array::from_fn(|k| {
         std::array::from_fn(|i| {
             let (to, from) = (control(i, k + 1), control(i, 0));
@@ -149,7 +151,7 @@ mod tests {
         })
     }
 
-    /// Returns the determinant at one point, from differences of the quadratic map.
+    /// Returns the Jacobian determinant at one point, from differences of the quadratic map.
     fn sampled(middles: &[Point; 6], at: [f64; 3]) -> f64 {
         let map = |[x, y, z]: [f64; 3]| -> Point {
             let l = [1.0 - x - y - z, x, y, z];
@@ -211,7 +213,7 @@ mod tests {
 
     #[test]
     fn an_element_with_a_negative_coefficient_and_a_positive_determinant_is_not_folded() {
-        // edge number and shift of its midpoint; each test shape uses a fraction of the shifts
+        // (edge, shift of the midpoint of this edge); each test shape is bent by a fraction of these shifts
         const SHIFTS: [(usize, Point); 3] =
             [(2, [0.04, 0.09, -0.38]), (3, [0.54, 0.11, 0.07]), (4, [-0.01, 0.6, -0.01])];
         let bent = |share: f64| {

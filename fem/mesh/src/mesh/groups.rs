@@ -10,7 +10,7 @@ pub struct Groups {
 }
 
 impl Groups {
-    /// Groups the members of pairs (group, member) by group; the members of a group keep the order of the pairs.
+    /// Creates the groups from pairs (group, member). The members of a group have the order of the pairs.
     ///
     /// # Panics
     /// If a group number is not below `groups`.

@@ -22,13 +22,14 @@ pub struct Quality {
     pub tets: usize,
     /// Smallest dihedral angle of the mesh (degrees).
     pub min_dihedral_deg: f64,
-    /// First percentile of the tetrahedra's smallest dihedral angles (degrees).
+    /// First percentile, over the tetrahedra, of the smallest dihedral angle of a tetrahedron (degrees).
     pub p01_dihedral_deg: f64,
     /// Largest dihedral angle of the mesh (degrees).
     pub max_dihedral_deg: f64,
-    /// Smallest scaled Jacobian of a tetrahedron: √2 times its minimum Jacobian determinant (curved edges included),
-    /// divided by the largest product of the three edges (chords) that meet at a corner. It is 1 for a regular
-    /// tetrahedron and 0 for a flat tetrahedron; it is not positive for a folded tetrahedron.
+    /// Smallest scaled Jacobian of all tetrahedra. The scaled Jacobian of a tetrahedron is √2 times its smallest
+    /// Jacobian determinant (curved edges included), divided by the largest product of the lengths of the three edges
+    /// (chords) that meet at a corner. The scaled Jacobian is 1 for a regular tetrahedron, 0 for a flat tetrahedron,
+    /// and not positive for a folded tetrahedron.
     pub min_scaled_jacobian: f64,
     /// Smallest volume of a tetrahedron (mm³), negative if a tetrahedron is inverted.
     pub min_volume_mm3: f64,
@@ -109,7 +110,7 @@ fn dihedrals(p: [Point; 4]) -> (f64, f64) {
     for i in 0..4 {
         for j in 0..i {
             let (m, n) = (normals[i], normals[j]);
-            // atan2 is accurate near 0 and π, where the arc cosine loses digits
+            // atan2 is accurate near 0 and π, where the arc cosine is inaccurate
             let angle = norm(cross(m, n)).atan2(-dot(m, n));
             low = low.min(angle);
             high = high.max(angle);
@@ -141,11 +142,13 @@ mod tests {
             Quality::of(mesh).min_scaled_jacobian
         };
         assert!((value(&regular) - 1.0).abs() < 1e-12);
-        // one corner with three unit edges; at each other corner two edges of length √2 and one of length 1
+        // three edges of length 1 meet at one corner; at each other corner, two edges of length √2 and one edge of
+        // length 1 meet
         let corner = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let mut mesh = tetrahedron(corner);
         assert!((value(&mesh) - std::f64::consts::SQRT_2 / 2.0).abs() < 1e-12);
-        // the mid-edge point is shifted along the edge by s, so ∂x/∂ξ = 1 + (4 − 8 ξ) s, with extremes at the ends
+        // shift the mid-edge point along the edge by s: then ∂x/∂ξ = 1 + (4 − 8 ξ) s, which has its extremes at the
+        // ends of the edge
         mesh.edge_points = vec![([0, 1], [0.6, 0.0, 0.0])];
         let bent = value(&mesh);
         assert!((bent - 0.6 * std::f64::consts::SQRT_2 / 2.0).abs() < 2e-3, "{bent}");

@@ -10,24 +10,25 @@ use super::vector::{Point, cross, mean, norm, scale, sub, tet_volume};
 use crate::error::MeshError;
 use fem_image::DisjointSets;
 
-/// An edge is straight if the distance of its mid-edge point from its midpoint is at most this factor times the extent
-/// of the mesh.
+/// An edge is straight if its mid-edge point differs from the midpoint of its ends by at most this factor times the
+/// extent of the mesh.
 const STRAIGHT: f64 = 1e-12;
 
 /// The second phase of a tetrahedron that contains two phases.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mixture {
-    /// Volume fraction of the second phase (the grain) in the tetrahedron, in [0, 1]; 0 if the tetrahedron consists
-    /// of its own region only.
+    /// Volume fraction of the second phase (the grain) in the tetrahedron, in [0, 1]. The fraction is 0 if the
+    /// tetrahedron consists only of the material of its region.
     pub fraction: f32,
-    /// Unit normal of the interface inside the tetrahedron, pointing towards the matrix; zero without interface.
+    /// Unit normal of the interface inside the tetrahedron, pointing towards the matrix; the zero vector if there is no
+    /// interface.
     pub normal: [f32; 3],
     /// Region of the second phase, an index into [`TetMesh::regions`]; 1 in a mesh of matrix and grain.
     pub region: u16,
 }
 
 impl Default for Mixture {
-    /// Returns the value for a tetrahedron of one phase.
+    /// Returns the mixture of a tetrahedron that consists of one phase.
     fn default() -> Self {
         Self { fraction: 0.0, normal: [0.0; 3], region: 1 }
     }
@@ -35,9 +36,9 @@ impl Default for Mixture {
 
 /// A conforming mesh of tetrahedra with named regions and named boundary surfaces.
 ///
-/// Coordinates are in mm; the axis of the specimen is z. The element order is not part of the mesh: a simulation adds
-/// the mid-edge nodes it needs. `edge_points` gives the positions of these nodes on curved edges; linear elements
-/// ignore them.
+/// Coordinates are in mm; the axis of the specimen is z. The element order is not part of the mesh: a simulation with
+/// quadratic elements adds the mid-edge nodes. `edge_points` gives the positions of these nodes on curved edges; linear
+/// elements ignore them.
 ///
 /// # Example
 /// ```
@@ -76,7 +77,7 @@ pub struct TetMesh {
     /// Curved edges for quadratic elements: the two nodes (the smaller first) and the coordinates of the mid-edge
     /// node (mm). Sorted by nodes; empty for a straight mesh.
     pub edge_points: Vec<([u32; 2], [f64; 3])>,
-    /// Second phase of each tetrahedron, if some grains are not resolved by the mesh. A tetrahedron in the matrix
+    /// Second phase of each tetrahedron, if the mesh does not resolve some of the grains. A tetrahedron in the matrix
     /// region with a fraction above 0 is a mixture of matrix and one other phase.
     pub mixture: Option<Vec<Mixture>>,
 }
@@ -120,7 +121,8 @@ impl TetMesh {
         }))
     }
 
-    /// Returns the volume of a tetrahedron (mm³), curved edges included; negative if it is inverted.
+    /// Returns the volume of a tetrahedron (mm³), with its curved edges. The volume is negative if the tetrahedron is
+    /// inverted.
     ///
     /// # Panics
     /// Same as [`TetMesh::corners`].
@@ -169,8 +171,8 @@ impl TetMesh {
         sums
     }
 
-    /// Returns the mean edge length (mm), averaged over the edges of all tetrahedra; shared edges count once per
-    /// tetrahedron.
+    /// Returns the mean edge length (mm) over the edges of all tetrahedra. An edge that several tetrahedra share counts
+    /// once per tetrahedron.
     pub fn mean_edge(&self) -> f64 {
         let total: f64 = (0..self.tets.len())
             .map(|tet| {
@@ -266,9 +268,9 @@ impl TetMesh {
         nodes as i64 - self.edges().len() as i64 + faces as i64 - self.tets.len() as i64
     }
 
-    /// Replaces the regions: `region_of` returns the index in `names` of the region that contains a point (mm), which
-    /// is the centroid of a tetrahedron. [`TetMesh::validate`] reports a region without a tetrahedron and an index
-    /// without a name.
+    /// Replaces the regions. `region_of` gets the centroid of a tetrahedron (mm) and returns the index in `names` of
+    /// the tetrahedron's region. [`TetMesh::validate`] reports a region without a tetrahedron and an index without a
+    /// name.
     pub fn with_regions(mut self, names: &[&str], region_of: impl Fn([f64; 3]) -> u16) -> TetMesh {
         let centroid = |tet: usize| mean(self.corners(tet).into_iter());
         self.region_of = (0..self.tets.len()).map(|tet| region_of(centroid(tet))).collect();

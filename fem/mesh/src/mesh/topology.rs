@@ -2,9 +2,9 @@
 
 use super::vector::{Point, add, scale};
 
-/// The faces of a tetrahedron, as local corner numbers, counter-clockwise seen from outside.
+/// The faces of a tetrahedron, each given by its three corners (0 to 3), counter-clockwise seen from outside.
 pub(crate) const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
-/// The edges of a tetrahedron, as pairs of local corner numbers.
+/// The edges of a tetrahedron, each given by its two corners (0 to 3).
 pub(crate) const EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
 
 /// An edge, with the smaller node first, and its mid-edge point (mm).
@@ -26,7 +26,8 @@ pub(crate) fn sorted(mut face: [u32; 3]) -> [u32; 3] {
     face
 }
 
-/// Returns whether two triangles with the same nodes have the same orientation.
+/// Returns whether two triangles with the same nodes have the same orientation (one is an even permutation of the
+/// other).
 pub(crate) fn is_even_turn(a: [u32; 3], b: [u32; 3]) -> bool {
     (0..3).any(|k| b == [a[k], a[(k + 1) % 3], a[(k + 2) % 3]])
 }

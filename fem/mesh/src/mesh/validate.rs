@@ -14,7 +14,7 @@ use fem_image::DisjointSets;
 
 /// A tetrahedron is degenerate if its volume is at most this factor times the cube of its longest edge.
 const DEGENERATE: f64 = 1e-10;
-/// Maximum number of errors that a message lists.
+/// Largest number of errors that a message lists.
 const LISTED: usize = 5;
 
 impl TetMesh {
@@ -23,11 +23,10 @@ impl TetMesh {
     /// listed once; edge points belong to existing edges and fold no tetrahedron; mixtures have fractions in [0, 1]
     /// and unit normals.
     ///
-    /// The volume of a tetrahedron with curved edges includes these edges: the volume spanned by its corners may be
-    /// negative.
+    /// The volume of a tetrahedron with curved edges takes these edges into account. The volume of the straight
+    /// tetrahedron with the same corners may be negative.
     ///
-    /// # Errors
-    /// The error of the first check that fails, with the entity and a remedy; several errors of one check are
+    /// # Errors The error of the first check that fails, with the entity and a remedy. Several errors of one check are
     /// combined in [`MeshError::Several`].
     pub fn validate(&self) -> Result<(), MeshError> {
         if self.tets.is_empty() {
@@ -117,7 +116,7 @@ impl TetMesh {
                 regions: self.regions.clone(),
             })? = true;
         }
-        // a phase may occur in mixtures only, without tetrahedra of its own
+        // a region may be without tetrahedra if its phase occurs in mixtures only
         let may_be_empty = self.mixture.is_some();
         match used.iter().position(|used| !used).filter(|_| !may_be_empty) {
             Some(k) => Err(MeshError::MissingRegion { name: self.regions[k].clone() }),
@@ -235,8 +234,8 @@ impl TetMesh {
     }
 }
 
-/// Combines errors into one: returns a single error unchanged, and [`MeshError::Several`] with the first five errors
-/// otherwise.
+/// Combines errors into one error. A single error is returned unchanged; several errors become [`MeshError::Several`]
+/// with the first five errors.
 fn several(mut faults: Vec<MeshError>) -> Result<(), MeshError> {
     match faults.len() {
         0 => Ok(()),

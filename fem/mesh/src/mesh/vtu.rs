@@ -12,7 +12,7 @@ use super::TetMesh;
 use super::topology::{EDGES, edge_index};
 use crate::error::MeshError;
 
-/// VTK cell types of the linear and the quadratic tetrahedron.
+/// Numbers of the VTK cell types: linear tetrahedron and quadratic tetrahedron.
 const TETRA: u8 = 10;
 const QUADRATIC_TETRA: u8 = 24;
 
@@ -32,7 +32,7 @@ pub enum Values<'a> {
     Scalar(&'a [f64]),
     /// Vectors.
     Vector(&'a [[f64; 3]]),
-    /// Symmetric tensors: xx, yy, zz, xy, yz, xz.
+    /// Symmetric tensors with the components xx, yy, zz, xy, yz, xz.
     Tensor(&'a [[f64; 6]]),
     /// Integer labels.
     Label(&'a [u32]),
@@ -63,8 +63,8 @@ impl<'a> Field<'a> {
 /// Writes the mesh with its regions, the given fields and, if present, grain numbers, grain fractions and interface
 /// normals.
 ///
-/// A mesh with curved edges is written with quadratic tetrahedra. Point fields have one value per node of the mesh;
-/// their value at a mid-edge node is the mean of the values at the two ends of the edge.
+/// A mesh with curved edges is written with quadratic tetrahedra. Point fields have one value per node of the mesh. The
+/// value at a mid-edge node is the mean of the values at the two ends of the edge.
 ///
 /// # Errors
 /// [`MeshError::File`] if a field does not have one value per node or tetrahedron, [`MeshError::Io`] if the file
@@ -122,7 +122,7 @@ pub fn write_straight(
     write_grid(path.as_ref(), mesh, &mesh.nodes, TETRA, &mesh.tets, point_fields, cell_fields)
 }
 
-/// Values of a field at the nodes and at the mid-edge nodes.
+/// Values of a field at the nodes of the mesh and at the mid-edge nodes.
 enum ExtendedValues {
     Scalar(Vec<f64>),
     Vector(Vec<[f64; 3]>),
@@ -325,7 +325,7 @@ fn array<const B: usize>(
     bytes.extend(data);
     let name = escape(name);
     write!(out, "<DataArray type=\"{kind}\" Name=\"{name}\"")?;
-    // an explicit value of 1, which is the default, makes some readers return a matrix of one column
+    // omit the default value of 1: with an explicit 1, some readers return a matrix of one column
     if components > 1 {
         write!(out, " NumberOfComponents=\"{components}\"")?;
     }

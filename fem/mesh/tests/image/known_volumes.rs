@@ -59,7 +59,7 @@ fn walls_chips_and_cracks_reduce_the_volume() {
     }
 }
 
-/// Grains are brighter or darker than the matrix, as the settings of the specimen state.
+/// Grains are brighter or darker than the matrix, according to the settings of the specimen.
 #[test]
 fn the_contrast_is_as_stated() {
     for (name, contrast) in [
@@ -114,17 +114,17 @@ fn dark_and_drifting_specimens_are_segmented_as_well() {
 fn grain_volume_is_assigned_as_counted_by_hand() {
     let truth = [1, 1, 1, 1, 2, 2, 2, 2, 3, 0];
     let found = [5, 5, 5, 0, 7, 7, 8, 8, 8, 0];
-    // segmented grain 5 matches true grain 1. The intersection over union of the other segmented grains with a true
-    // grain is at most one half: one half for grains 7 and 8 with true grain 2, a third for grain 8 with true grain 3
+    // segmented grain 5 matches true grain 1. For all other pairs, the intersection over union is at most one half: one
+    // half for the grains 7 and 8 with true grain 2, a third for grain 8 with true grain 3
     let shares = assigned(&truth, &found, 2);
     assert_eq!(shares, Assigned { right: 3.0 / 9.0, missing: 1.0 / 9.0, small: 1.0 / 9.0 });
     assert!(median([]).is_nan());
     assert_eq!(median([3.0, 1.0, 2.0, 4.0]), 2.5);
 }
 
-/// In `faint` the contrast is an eighth of that to air, so that an error of the wall's place by some hundredths of a
-/// voxel looks like grain. In `chip` a part of the wall and of the top is missing; it must not count as an error of
-/// their place.
+/// In `faint`, the contrast between grains and matrix is an eighth of the contrast between matrix and air. An error of
+/// the wall's position by some hundredths of a voxel then looks like grain. In `chip`, a part of the wall and of the
+/// top is missing; this part must not count as an error of their position.
 #[test]
 fn grains_at_the_wall_have_their_volume() {
     for (name, least, error) in [("faint", 0.88, 0.03), ("chip", 0.93, 0.01)] {

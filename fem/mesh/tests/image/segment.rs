@@ -173,7 +173,7 @@ fn thresholds_can_be_given() {
         Segmentation { grain_threshold: Some(found.grain_threshold + 2000.0), ..by_both };
     let less = settings.run(&taken.image, &mut |_| {}).unwrap();
     assert!(less.statistics.voxel_fraction < 0.95 * found.statistics.voxel_fraction);
-    // and the subvoxel grain fraction equals the voxel fraction
+    // the subvoxel grain fraction equals the voxel fraction
     let ratio = less.statistics.grain_fraction / less.statistics.voxel_fraction;
     assert!((ratio - 1.0).abs() < 1e-3, "{ratio}");
     let shares = less.solid.values.iter().map(|&share| f64::from(share)).sum::<f64>();
@@ -229,7 +229,7 @@ fn grains_without_interior_voxels_have_the_correct_volume() {
     assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
     assert!(statistics.d10_mm > 0.0 && found.regions.iter().all(|grain| grain.volume_mm3 > 0.0));
     // with a threshold computed from the image, the fraction is computed from the grey values of all grain voxels,
-    // since no voxel is in the interior
+    // because no voxel is in the interior of a grain
     let settings = Segmentation { grain_threshold: None, ..settings };
     let found = settings.run(&image, &mut |_| {}).unwrap();
     let ratio = found.statistics.grain_fraction / fraction;

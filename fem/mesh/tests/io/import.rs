@@ -94,7 +94,7 @@ fn a_curved_element_with_inverted_corners_is_read_unchanged() {
     let turned = second_order(&nodes, &[tets[0], [3, 1, 2, 4]], &bent);
     let volumes = read(&turned).unwrap().mesh.volumes();
     assert!(volumes.iter().zip(mesh.volumes()).all(|(v, w)| (v - w).abs() < 1e-15 && *v > 0.0));
-    // and a file written by this crate gives the same edge points
+    // a file that this crate has written gives the same edge points
     let (_dir, path) = file("");
     gmsh::write(&path, &mesh).unwrap();
     assert_eq!(gmsh::read(&path, &GmshNames::default()).unwrap().edge_points, mesh.edge_points);

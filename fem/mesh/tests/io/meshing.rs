@@ -85,7 +85,7 @@ fn end_area(mesh: &TetMesh, name: &str) -> f64 {
     mesh.surfaces[name].iter().map(area).sum()
 }
 
-/// A grain that the wall cuts moves nodes of the wall, which must not leave it.
+/// A grain that the wall cuts moves nodes of the wall. These nodes must stay on the wall.
 #[test]
 fn walls_of_equal_area_and_curved_walls_have_the_cylinders_volume() {
     let none = GrainList::new(Vec::new(), RADIUS, HEIGHT);

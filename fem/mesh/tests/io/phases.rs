@@ -126,7 +126,7 @@ fn tetrahedra_with_several_phases_are_counted_and_reported() {
         false => 0,
     });
     let Meshed { mesh, report } = build(&halves);
-    // tetrahedra inside the ball that are cut by the plane; some cut-off parts contain no sample point
+    // select the tetrahedra inside the ball that the plane cuts; some cut-off parts contain no sample point
     let is_cut = |tet: &usize| {
         let corners = mesh.corners(*tet);
         let sides = corners.map(|x| x[0] < plane);

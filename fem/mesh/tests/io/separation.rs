@@ -1,4 +1,4 @@
-//! Separation of grains by shrinking, and the smallest cylinder around them.
+//! Separation of grains by shrinking, and the smallest cylinder around the grains.
 
 use fem_mesh::{
     GrainField, Packing, Surface, SurfaceGrains, enclosing_cylinder, least_gap_mm, separated,

@@ -138,7 +138,7 @@ fn the_stream_of_a_seed_is_fixed() {
     let grains = spheres(0.2, 1).fill(RADIUS, HEIGHT).unwrap();
     let GrainShape::Sphere { radius_mm } = grains[0].shape else { panic!("no sphere") };
     let first = [radius_mm, grains[0].centre[0], grains[0].centre[1], grains[0].centre[2]];
-    // a change of these values changes every stored microstructure
+    // if these values change, every stored microstructure changes
     let expected = [0.567_615_216, 1.448_837_503, -0.418_029_415, 1.626_185_114];
     for (value, expected) in first.iter().zip(expected) {
         assert!((value - expected).abs() < 1e-6, "{first:?}");
@@ -153,7 +153,7 @@ fn two_classes_share_the_volume() {
         grains.iter().partition(|grain| grain.bounding_radius_mm() > 0.4);
     let volume = |grains: &[&Grain]| grains.iter().map(|g| g.volume_mm3()).sum::<f64>();
     let fraction = volume(&large) / (volume(&large) + volume(&small));
-    // one half, apart from the last grain of each class
+    // the fraction is one half, except for the error of the last grain of each class
     assert!((fraction - 0.5).abs() < 0.05, "{fraction}");
     assert!(small.len() > 8 * large.len());
 }

@@ -108,8 +108,8 @@ fn solid_fractions_give_the_volumes_and_surfaces_of_balls() {
     let exact: f64 = balls.iter().map(Grain::volume_mm3).sum();
     assert!((sum(&shared) / exact - 1.0).abs() < 3e-4, "{}", sum(&shared) / exact);
     assert!(worst[0] > 0.01, "whole voxels are as accurate, so the test checks nothing");
-    // the smoothing shrinks a ball of radius R by σ² / R with σ² = ½ voxel², 0.06 voxels, which the correction of the
-    // volume compensates; the error of the linear interpolation remains
+    // the smoothing, whose variance is σ² = ½ voxel², shrinks a ball of radius R by σ² / R = 0.06 voxels; the
+    // correction of the volume removes this error, but not the error of the linear interpolation
     println!("{} voxels", worst[1] / VOXEL);
     assert!(worst[1] < 0.08 * VOXEL, "{} voxels", worst[1] / VOXEL);
 }

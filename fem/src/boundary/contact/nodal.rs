@@ -4,10 +4,11 @@
 //! triangles, and at the edge midpoints of quadratic triangles (whose vertices have zero weight, so that a uniform
 //! pressure is in equilibrium at each node).
 //!
-//! The pressure is computed by an augmented Lagrangian method, p_γ = ⟨p + γ (−g)⟩₊. With p fixed, Newton's method
-//! finds the nodes in contact (its active set are the nodes with p_γ > 0). Then p is set to p_γ, and both steps are
-//! repeated until p and p_γ agree; the gap of every node in contact then vanishes for any γ. Friction uses the fixed
-//! p, so that the tangent stays symmetric; at convergence the friction is exact as well.
+//! The pressure is computed by an augmented Lagrangian method. For the stored pressure p, the gap g and the penalty γ,
+//! the augmented pressure is p_γ = ⟨p + γ (−g)⟩₊, where ⟨x⟩₊ = max(x, 0). With p fixed, Newton's method finds the nodes
+//! in contact (its active set are the nodes with p_γ > 0). Then p is set to p_γ, and both steps are repeated until p
+//! and p_γ agree; the gap of every node in contact then vanishes for any γ. Friction uses the fixed p, so that the
+//! tangent stays symmetric; at convergence the friction is exact as well.
 //!
 //! References: Alart & Curnier, Comput. Methods Appl. Mech. Engrg. 92 (1991) 353,
 //! doi:10.1016/0045-7825(91)90022-X; Hintermüller, Ito & Kunisch, SIAM J. Optim. 13 (2003) 865,
@@ -22,12 +23,12 @@ use crate::fields::Fields;
 use crate::operator::NodeBlock;
 use crate::parallel::Part;
 
-/// Largest gap of a node that counts as in contact even without pressure, as a fraction of the face size.
+/// A node with a gap below this fraction of the face size counts as in contact, even if the contact pressure is zero.
 const TOUCH: f64 = 1e-9;
-/// Tangential stiffness of nodes in contact that have no pressure for friction yet, as a fraction of γ. This
-/// stiffness makes the tangent regular and is not part of the residual.
+/// Tangential stiffness, as a fraction of γ, of nodes in contact whose pressure p, and therefore friction, is still
+/// zero. This stiffness makes the tangent regular and is not part of the residual.
 const HOLD: f64 = 1e-6;
-/// Penalty γ, in units of the modulus λ + 2μ divided by the face size.
+/// Penalty γ of the contact pressure, in units of the modulus λ + 2μ divided by the face size.
 const PENALTY: f64 = 20.0;
 
 /// State of one node of a contact surface.
@@ -50,15 +51,15 @@ pub struct ContactPoint {
 pub(crate) struct Contact {
     pub(crate) surface: String,
     platen: Platen,
-    /// Node, area (mm²), reference position (mm).
+    /// Nodes that the platen can touch: node number, area (mm²), reference position (mm).
     nodes: Vec<(u32, f64, Vector3<f64>)>,
     /// Face size: square root of the mean nodal area, mm.
     size: f64,
     /// Index of each node in the list of the contact nodes of all ranks.
     pub(crate) places: Vec<u32>,
-    /// Number of contact nodes of all ranks.
+    /// Number of contact nodes, summed over all ranks.
     pub(crate) all: usize,
-    /// Whether each node belongs to this rank.
+    /// For each node, whether this rank owns the node.
     owned: Vec<bool>,
 }
 
@@ -90,7 +91,7 @@ impl Contact {
         Ok(Self { surface: surface.into(), platen, nodes, size, places, all, owned })
     }
 
-    /// Returns the contact restricted to the nodes of a part of the mesh.
+    /// Returns the same contact, restricted to the nodes that a part of the mesh contains.
     pub(crate) fn of_part(&self, part: &Part) -> Self {
         let local = part.local();
         let (mut nodes, mut places, mut owned) = (Vec::new(), Vec::new(), Vec::new());
@@ -148,8 +149,8 @@ pub(crate) struct ContactStep {
     /// Gap below which a node counts as in contact, mm.
     touch: f64,
     nodes: Vec<Node>,
-    /// Factor of the slip velocity ε below which friction decreases to zero; larger than 1 while the solver
-    /// introduces friction gradually.
+    /// Factor by which the slip velocity ε (below which friction decreases to zero) is multiplied. The factor is larger
+    /// than 1 while the solver introduces friction gradually.
     pub(crate) bluntness: f64,
 }
 
@@ -159,8 +160,8 @@ struct Node {
     node: u32,
     area: f64,
     position: Vector3<f64>,
-    /// Displacement of a node that sticks to the platen during the increment: u_n plus the displacement of the platen
-    /// in the increment.
+    /// Displacement that the node would have if it stuck to the platen during the increment: its displacement u_n at
+    /// the start, plus the displacement of the platen in the increment, mm.
     carried: Vector3<f64>,
     /// Contact pressure p, MPa.
     pressure: f64,
@@ -169,8 +170,8 @@ struct Node {
 }
 
 impl ContactStep {
-    /// Creates the contact at the end of an increment of `duration` s that started at the fields `before`.
-    /// `pressures` are the pressures at its start, MPa; `None` stands for zero.
+    /// Creates the contact at the end of an increment of `duration` s that started at the fields `before`. `pressures`
+    /// are the pressures at the start of the increment, MPa; `None` stands for zero.
     pub(crate) fn new(
         contact: &Contact,
         time_s: f64,
@@ -225,7 +226,7 @@ impl ContactStep {
         self.platen.proximity(node.position, u - self.travel)
     }
 
-    /// Returns the augmented pressure p_γ = ⟨p + γ (−g)⟩₊, MPa.
+    /// Returns the augmented pressure p_γ = ⟨p + γ (−g)⟩₊ for the pressure p, the penalty γ and the gap g, MPa.
     fn pressure(&self, node: &Node, proximity: &Proximity) -> f64 {
         (node.pressure - self.penalty * proximity.gap).max(0.0)
     }
@@ -236,15 +237,16 @@ impl ContactStep {
         node.pressure - self.penalty * (proximity.gap - self.touch) > 0.0
     }
 
-    /// Returns the slip velocity v_t, mm/s.
+    /// Returns the velocity v_t at which the node slides on the platen, mm/s.
     fn slip(&self, node: &Node, proximity: &Proximity, fields: &Fields) -> Vector3<f64> {
         let u = Vector3::from(fields.displacement[node.node as usize]);
         let v = (u - node.carried) / self.duration;
         v - proximity.normal * proximity.normal.dot(&v)
     }
 
-    /// Returns the resistance to sliding μ p s_ε + F_v (MPa s/mm) with s_ε = 1/√(|v_t|² + ε²), and the term μ p s_ε³
-    /// of its derivative (MPa s³/mm³). Both are zero without pressure.
+    /// Returns the resistance to sliding μ p s_ε + F_v (MPa s/mm) with s_ε = 1/√(|v_t|² + ε²), and the term μ p s_ε³ of
+    /// its derivative (MPa s³/mm³). Here μ is the coefficient of friction, F_v the drag, v_t the sliding velocity and ε
+    /// the slip velocity. Both values are zero without pressure.
     fn resistance(&self, node: &Node, slip: &Vector3<f64>) -> (f64, f64) {
         if node.pressure == 0.0 {
             return (0.0, 0.0);
@@ -281,7 +283,7 @@ impl ContactStep {
         sum
     }
 
-    /// Returns −∂force/∂u at the nodes, N/mm.
+    /// Returns the contribution of contact to the tangent, −∂force/∂u at each node, N/mm.
     ///
     /// On a curved platen, the rotation of the tangent plane is neglected in the friction terms.
     pub(crate) fn blocks(&self, fields: &Fields) -> impl Iterator<Item = NodeBlock> {
@@ -309,8 +311,9 @@ impl ContactStep {
         })
     }
 
-    /// Returns the derivatives of the contact forces with respect to a parameter θ that keep the gaps closed, N: −γ A
-    /// (n·du/dθ) n for nodes in contact, zero for all other nodes.
+    /// Returns the derivatives of the contact forces with respect to a parameter θ that keep the gaps closed, N per
+    /// unit of θ: −γ A (n·du/dθ) n with the nodal area A and the normal n for nodes in contact, zero for all other
+    /// nodes.
     pub(crate) fn follow(
         &self,
         fields: &Fields,
@@ -328,7 +331,8 @@ impl ContactStep {
         })
     }
 
-    /// Returns the dissipated energy ∫ (μ p s_ε + F_v) |v_t|² dA Δt over the nodes that belong to this rank, N mm.
+    /// Returns the energy that friction and drag dissipate in the increment at the nodes that belong to this rank, N
+    /// mm: ∫ (μ p s_ε + F_v) |v_t|² dA Δt, with the symbols of [`Platen`].
     pub(crate) fn dissipated(&self, fields: &Fields) -> f64 {
         let power = |node: &Node| {
             let slip = self.slip(node, &self.proximity(node, fields), fields);
@@ -345,8 +349,8 @@ impl ContactStep {
         self.nodes.iter().map(|n| n.pressure).collect()
     }
 
-    /// Sets the pressures p to p_γ. Returns the sum of the squared changes of nodal force over the nodes that belong
-    /// to this rank, N².
+    /// Sets each pressure p to the augmented pressure p_γ. Returns the sum of the squared changes of nodal force over
+    /// the nodes that belong to this rank, N².
     pub(crate) fn update(&mut self, fields: &Fields) -> f64 {
         let mut square = 0.0;
         for k in 0..self.nodes.len() {
@@ -360,8 +364,8 @@ impl ContactStep {
         square
     }
 
-    /// Returns the sum of the squared nodal penalties γ A over the nodes that belong to this rank, N²/mm², and the
-    /// length for the error estimate of the gaps, mm.
+    /// Returns two numbers for an estimate of rounding errors: the sum of the squared nodal penalties γ A over the
+    /// nodes that belong to this rank, N²/mm², and the length whose rounding error the gaps contain, mm.
     pub(crate) fn stiffness(&self) -> (f64, f64) {
         let owned = self.nodes.iter().filter(|node| node.owned);
         let squares = owned.map(|node| (self.penalty * node.area).powi(2)).sum();
@@ -373,7 +377,7 @@ impl ContactStep {
         !self.nodes.iter().any(|node| self.touches(node, &self.proximity(node, fields)))
     }
 
-    /// Returns the state of every node.
+    /// Returns the contact state of every node.
     pub(crate) fn points(&self, fields: &Fields) -> Vec<ContactPoint> {
         let point = |node: &Node| ContactPoint {
             node: node.node,

@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::boundary::function::Function;
 use crate::error::FemError;
 
-/// Shape and position of a platen at time zero, mm.
+/// Shape of a platen, with its position at time zero, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Shape {
     Plane { point: [f64; 3], normal: [f64; 3] },
@@ -15,10 +15,10 @@ enum Shape {
 /// Rigid platen that a surface can touch, slide on, and leave.
 ///
 /// With the gap g (mm) between platen and specimen, the contact pressure p (MPa) satisfies p ≥ 0, g ≥ 0, p g = 0.
-/// Sliding with the velocity v_t (mm/s) causes the traction −(μ p s_ε(|v_t|) + F_v) v_t on the specimen, with s_ε =
-/// 1/√(|v_t|² + ε²): Coulomb friction, with creep below the slip velocity ε instead of sticking, and a viscous drag.
-/// Pressures and tractions are per reference area. Without friction and drag, the default, a platen is a roller: it
-/// presses along its normal, and the surface slides freely.
+/// Sliding with the velocity v_t (mm/s) causes the traction −(μ p s_ε + F_v) v_t on the specimen, with s_ε = 1/√(|v_t|²
+/// + ε²). The first term is Coulomb friction with the coefficient μ; below the slip velocity ε, the specimen creeps
+/// instead of sticking. The second term is a viscous drag F_v. Pressures and tractions are per reference area. Without
+/// friction and drag, the default, a platen is a roller: it presses along its normal, and the surface slides freely.
 ///
 /// # Example
 /// ```
@@ -40,13 +40,13 @@ pub struct Platen {
     pub(super) drag: f64,
 }
 
-/// Gap between a point and a platen, with its derivatives.
+/// Gap between a point and a platen, with the derivatives of the gap with respect to the position of the point.
 pub(super) struct Proximity {
-    /// Distance from the platen, mm; negative inside.
+    /// Distance of the point from the platen, mm; negative inside the platen.
     pub(super) gap: f64,
-    /// ∂gap/∂x.
+    /// First derivative ∂gap/∂x, the unit normal of the platen.
     pub(super) normal: Vector3<f64>,
-    /// ∂²gap/∂x², 1/mm.
+    /// Second derivative ∂²gap/∂x², 1/mm.
     pub(super) curvature: Matrix3<f64>,
 }
 
@@ -57,7 +57,7 @@ impl Platen {
         Self::at_rest(Shape::Plane { point: point_mm, normal })
     }
 
-    /// Creates a sphere.
+    /// Creates a sphere, which the specimen touches from outside.
     pub fn sphere(centre_mm: [f64; 3], radius_mm: f64) -> Self {
         Self::at_rest(Shape::Sphere { centre: centre_mm, radius: radius_mm })
     }
@@ -136,8 +136,8 @@ impl Platen {
         )
     }
 
-    /// Returns a length (mm) for the error estimate of a gap: a gap contains the rounding error of this length in
-    /// addition to the rounding error of the displacements. Zero for a plane.
+    /// Returns the length (mm) whose rounding error a gap contains, in addition to the rounding errors of the
+    /// displacements. The length is zero for a plane.
     pub(super) fn rounded_mm(&self) -> f64 {
         match self.shape {
             Shape::Plane { .. } => 0.0,
@@ -145,11 +145,11 @@ impl Platen {
         }
     }
 
-    /// Returns gap, normal and curvature at a point. `x` is its reference position, and `moved` its displacement
-    /// relative to the platen, mm.
+    /// Returns gap, normal and curvature at a point. `x` is the reference position of the point, and `moved` its
+    /// displacement relative to the platen, mm.
     ///
-    /// The gap of a plane is computed as initial gap plus motion along the normal. This sum keeps the digits of the
-    /// motion, which would be lost in the sum of position and motion.
+    /// The gap of a plane is computed as initial gap plus motion along the normal. This sum retains the digits of a
+    /// small motion, which would be lost if position and motion were added first.
     pub(super) fn proximity(&self, x: Vector3<f64>, moved: Vector3<f64>) -> Proximity {
         match self.shape {
             Shape::Plane { point, normal } => {

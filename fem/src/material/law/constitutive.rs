@@ -9,7 +9,9 @@ use crate::material::principal::Principal;
 use crate::material::response::Response;
 
 /// Largest allowed number of state values of a law.
-pub(in crate::material) const MOST_STATE: usize = 32;
+pub(in crate::material) const MOST_STATE: usize = 92;
+/// Largest allowed number of state values of a user-defined law.
+const MOST_USER_STATE: usize = 32;
 
 /// User-defined law that may have a state, such as viscous or plastic strains.
 ///
@@ -113,8 +115,9 @@ impl UserConstitutiveLaw {
         let (young_and_poisson, state_len) = (law.young_and_poisson(), law.state_len());
         let law = OverScalars::new(law);
         let refuse = |reason| Err(FemError::unsupported(format!("law {law:?}"), reason));
-        if state_len > MOST_STATE {
-            return refuse(Unsupported::StateValues { state_len, most: MOST_STATE });
+        if state_len > MOST_USER_STATE {
+            let most = MOST_USER_STATE;
+            return refuse(Unsupported::StateValues { state_len, most });
         }
         let rest = Principal::new(&[[0.0; 3]; 3]);
         let (old, mut new) = ([0.0; MOST_STATE], [0.0; MOST_STATE]);

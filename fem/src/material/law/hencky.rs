@@ -10,7 +10,7 @@
 use crate::material::mixture::Modulus;
 use crate::material::number::Scalar;
 use crate::material::principal::Strains;
-use crate::material::response::{Response, packed};
+use crate::material::response::{ElasticResponse, Response, packed};
 use crate::material::split::{Shares, Split};
 
 /// Returns the response for given bulk and shear moduli as functions of g.
@@ -46,6 +46,7 @@ pub(in crate::material) fn respond<T: Scalar, const TANGENT: bool>(
     }
     let driving = volumetric.slope.mul_add(driven_volume, shear.slope * driven_shape);
     let softening = volumetric.curvature.mul_add(driven_volume, shear.curvature * driven_shape);
+    let (driven_whole, driven_terms) = (whole, terms);
     let (mut stiffness, mut factor) = (volumetric.value, [shear.value; 3]);
     if hybrid {
         (whole, terms) = (one, [one; 3]);
@@ -59,12 +60,16 @@ pub(in crate::material) fn respond<T: Scalar, const TANGENT: bool>(
     let pressure = stiffness * trace;
     let pressure_plus = whole * volumetric.slope * trace;
     let (mut stress, mut stress_plus, mut deviatoric) = ([zero; 3], [zero; 3], [zero; 3]);
+    let mut driving_stress = [zero; 3];
+    let driving_pressure = driven_whole * volumetric.slope * trace;
     for i in 0..3 {
         deviatoric[i] = factor[i] + factor[i];
         energy = (factor[i] * deviator[i]).mul_add(deviator[i], energy);
         stress[i] = deviatoric[i].mul_add(deviator[i], pressure);
         let slope = terms[i] * shear.slope;
         stress_plus[i] = (slope + slope).mul_add(deviator[i], pressure_plus);
+        let driven = driven_terms[i] * shear.slope;
+        driving_stress[i] = (driven + driven).mul_add(deviator[i], driving_pressure);
     }
     let (mut normal, mut coth) = ([zero; 6], [zero; 3]);
     if TANGENT {
@@ -84,7 +89,37 @@ pub(in crate::material) fn respond<T: Scalar, const TANGENT: bool>(
             coth[k] = share * strains.coth[k];
         }
     }
-    Response { energy, driving, softening, stress, stress_plus, normal, shear: coth }
+    Response {
+        energy,
+        driving,
+        softening,
+        stress,
+        stress_plus,
+        normal,
+        shear: coth,
+        driving_stress,
+        ..Response::zero(zero)
+    }
+}
+
+/// Returns the deviatoric part of the law, μ dev ε : dev ε.
+#[inline(always)]
+pub(in crate::material) fn deviatoric<T: Scalar>(
+    shear: T,
+    strains: &Strains<T>,
+) -> ElasticResponse<T> {
+    let mut out = ElasticResponse::zero(shear);
+    let twice = shear + shear;
+    for i in 0..3 {
+        let e = strains.log[i] - strains.trace() / 3.0;
+        out.energy = (shear * e).mul_add(e, out.energy);
+        out.stress[i] = twice * e;
+        out.shear[i] = shear * strains.coth[i];
+        for k in 0..=i {
+            out.normal[packed(i, k)] = twice * if i == k { 2.0 / 3.0 } else { -1.0 / 3.0 };
+        }
+    }
+    out
 }
 
 /// Returns the energy U(t) of a pure change of volume with t = ln J, and its derivatives U′ and U″, MPa.

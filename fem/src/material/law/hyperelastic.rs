@@ -225,6 +225,21 @@ impl UserLaw {
         self.poisson
     }
 
+    /// Returns whether the energy is a sum of a function of the volume and a function of the isochoric strain: the mean
+    /// stress then depends on the volume alone.
+    pub(in crate::material) fn is_decoupled(&self) -> bool {
+        let law = self.law.single();
+        let scale = 1e-9 * self.young_mpa / (1.0 - 2.0 * self.poisson);
+        [0.3, 0.03].into_iter().all(|size| {
+            let log = STATE.map(|e| size * e);
+            let excess = log.map(|e| (2.0 * e).exp_m1());
+            let stress = law.stress(&Strains::new(log, excess)).stress;
+            let mean = stress.iter().sum::<f64>() / 3.0;
+            let [_, alone, _] = law.volumetric(log.iter().sum());
+            (mean - alone).abs() <= scale
+        })
+    }
+
     /// Returns energy and stress, and the tangent if `TANGENT` is true.
     #[inline(always)]
     pub(in crate::material) fn whole<T: Scalar, const TANGENT: bool>(

@@ -68,7 +68,8 @@ impl<T: Precision, S: Simd, const PLAIN: bool, const C: usize, const D: usize, c
 {
     #[inline(always)]
     fn data_layout(&self) -> DataLayout {
-        DataLayout::for_kind(self.layout.rule.points.len(), D, L, PLAIN)
+        let layout = DataLayout::for_kind(self.layout.rule.points.len(), D, L, PLAIN);
+        layout.with_extra(!PLAIN && self.layout.rule.extra.stored)
     }
 
     #[inline(always)]
@@ -128,7 +129,10 @@ impl<T: Precision, S: Simd, const PLAIN: bool, const C: usize, const D: usize, c
         let zero = self.constant(0.0);
         let layout = self.data_layout();
         self.prefetch_after(layout.point_offset(q), layout.per_point());
-        let tangent = Contraction::new(layout.point(q, self.data), self.loader());
+        let mut tangent = Contraction::new(layout.point(q, self.data), self.loader());
+        if !PLAIN {
+            tangent = tangent.with_extra(layout.extra(q, self.data));
+        }
         let h = tangent.gradient(du);
         let mut f = tangent.stress(&h);
         let mut flux = [[zero; C]; 3];

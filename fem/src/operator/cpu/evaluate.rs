@@ -118,7 +118,8 @@ impl<const N: usize> Evaluate<N> for TangentsOf<'_, N> {
         let mut batch = Batch([[0.0; 4]; LANES]);
         let out = &mut self.out[rows.first..][..rows.lanes.len()];
         for a in 0..N {
-            for b in 0..=a {
+            let last = if self.rule.extra.unsymmetric { N - 1 } else { a };
+            for b in 0..=last {
                 for i in 0..4 {
                     store_rows(simd, &blocks[a][b][i], &mut batch);
                     for (out, row) in out.iter_mut().zip(&batch.0) {

@@ -100,7 +100,7 @@ impl<'a, const N: usize> Gather<'a, N> {
             damage,
             before,
             geometry: if curved { &buffers.curved[..] } else { &buffers.straight[..] },
-            plain: !curved && !mixed,
+            plain: !curved && !mixed && !space.rule.extra.stored,
             state: &buffers.state,
             duration: zero.constant(context.duration),
         }

@@ -17,8 +17,8 @@ pub(crate) trait PerKind {
 #[inline(always)]
 pub(crate) fn for_kind<W: PerKind>(rule: &Rule, plain: bool, work: W) -> W::Output {
     let damage = rule.damage.len();
-    // without damage, elements that are not plain store the same data as plain elements
-    if plain || damage == 0 {
+    // without damage and extra terms, elements that are not plain store the same data as plain elements
+    if plain || (damage == 0 && !rule.extra.stored) {
         match (rule.nodes, damage) {
             (4, 0) => work.for_kind::<true, 4, 3, 0, 0>(),
             (4, _) => work.for_kind::<true, 4, 4, 4, 1>(),
@@ -29,6 +29,8 @@ pub(crate) fn for_kind<W: PerKind>(rule: &Rule, plain: bool, work: W) -> W::Outp
         }
     } else {
         match (rule.nodes, damage) {
+            (4, 0) => work.for_kind::<false, 4, 3, 0, 0>(),
+            (10, 0) => work.for_kind::<false, 10, 3, 0, 0>(),
             (4, _) => work.for_kind::<false, 4, 4, 4, 1>(),
             (_, 10) => work.for_kind::<false, 10, 4, 10, 10>(),
             (_, 11) => work.for_kind::<false, 10, 4, 11, 11>(),

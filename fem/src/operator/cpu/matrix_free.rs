@@ -136,7 +136,8 @@ impl<T: Stored> Product for MatrixFree<T> {
         for (chunks, data) in chunks.chunks(AT_ONCE).zip(self.data.chunks(AT_ONCE)) {
             let elements: Vec<_> = chunks.par_iter().zip(data).map(of_chunk).collect();
             for (tet, blocks) in elements.iter().flatten() {
-                out.add_elements(*tet as usize, std::slice::from_ref(blocks));
+                let unsymmetric = rule.extra.unsymmetric;
+                out.add_elements(*tet as usize, std::slice::from_ref(blocks), unsymmetric);
             }
         }
         Ok(())
@@ -257,8 +258,9 @@ impl<T: Stored> WithSimd for LinearTangents<'_, T> {
                 .map(|(at, lane)| (stored.chunk.tets[at.batch * LANES + at.row], lane));
             let tets: Vec<(u32, usize)> = tets.collect();
             elements.extend(tets.iter().map(|(tet, _)| (*tet, [[[[0.0; 4]; 4]; 4]; 4])));
+            let unsymmetric = stored.rule.extra.unsymmetric;
             for a in 0..4 {
-                for b in 0..=a {
+                for b in 0..=if unsymmetric { 3 } else { a } {
                     for i in 0..4 {
                         for j in 0..4 {
                             let mut column = [0.0; POINTS];

@@ -2,8 +2,8 @@
 
 use crate::element::Space;
 use crate::material::{
-    Degradation, DegradationLaw, Degraded, DrivingHistory, Homogenisation, LaneLaw, Lanes,
-    MOST_GRAIN, MixedPhases, POINTS, PointMaterial, RegionLaw,
+    Degradation, DegradationLaw, DrivingHistory, Homogenisation, LaneLaw, Lanes, MOST_GRAIN,
+    MixedPhases, POINTS, PointMaterial, RegionLaw,
 };
 use crate::operator::kernel::Constants;
 
@@ -80,10 +80,11 @@ impl Regions {
         // no effect without damage; fewer laws are then evaluated
         for (m, row) in materials.iter().zip(&mut constants) {
             if m.damage.is_none() {
-                let form = m.form();
-                let same = laws.iter().find(|law| law.form == form);
-                let degraded = same.map_or(Degraded::ALL, |law| law.degraded.clone());
-                row[6] = index_in(&mut laws, RegionLaw { form, degraded });
+                let own = m.law();
+                let same =
+                    |law: &&RegionLaw| law.form == own.form && law.inelastic == own.inelastic;
+                let law = laws.iter().find(same).cloned().unwrap_or(own);
+                row[6] = index_in(&mut laws, law);
             }
         }
         if degradations.is_empty() {

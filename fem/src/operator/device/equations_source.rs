@@ -6,8 +6,9 @@ use super::product_source::StoredType;
 use crate::device::Kernel;
 use crate::element::{Geometry, Rule};
 use crate::material::{
-    CrackDensity, Degradation, DegradationLaw, Degraded, DrivingHistory, Homogenisation, LaneLaw,
-    LawForm, MixedPhases, PointSplit, RegionLaw, Split, Term, begin, functions, statements,
+    CrackDensity, DamageEnergies, Degradation, DegradationLaw, Degraded, DrivingHistory,
+    Homogenisation, LaneLaw, LawForm, MixedPhases, PointSplit, RegionLaw, Split, Term, begin,
+    functions, statements,
 };
 use crate::operator::cpu::Row;
 use crate::operator::kernel::DataLayout;
@@ -261,6 +262,8 @@ pub fn equations_kernels(rule: &Rule) -> Vec<Kernel> {
     let setting = Setting {
         laws: vec![RegionLaw {
             form: LawForm::Hencky,
+            inelastic: None,
+            energies: DamageEnergies::default(),
             degraded: Degraded { split, hybrid: false },
         }],
         degradations: vec![DegradationLaw::Quadratic],

@@ -33,11 +33,19 @@ impl<'a, T: Scalar, const N: usize> Stored<'a, T, N> {
     #[inline(always)]
     fn tangent<const AXES: bool>(&self, q: usize) -> Contraction<'a, T, Loaded<T>> {
         let (stored, loader) = (self.layout.point(q, self.data), Loaded(self.data[0]));
-        if AXES {
+        let tangent = if AXES {
             Contraction::with_axes(stored, loader, self.layout.axes(q, self.data))
         } else {
             Contraction::new(stored, loader)
-        }
+        };
+        tangent.with_extra(self.layout.extra(q, self.data))
+    }
+
+    /// Returns the largest index b of the blocks (a, b) that are computed for node a: all if the tangent is not
+    /// symmetric, else b ≤ a.
+    #[inline(always)]
+    fn last(&self, a: usize) -> usize {
+        if self.rule.extra.unsymmetric { N - 1 } else { a }
     }
 
     #[inline(always)]
@@ -95,8 +103,8 @@ fn combine<T: Scalar>(slopes: &[f64; 3], values: &[[T; 3]; 3]) -> [T; 3] {
     sum
 }
 
-/// Computes the blocks (a, b ≤ a) of the symmetric element matrix from the stored data of the element. `blocks` must
-/// be zero on entry. `AXES` and `plain` must be the values with which the data were written.
+/// Computes the blocks of the element matrix from the stored data of the element: the blocks (a, b ≤ a) of a symmetric
+/// matrix, or all blocks. `blocks` must be zero on entry. `AXES` and `plain` must be the values with which the data were written.
 #[inline(always)]
 pub fn write_blocks<T: Scalar, const AXES: bool, const N: usize>(
     rule: &Rule,
@@ -107,12 +115,12 @@ pub fn write_blocks<T: Scalar, const AXES: bool, const N: usize>(
     let stored = Stored::<T, N>::new(rule, plain, data);
     for q in 0..rule.points.len() {
         let tangent = stored.tangent::<AXES>(q);
-        add_stiffness(stored.slopes(q), &tangent.unit_blocks(), blocks);
+        add_stiffness(&stored, stored.slopes(q), &tangent.unit_blocks(), blocks);
         if stored.has_damage() {
-            add_gradient(stored.slopes(q), &stored.gradient_term(q), blocks);
+            add_gradient(&stored, stored.slopes(q), &stored.gradient_term(q), blocks);
         }
     }
-    complete_first(blocks);
+    complete_first(&stored, blocks);
     if !stored.has_damage() {
         return;
     }
@@ -124,12 +132,19 @@ pub fn write_blocks<T: Scalar, const AXES: bool, const N: usize>(
         for a in 0..N {
             forces[a] = combine(&slopes[a], &source);
         }
+        let mut driving = forces;
+        if rule.extra.stored {
+            let unit = tangent.unit_driving();
+            for a in 0..N {
+                driving[a] = combine(&slopes[a], &unit);
+            }
+        }
         for a in 0..N {
-            for b in 0..=a {
+            for b in 0..=stored.last(a) {
                 let block = &mut blocks[a][b];
                 for i in 0..3 {
                     block[i][3] = forces[a][i].mul_add(degradation[b], block[i][3]);
-                    block[3][i] = forces[b][i].mul_add(degradation[a], block[3][i]);
+                    block[3][i] = driving[b][i].mul_add(degradation[a], block[3][i]);
                 }
                 if let Some(softening) = tangent.softening() {
                     block[3][3] = (softening * degradation[a]).mul_add(degradation[b], block[3][3]);
@@ -140,7 +155,7 @@ pub fn write_blocks<T: Scalar, const AXES: bool, const N: usize>(
     for (p, point) in rule.damage.iter().enumerate() {
         let local = *stored.layout.local(p, data);
         for a in 0..N {
-            for b in 0..=a {
+            for b in 0..=stored.last(a) {
                 let product = point.shape[a] * point.shape[b];
                 if product != 0.0 {
                     let block = &mut blocks[a][b][3][3];
@@ -154,16 +169,20 @@ pub fn write_blocks<T: Scalar, const AXES: bool, const N: usize>(
 /// Adds the contribution of one elastic point to the displacement blocks of nodes 1, 2, …, N − 1.
 #[inline(always)]
 fn add_stiffness<T: Scalar, const N: usize>(
+    stored: &Stored<'_, T, N>,
     slopes: &[[f64; 3]; N],
     unit: &[[[[T; 3]; 3]; 3]; 3],
     blocks: &mut Blocks<T, N>,
 ) {
     let zero = unit[0][0][0][0].constant(0.0);
+    let unsymmetric = stored.rule.extra.unsymmetric;
     for b in 1..N {
         if N == 4 {
             // in a linear element, the displacement of node b changes only the difference with index b − 1
-            for a in b..N {
-                add_block(&mut blocks[a][b], zero.constant(1.0), &unit[a - 1][b - 1]);
+            for a in 1..N {
+                if b <= stored.last(a) {
+                    add_block(&mut blocks[a][b], zero.constant(1.0), &unit[a - 1][b - 1]);
+                }
             }
             continue;
         }
@@ -174,13 +193,14 @@ fn add_stiffness<T: Scalar, const N: usize>(
                 let slope = zero.constant(slopes[b][l]);
                 for i in 0..3 {
                     for j in 0..3 {
-                        let entry = if l <= k { unit[k][l][i][j] } else { unit[l][k][j][i] };
+                        let computed = l <= k || unsymmetric;
+                        let entry = if computed { unit[k][l][i][j] } else { unit[l][k][j][i] };
                         of_node[k][i][j] = slope.mul_add(entry, of_node[k][i][j]);
                     }
                 }
             }
         }
-        for a in b..N {
+        for a in if unsymmetric { 1 } else { b }..N {
             for k in 0..3 {
                 add_block(&mut blocks[a][b], zero.constant(slopes[a][k]), &of_node[k]);
             }
@@ -201,12 +221,13 @@ fn add_block<T: Scalar>(block: &mut [[T; 4]; 4], factor: T, term: &[[T; 3]; 3]) 
 /// Adds the gradient term of one elastic point to the damage blocks of nodes 1, 2, …, N − 1.
 #[inline(always)]
 fn add_gradient<T: Scalar, const N: usize>(
+    stored: &Stored<'_, T, N>,
     slopes: &[[f64; 3]; N],
     term: &[T; 6],
     blocks: &mut Blocks<T, N>,
 ) {
     for a in 1..N {
-        for b in 1..=a {
+        for b in 1..=stored.last(a) {
             let block = &mut blocks[a][b][3][3];
             if N == 4 {
                 *block += term[packed(a - 1, b - 1)];
@@ -225,7 +246,8 @@ fn add_gradient<T: Scalar, const N: usize>(
 /// Computes the blocks of node 0 from the other blocks. This applies only to terms with gradients, because the
 /// gradients of all shape functions sum to zero.
 #[inline(always)]
-fn complete_first<T: Scalar, const N: usize>(blocks: &mut Blocks<T, N>) {
+fn complete_first<T: Scalar, const N: usize>(stored: &Stored<'_, T, N>, blocks: &mut Blocks<T, N>) {
+    let unsymmetric = stored.rule.extra.unsymmetric;
     for i in 0..4 {
         for j in 0..4 {
             if (i == 3) != (j == 3) {
@@ -233,8 +255,12 @@ fn complete_first<T: Scalar, const N: usize>(blocks: &mut Blocks<T, N>) {
             }
             for a in 1..N {
                 for b in 1..N {
-                    let entry = if b <= a { blocks[a][b][i][j] } else { blocks[b][a][j][i] };
+                    let computed = b <= a || unsymmetric;
+                    let entry = if computed { blocks[a][b][i][j] } else { blocks[b][a][j][i] };
                     blocks[a][0][i][j] = blocks[a][0][i][j] - entry;
+                    if unsymmetric {
+                        blocks[0][b][i][j] = blocks[0][b][i][j] - entry;
+                    }
                 }
             }
             for a in 1..N {
@@ -259,10 +285,12 @@ pub(crate) fn diagonal<T: Scalar, const N: usize>(
         for a in 0..N {
             for k in 0..3 {
                 for l in 0..=k {
-                    let twice = if l < k { 2.0 } else { 1.0 };
-                    let product = stored.constant(twice * slopes[a][k] * slopes[a][l]);
+                    let half = if l < k { 1.0 } else { 0.5 };
+                    let product = stored.constant(half * slopes[a][k] * slopes[a][l]);
                     for i in 0..3 {
-                        out[a][i] = product.mul_add(unit[k][l][i][i], out[a][i]);
+                        let computed = l == k || rule.extra.unsymmetric;
+                        let other = if computed { unit[l][k][i][i] } else { unit[k][l][i][i] };
+                        out[a][i] = product.mul_add(unit[k][l][i][i] + other, out[a][i]);
                     }
                 }
             }

@@ -5,7 +5,7 @@
 //! force that is conjugate to the difference U_k = ∂δu/∂λ_k − ∂δu/∂λ₀. The product with the tangent applies these
 //! formulas to a vector; blocks and diagonal apply them to unit vectors U_k.
 
-use super::point_data::{StoredPoint, principal_axes};
+use super::point_data::{ExtraPoint, StoredPoint, principal_axes};
 use crate::material::{Number, dot, packed};
 
 /// Loader of stored entries of type `P` into numbers.
@@ -45,6 +45,8 @@ pub(crate) fn first_or_add<V: Number>(step: usize, a: V, b: V, c: V) -> V {
 #[derive(Debug)]
 pub(crate) struct Contraction<'a, P, L: Load<P>> {
     stored: StoredPoint<'a, P>,
+    /// Extra terms of viscoelastic and plastic laws; `None` for elastic laws.
+    extra: Option<ExtraPoint<'a, P>>,
     loader: L,
     /// Principal axes, one per row.
     axes: [[L::Number; 3]; 3],
@@ -56,13 +58,19 @@ impl<'a, P, V: Number, L: Load<P, Number = V>> Contraction<'a, P, L> {
     pub(crate) fn new(stored: StoredPoint<'a, P>, loader: L) -> Self {
         let [x, y, z, w] = stored.rotation;
         let rotation = [loader.load(x), loader.load(y), loader.load(z), loader.load(w)];
-        Self { axes: principal_axes(rotation), stored, loader }
+        Self { axes: principal_axes(rotation), stored, extra: None, loader }
+    }
+
+    /// Adds the extra terms of viscoelastic and plastic laws.
+    #[inline(always)]
+    pub(crate) fn with_extra(self, extra: Option<ExtraPoint<'a, P>>) -> Self {
+        Self { extra, ..self }
     }
 
     /// Creates the tangent with the given principal axes, one per row.
     #[inline(always)]
     pub(crate) fn with_axes(stored: StoredPoint<'a, P>, loader: L, axes: [[V; 3]; 3]) -> Self {
-        Self { stored, loader, axes }
+        Self { stored, extra: None, loader, axes }
     }
 
     /// Returns entry `component` of s_k = Qᵀ F⁻ᵀ ∇λ_k.
@@ -113,7 +121,37 @@ impl<'a, P, V: Number, L: Load<P, Number = V>> Contraction<'a, P, L> {
                 }
             }
         }
+        if let Some(extra) = &self.extra {
+            self.add_extra(extra, h, &mut f);
+        }
         f
+    }
+
+    /// Adds the terms of τ outside the principal axes and of the antisymmetric moduli to the stress increment f, as
+    /// [`PointTangent::increment`](crate::material::PointTangent::increment).
+    #[inline(always)]
+    fn add_extra(&self, extra: &ExtraPoint<'a, P>, h: &[[V; 3]; 3], f: &mut [[V; 3]; 3]) {
+        let zero = self.loader.constant(0.0);
+        let third = self.loader.constant(-2.0 / 3.0);
+        let trace = h[0][0] + h[1][1] + h[2][2];
+        let (mut inclined, mut slanted) = (zero, zero);
+        for k in 0..3 {
+            let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+            let oblique = self.loader.load(&extra.oblique[k]);
+            inclined = oblique.mul_add(h[i][j] + h[j][i], inclined);
+            slanted = self.loader.load(&extra.skew[k]).mul_add(h[k][k], slanted);
+            let moved = third * trace * oblique;
+            f[i][j] += moved;
+            f[j][i] += moved;
+            for row in 0..3 {
+                f[row][j] = h[row][i].mul_add(oblique, f[row][j]);
+                f[row][i] = h[row][j].mul_add(oblique, f[row][i]);
+            }
+        }
+        for k in 0..3 {
+            let skew = self.loader.load(&extra.skew[k]);
+            f[k][k] += third * inclined + skew * trace - slanted;
+        }
     }
 
     /// Adds the stress increment that δg causes to f. Returns the increment of the driving energy ∂ψ/∂g that h and δg
@@ -125,7 +163,21 @@ impl<'a, P, V: Number, L: Load<P, Number = V>> Contraction<'a, P, L> {
         for i in 0..3 {
             let source = self.loader.load(&source[i]);
             f[i][i] = source.mul_add(change_of_g, f[i][i]);
-            driving = first_or_add(i, source, h[i][i], driving);
+            let driven = match &self.extra {
+                Some(extra) => self.loader.load(&extra.driving[i]),
+                None => source,
+            };
+            driving = first_or_add(i, driven, h[i][i], driving);
+        }
+        if let Some(extra) = &self.extra {
+            for k in 0..3 {
+                let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+                let source = self.loader.load(&extra.oblique_source[k]);
+                f[i][j] = source.mul_add(change_of_g, f[i][j]);
+                f[j][i] = source.mul_add(change_of_g, f[j][i]);
+                let driven = self.loader.load(&extra.oblique_driving[k]);
+                driving = driven.mul_add(h[i][j] + h[j][i], driving);
+            }
         }
         if let Some([softening]) = self.stored.softening {
             driving = self.loader.load(softening).mul_add(change_of_g, driving);
@@ -169,8 +221,8 @@ impl<'a, P, V: Number, L: Load<P, Number = V>> Contraction<'a, P, L> {
         self.loader.constant(weight) * sum
     }
 
-    /// Returns the tangent for unit differences: entry (k, l ≤ k) is the 3 × 3 matrix that maps U_l to the flux
-    /// conjugate to U_k.
+    /// Returns the tangent for unit differences: entry (k, l) is the 3 × 3 matrix that maps U_l to the flux conjugate to
+    /// U_k. Without extra terms, the tangent is symmetric and the entries l > k are zero.
     #[inline(always)]
     pub(crate) fn unit_blocks(&self) -> [[[[V; 3]; 3]; 3]; 3] {
         let zero = self.loader.constant(0.0);
@@ -178,7 +230,7 @@ impl<'a, P, V: Number, L: Load<P, Number = V>> Contraction<'a, P, L> {
         for l in 0..3 {
             for j in 0..3 {
                 let f = self.stress(&self.unit_gradient(l, j));
-                for k in l..3 {
+                for k in if self.extra.is_some() { 0 } else { l }..3 {
                     let flux = self.flux(k, &f);
                     for i in 0..3 {
                         blocks[k][l][i][j] = flux[i];
@@ -195,6 +247,22 @@ impl<'a, P, V: Number, L: Load<P, Number = V>> Contraction<'a, P, L> {
         let zero = self.loader.constant(0.0);
         let mut f = [[zero; 3]; 3];
         self.couple(self.loader.constant(1.0), &[[zero; 3]; 3], &mut f);
+        [self.flux(0, &f), self.flux(1, &f), self.flux(2, &f)]
+    }
+
+    /// Returns the flux that is conjugate to each difference, for the derivative of the driving energy with respect to
+    /// the strain. It equals [`unit_source`](Self::unit_source) if the tangent is symmetric.
+    #[inline(always)]
+    pub(crate) fn unit_driving(&self) -> [[V; 3]; 3] {
+        let Some(extra) = &self.extra else { return self.unit_source() };
+        let zero = self.loader.constant(0.0);
+        let mut f = [[zero; 3]; 3];
+        for k in 0..3 {
+            let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+            f[k][k] = self.loader.load(&extra.driving[k]);
+            f[i][j] = self.loader.load(&extra.oblique_driving[k]);
+            f[j][i] = f[i][j];
+        }
         [self.flux(0, &f), self.flux(1, &f), self.flux(2, &f)]
     }
 

@@ -2,7 +2,7 @@
 
 use super::point_data::{DataLayout, rotation};
 use super::state::{ElementState, MOST_POINTS};
-use crate::material::{PointLaw, PointTangent, Scalar, dot, packed};
+use crate::material::{PointLaw, PointTangent, Response, Scalar, dot, packed};
 
 /// Writes the stored data of the element's tangent in the order of [`DataLayout`]. `coupled` includes the coupling
 /// terms between u and φ. With `AXES` the principal axes are appended, and the quaternions are not written. `scratch`
@@ -49,7 +49,18 @@ pub fn linearise<T: Scalar, L: PointLaw<T>, const AXES: bool, const N: usize>(
         if let Some([softening]) = point.softening {
             *softening = at.weight * at.response.softening;
         }
-        let mut gradient = point.gradient;
+        if let Some(extra) = layout.extra_mut(q, data) {
+            let Response { driving_stress, skew, oblique, .. } = &at.response;
+            let coupling = if coupled { at.weight } else { zero };
+            for k in 0..3 {
+                extra[k] = at.weight * oblique.stress[k];
+                extra[3 + k] = coupling * oblique.stress_plus[k];
+                extra[6 + k] = coupling * driving_stress[k];
+                extra[9 + k] = coupling * oblique.driving_stress[k];
+                extra[12 + k] = at.weight * skew[k];
+            }
+        }
+        let mut gradient = layout.point_mut(q, data).gradient;
         let mut volume = at.weight;
         if element.plain && has_damage && q == 0 {
             gradient = Some(layout.shared_gradient_mut(data));

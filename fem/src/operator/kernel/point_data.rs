@@ -18,6 +18,8 @@ const ELASTIC: usize = 4 + 9 + 6 + 3 + 3;
 const SOURCE: usize = 3;
 /// Number of entries of a gradient term.
 const GRADIENT: usize = 6;
+/// Number of entries of the extra terms of viscoelastic and plastic laws.
+const EXTRA: usize = 15;
 /// Number of entries of principal axes.
 const AXES: usize = 9;
 
@@ -102,6 +104,24 @@ pub struct DataLayout {
     /// the same at all damage points.
     locals: usize,
     plain: bool,
+    /// Whether the extra terms of viscoelastic and plastic laws are stored.
+    extra: bool,
+}
+
+/// Extra terms of viscoelastic and plastic laws at an elastic point, times the weight of the point. Components outside
+/// the principal axes have the index of the third axis.
+#[derive(Clone, Copy, Debug)]
+pub struct ExtraPoint<'a, P> {
+    /// Components of τ outside the principal axes.
+    pub oblique: &'a [P; 3],
+    /// Components of ∂τ/∂g outside the principal axes.
+    pub oblique_source: &'a [P; 3],
+    /// Derivative of the driving energy with respect to the principal strains.
+    pub driving: &'a [P; 3],
+    /// Derivative of the driving energy with respect to the strains outside the principal axes.
+    pub oblique_driving: &'a [P; 3],
+    /// Antisymmetric part w of D: D_ij − D_ji = 2 (w_i − w_j).
+    pub skew: &'a [P; 3],
 }
 
 impl DataLayout {
@@ -110,13 +130,21 @@ impl DataLayout {
     pub fn new(rule: &Rule, plain: bool) -> Self {
         let damage = rule.damage.len();
         let locals = if rule.alike { damage.min(1) } else { damage };
-        Self::for_kind(rule.points.len(), damage, locals, plain)
+        let layout = Self::for_kind(rule.points.len(), damage, locals, plain);
+        // the extra terms need the second derivative in g, which plain elements do not store
+        Self { extra: rule.extra.stored && !plain, ..layout }
+    }
+
+    /// Returns the layout with the extra terms of viscoelastic and plastic laws, if they are stored.
+    #[inline(always)]
+    pub const fn with_extra(self, stored: bool) -> Self {
+        Self { extra: stored, ..self }
     }
 
     /// Creates the layout from the numbers of elastic points, damage points and entries of the local part.
     #[inline(always)]
     pub const fn for_kind(points: usize, damage: usize, locals: usize, plain: bool) -> Self {
-        Self { points, damage, locals, plain }
+        Self { points, damage, locals, plain, extra: false }
     }
 
     /// Returns the number of entries per elastic point.
@@ -139,7 +167,38 @@ impl DataLayout {
     /// Returns the number of entries of an element.
     #[inline(always)]
     pub fn width(self) -> usize {
-        self.point_offset(self.points) + self.locals
+        let extra = if self.extra { EXTRA * self.points } else { 0 };
+        self.extra_offset(0) + extra
+    }
+
+    /// Returns the offset of the extra terms of elastic point q, which follow the local part.
+    #[inline(always)]
+    const fn extra_offset(self, q: usize) -> usize {
+        self.point_offset(self.points) + self.locals + EXTRA * q
+    }
+
+    /// Returns the extra terms of elastic point q; `None` if they are not stored.
+    #[inline(always)]
+    pub fn extra<P>(self, q: usize, data: &[P]) -> Option<ExtraPoint<'_, P>> {
+        const FITS: &str = "a length of the layout";
+        if !self.extra {
+            return None;
+        }
+        let data = &data[self.extra_offset(q)..];
+        let (oblique, data) = data.split_first_chunk().expect(FITS);
+        let (oblique_source, data) = data.split_first_chunk().expect(FITS);
+        let (driving, data) = data.split_first_chunk().expect(FITS);
+        let (oblique_driving, data) = data.split_first_chunk().expect(FITS);
+        let (skew, _) = data.split_first_chunk().expect(FITS);
+        Some(ExtraPoint { oblique, oblique_source, driving, oblique_driving, skew })
+    }
+
+    /// Returns the extra terms of elastic point q, for writing, in the order of the fields of [`ExtraPoint`].
+    #[inline(always)]
+    pub fn extra_mut<P>(self, q: usize, data: &mut [P]) -> Option<&mut [P; EXTRA]> {
+        self.extra.then(|| {
+            data[self.extra_offset(q)..].first_chunk_mut().expect("a length of the layout")
+        })
     }
 
     /// Returns the number of entries of an element if the principal axes are appended.

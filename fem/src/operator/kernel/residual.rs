@@ -10,7 +10,7 @@ pub struct ElementResidual<T, const N: usize> {
     pub nodal: [[T; 4]; N],
     /// Part ∫ g′ ψ⁺ N_a dV of R_φ, N mm.
     pub drive: [T; N],
-    /// Elastic and crack energy, and viscous dissipation, N mm.
+    /// Elastic and crack energy, and energy that damage viscosity and inelastic laws dissipate, N mm.
     pub energies: [T; 3],
     /// 1 if the element is not inverted, else 0.
     pub sound: T,
@@ -34,12 +34,15 @@ pub fn residual<T: Scalar, L: PointLaw<T>, const N: usize>(
     for a in 0..N {
         damage[a] = [element.damage[a]];
     }
+    let is_oblique = element.constants.law.is_oblique();
     for q in 0..element.rule.points.len() {
         let at = element.at::<false>(q, &degradation, scratch);
         let barycentric = &element.geometry(q).barycentric;
         sound = sound.min(at.principal.sound);
         elastic = at.weight.mul_add(at.response.energy, elastic);
-        let piola = at.principal.piola(&at.response.stress, at.weight);
+        viscous = at.weight.mul_add(at.response.dissipation, viscous);
+        let oblique = is_oblique.then_some(&at.response.oblique.stress);
+        let piola = at.principal.piola(&at.response.stress, oblique, at.weight);
         let mut flux = [[zero; 4]; 3];
         for k in 0..3 {
             for i in 0..3 {

@@ -70,7 +70,7 @@ impl<T: Scalar, L: PointLaw<T>, const TANGENT: bool> Computation for AtPoint<'_,
     #[inline(always)]
     fn run(self) -> Self::Output {
         let Self { law, h, g, dt, old, new } = self;
-        let principal = Principal::new(h);
+        let principal = law.trial(h, old);
         let response = law.respond::<TANGENT>(&principal, g, dt, old, new);
         (principal, response)
     }

@@ -1,7 +1,7 @@
 //! Integrals of stress and energy over an element.
 
 use super::state::ElementState;
-use crate::material::{PointLaw, Scalar};
+use crate::material::{PointLaw, Scalar, dot};
 
 /// Number of values that [`stress_sums`] returns.
 pub(crate) const STRESS_SUMS: usize = 9;
@@ -18,18 +18,26 @@ pub(crate) fn stress_sums<T: Scalar, L: PointLaw<T>, const N: usize>(
     let one = element.constant(1.0);
     let (mut sums, mut sound) = ([element.constant(0.0); STRESS_SUMS], one);
     let degradation = element.degradation_at_points(&element.damage_at_points());
+    let is_oblique = element.constants.law.is_oblique();
     for q in 0..element.rule.points.len() {
         let at = element.at::<false>(q, &degradation, scratch);
         sound = sound.min(at.principal.sound);
-        let [a, b, c] = at.principal.strains.excess;
-        let change = ((one + a) * (one + b) * (one + c)).sqrt();
+        // det F⁻¹ as the triple product of the rows of Qᵀ F⁻ᵀ
+        let [a, b, c] = at.principal.push;
+        let normal =
+            [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+        let change = one / dot(&normal, &c).abs();
         sums[0] = at.weight.mul_add(at.response.energy, sums[0]);
         sums[1] += at.weight;
         sums[2] = at.weight.mul_add(change, sums[2]);
         for (entry, (i, j)) in ENTRIES.into_iter().enumerate() {
             let (n, m) = (&at.principal.basis[i], &at.principal.basis[j]);
             for k in 0..3 {
-                let part = at.response.stress[k] * n[k] * m[k];
+                let mut part = at.response.stress[k] * n[k] * m[k];
+                if is_oblique {
+                    let (p, q) = ((k + 1) % 3, (k + 2) % 3);
+                    part += at.response.oblique.stress[k] * (n[p] * m[q] + n[q] * m[p]);
+                }
                 sums[3 + entry] = at.weight.mul_add(part, sums[3 + entry]);
             }
         }

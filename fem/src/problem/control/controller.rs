@@ -21,17 +21,20 @@ pub enum Step {
         /// Largest allowed increase of the crack energy, N mm.
         most_n_mm: f64,
     },
-    /// Adds `n_mm` to the crack energy; the fraction of the duration, and so the position of the ends, is an unknown.
+    /// Adds `n_mm` to the crack energy. The fraction of the duration by which the step advances, and thus the position
+    /// of the loaded ends, is an unknown.
     Release {
         /// Increase of the crack energy, N mm.
         n_mm: f64,
-        /// Initial guess of the change of position, as a fraction of the duration; negative for a step back.
+        /// Initial guess of the change of the position of the loaded ends, as a fraction of the duration; negative for
+        /// a step back.
         guess: f64,
     },
 }
 
 impl Step {
-    /// Returns the requested or guessed fraction of the duration.
+    /// Returns the fraction of the duration by which the step advances: the requested fraction, or the guess of a
+    /// `Release`.
     pub fn fraction(self) -> f64 {
         match self {
             Step::Advance(fraction) | Step::AdvanceWithin { fraction, .. } => fraction,
@@ -48,7 +51,7 @@ impl Step {
         }
     }
 
-    /// Checks that the step is valid. Steps that limit or prescribe the crack energy are allowed if `by_energy` is
+    /// Checks that the step is valid. Steps that limit or prescribe the crack energy are allowed only if `by_energy` is
     /// true.
     pub(crate) fn validate(self, by_energy: bool) -> Result<(), FemError> {
         let (field, value) = match self {
@@ -76,19 +79,19 @@ pub struct Progress<'a> {
     pub passed: f64,
     /// Points of the curve so far.
     pub curve: &'a [CurvePoint],
-    /// Last step that reached an equilibrium, as requested.
+    /// The request of the last step that reached an equilibrium.
     pub taken: Option<Step>,
-    /// Fraction of the duration by which the step `taken` advanced; negative for a step back.
+    /// Fraction of the duration by which the step `taken` actually advanced; negative for a step back.
     pub moved: f64,
-    /// Step from the current state that has just failed.
+    /// The step from the current state that has just failed; `None` after a successful step.
     pub failed: Option<Step>,
 }
 
 /// Decides on the load steps of a run: [`FixedSteps`](crate::FixedSteps),
 /// [`AdaptiveSteps`](crate::AdaptiveSteps), [`ArcLength`](crate::ArcLength), or a user-defined type.
 ///
-/// A controller has no state: all information is in [`Progress`]. Its `Debug` output is part of the fingerprint of a
-/// checkpoint, so it must contain all settings.
+/// A controller has no state: all information is in [`Progress`]. The `Debug` output of a controller is part of the
+/// fingerprint of a checkpoint and must therefore contain all settings.
 ///
 /// # Example
 /// Long steps while the specimen is elastic, short steps once its stiffness decreases:
@@ -147,8 +150,8 @@ pub trait StepController: fmt::Debug + Send + Sync {
     /// The run shortens a step that would pass the end or the next mark, see [`marks`](Self::marks).
     fn next(&self, run: &Progress) -> Option<Step>;
 
-    /// Number of points of the curve, equally spaced in time (*marks*), independent of the number of steps between the
-    /// points. `None`: each step is a point.
+    /// Returns the number of points of the curve if the points are equally spaced in time (*marks*), whatever the steps
+    /// between them. Returns `None` if each step is a point of the curve.
     fn marks(&self) -> Option<u32> {
         None
     }

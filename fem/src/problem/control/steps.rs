@@ -3,26 +3,27 @@
 use super::controller::{Progress, Step, StepController};
 use crate::error::FemError;
 
-/// Growth factor of the step after a converged step.
+/// Factor by which the step size grows after a converged step.
 const GROWTH: f64 = 1.5;
-/// Reduction factor of the step after a failed step.
+/// Factor by which the step size is reduced after a failed step.
 const CUT: f64 = 0.5;
 /// Smallest step, as a fraction of the duration.
 const LEAST: f64 = 1e-6;
-/// A step of the platen that fails or adds too much crack energy is reduced by at most this factor. If the reduced step
-/// fails too, the next step prescribes the increase of the crack energy.
+/// A step with prescribed displacement of the platen that fails or adds too much crack energy is reduced by at most
+/// this factor. If the reduced step fails too, the next step prescribes the increase of the crack energy instead.
 const CUTS: f64 = 64.0;
 /// Smallest prescribed increase of the crack energy, as a fraction of `release_n_mm`.
 const LEAST_RELEASE: f64 = 1e-4;
 
-/// Equal steps. A step without equilibrium is divided, and the curve contains only the requested points.
+/// Equal steps. A step that finds no equilibrium is divided, but the curve contains only the points at the requested
+/// steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FixedSteps(
     /// Number of steps.
     pub u32,
 );
 
-/// Steps that grow after convergence and are reduced after a failure, as fractions of the total duration.
+/// Steps that grow after convergence and are reduced after a failure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AdaptiveSteps {
     /// First step, as a fraction of the duration.
@@ -35,7 +36,7 @@ pub struct AdaptiveSteps {
 ///
 /// If a step of the platen would increase the crack energy by more than `release_n_mm`, the increase of the crack
 /// energy is prescribed instead, and the displacement of the platen is an unknown; the platen may move backwards. Time
-/// is proportional to the displacement, so that it may decrease too. Requires a damage model that follows from an
+/// is proportional to the displacement, so that time may decrease too. Requires a damage model that follows from an
 /// energy, no viscosity, and `stop_below_peak`, because the platen may never reach the full displacement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ArcLength {
@@ -46,7 +47,7 @@ pub struct ArcLength {
 }
 
 impl Default for AdaptiveSteps {
-    /// First step of a hundredth, largest step of a fortieth of the duration.
+    /// The first step is a hundredth of the duration, the largest step a fortieth.
     fn default() -> Self {
         Self { first: 0.01, largest: 0.025 }
     }
@@ -117,7 +118,7 @@ impl StepController for ArcLength {
         let release = |n_mm: f64| {
             let guess = match run.taken {
                 Some(Step::Release { n_mm: last, .. }) => n_mm / last * run.moved,
-                // slightly beyond the last elastic state, where damage can grow
+                // a small step beyond the last state before damage grows
                 _ => largest / CUTS,
             };
             Some(Step::Release { n_mm, guess })
@@ -127,7 +128,8 @@ impl StepController for ArcLength {
             (Some(Step::Release { n_mm, .. }), _) => release(CUT * n_mm),
             (Some(step), _) if step.fraction() > largest / CUTS => within(CUT * step.fraction()),
             (Some(_), _) => release(most_n_mm),
-            // the response is nearly elastic again: prescribe the displacement
+            // the last step of prescribed crack energy moved the platen far, so that the response is nearly elastic
+            // again: prescribe the displacement
             (None, Some(Step::Release { .. })) if run.moved > largest => within(largest),
             (None, Some(Step::Release { n_mm, .. })) => release(most_n_mm.min(GROWTH * n_mm)),
             (None, Some(step)) => within(largest.min(GROWTH * step.fraction())),

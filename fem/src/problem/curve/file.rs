@@ -30,7 +30,8 @@ const REQUIRED: usize = 8;
 /// Writes a curve with the header
 /// `time_s,displacement_mm,force_N,elastic_N_mm,fracture_N_mm,viscous_N_mm,phi_mean,phi_max,newton,linear,work_N_mm,friction_N_mm,balance_N_mm,residual`.
 ///
-/// Numbers are written so that [`read_curve`] returns the same bits. The balance is [`CurvePoint::balance_n_mm`].
+/// Numbers are written with enough digits for [`read_curve`] to return exactly the same numbers. The column
+/// `balance_N_mm` contains [`CurvePoint::balance_n_mm`].
 ///
 /// # Errors
 /// [`FemError::Io`] if the file cannot be written.
@@ -51,7 +52,7 @@ pub struct CurveWriter {
 }
 
 impl CurveWriter {
-    /// Creates the file; an existing file is replaced.
+    /// Creates the file and writes the header; an existing file is replaced.
     ///
     /// # Errors
     /// [`FemError::Io`] if the file cannot be written.

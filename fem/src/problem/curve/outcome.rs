@@ -25,7 +25,7 @@ pub enum End {
 /// The result of a test.
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
-    /// One point per load step, without the unloaded start.
+    /// One point per load step. The unloaded state at the start is not a point.
     pub curve: Vec<CurvePoint>,
     /// Derivatives of the force along the curve, if requested.
     pub sensitivities: Sensitivities,

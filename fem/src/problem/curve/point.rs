@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// One converged load step. Compression is positive.
 ///
-/// Deserialised by the names of its fields or by the columns of a curve file.
+/// A point is deserialised by the names of the fields or by the names of the columns of a curve file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CurvePoint {
     /// Time, s.
@@ -14,19 +14,21 @@ pub struct CurvePoint {
     /// Force on the body through the measured surface, N: from prescribed values, a platen and tractions.
     #[serde(alias = "force_N")]
     pub force_n: f64,
-    /// Elastic energy ∫ g ψ⁺ + ψ⁻ dV, N mm.
+    /// Elastic energy ∫ (g ψ⁺ + ψ⁻) dV, N mm: g is the degradation, ψ⁺ and ψ⁻ are the degraded and the intact part of
+    /// the energy density.
     #[serde(alias = "elastic_N_mm")]
     pub elastic_n_mm: f64,
-    /// Crack energy ∫ Gc/(c₀ ℓ₀) (α + ℓ₀² |∇φ|²) dV, N mm.
+    /// Crack energy ∫ Gc/(c₀ ℓ₀) (α(φ) + ℓ₀² |∇φ|²) dV, N mm: toughness Gc, length scale ℓ₀, local crack density α, its
+    /// normalisation c₀.
     #[serde(alias = "fracture_N_mm")]
     pub fracture_n_mm: f64,
-    /// Energy dissipated by the viscosity so far, ∫∫ ξ φ̇² dV dt, N mm.
+    /// Energy dissipated by the viscosity ξ of damage so far, ∫∫ ξ φ̇² dV dt, N mm.
     #[serde(alias = "viscous_N_mm")]
     pub viscous_n_mm: f64,
     /// Energy dissipated by friction and drag at the platens so far, N mm.
     #[serde(default, alias = "friction_N_mm")]
     pub friction_n_mm: f64,
-    /// Work of loads, supports and prescribed damage so far, ∫ F du by the trapezoid rule, N mm.
+    /// Work of loads, supports and prescribed damage so far, N mm: ∫ F du, integrated by the trapezoid rule.
     #[serde(default, alias = "work_N_mm")]
     pub work_n_mm: f64,
     /// Mean damage over the volume of the regions that have a toughness.
@@ -36,7 +38,7 @@ pub struct CurvePoint {
     /// Newton iterations of the step, including failed attempts.
     #[serde(default)]
     pub newton: u32,
-    /// Linear solves of the step, or the iterations of an iterative linear solver.
+    /// Iterations of the linear solver in the step, including failed attempts.
     #[serde(default)]
     pub linear: u32,
     /// Residual at the end of the step: the larger of the force residual relative to the largest reactions so far,
@@ -59,15 +61,16 @@ impl CurvePoint {
 
     /// Returns work minus stored and dissipated energy, N mm.
     ///
-    /// The balance is zero for the exact solution; with the backward Euler rule it is O(Δt) and has constant sign.
+    /// The balance is zero for the exact solution. With the backward Euler rule, the balance is O(Δt) and has constant
+    /// sign.
     pub fn balance_n_mm(&self) -> f64 {
         let dissipated = self.fracture_n_mm + self.viscous_n_mm + self.friction_n_mm;
         self.work_n_mm - self.elastic_n_mm - dissipated
     }
 }
 
-/// Derivatives of the force with respect to material parameters, at the times and displacements of the points of a
-/// curve. Enabled by [`Problem::with_sensitivities`](crate::Problem::with_sensitivities).
+/// Derivatives of the force with respect to material parameters at the points of a curve, at fixed time and
+/// displacement. Enabled by [`Problem::with_sensitivities`](crate::Problem::with_sensitivities).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sensitivities {

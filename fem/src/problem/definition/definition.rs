@@ -25,17 +25,17 @@ pub(crate) struct Definition {
     pub(crate) conditions: Arc<Conditions>,
     pub(crate) schedule: Schedule,
     pub(crate) options: SolverOptions,
-    /// Device for the linear systems, if any. Not part of the fingerprint, so that a run can resume on other
-    /// hardware.
+    /// Device for the linear systems, if any. The device is not part of the fingerprint, so that a run can resume on
+    /// other hardware.
     pub(crate) device: Option<ComputeDevice>,
-    /// Ranks that share the work. Not part of the fingerprint.
+    /// Ranks that share the work. The ranks are not part of the fingerprint.
     pub(crate) ranks: Ranks,
     /// Parameters of the sensitivities.
     pub(crate) parameters: Arc<[MaterialParameter]>,
 }
 
 impl Definition {
-    /// Checks everything except the mesh and the surfaces named by the conditions.
+    /// Checks all input data except the mesh and the surfaces that the conditions name.
     pub(crate) fn validate(&self) -> Result<(), FemError> {
         let (mesh, field) = (&self.mesh, self.phase_field.as_ref());
         if self.materials.len() != mesh.regions.len() {
@@ -83,7 +83,7 @@ impl Definition {
         Ok(())
     }
 
-    /// Checks that the requested derivatives exist and are implemented.
+    /// Checks that the derivatives with respect to the requested parameters exist and are implemented.
     fn validate_parameters(&self) -> Result<(), FemError> {
         let refused = |reason| Err(FemError::unsupported("sensitivities", reason));
         if self.schedule.steps.controls_crack_energy() {
@@ -112,10 +112,25 @@ impl Definition {
         if !self.materials.iter().all(hencky) {
             return refused(Unsupported::MixtureLaw);
         }
+        if !self.materials.iter().all(Material::is_mixable) || self.has_inelastic_grain() {
+            return refused(Unsupported::MixtureInelastic);
+        }
+        let kept = self.phase_field.is_some_and(|field| !field.degrade.viscous);
+        let viscous = |m: &Material| m.inelasticity.is_some() && m.fracture.is_some();
+        if kept && self.materials.iter().any(viscous) {
+            return refused(Unsupported::MixtureInelastic);
+        }
         if self.materials.iter().any(|m| m.split.is_some()) {
             return refused(Unsupported::UserSplitOfMixture);
         }
         Ok(())
+    }
+
+    /// Returns whether the second phase of a mixture is viscoelastic.
+    fn has_inelastic_grain(&self) -> bool {
+        let mixtures = self.mesh.mixture.iter().flatten();
+        let mut grains = mixtures.filter(|m| m.fraction > 0.0).map(|m| usize::from(m.region));
+        grains.any(|region| self.materials.get(region).is_some_and(|m| m.inelasticity.is_some()))
     }
 
     /// Marks the regions that can be damaged.
@@ -124,7 +139,7 @@ impl Definition {
         self.materials.iter().map(breaks).collect()
     }
 
-    /// Converts materials, by region, to their form for quadrature points.
+    /// Converts the materials of all regions to the form in which they are evaluated at quadrature points.
     pub(crate) fn points(&self, materials: &[Material]) -> Arc<[PointMaterial]> {
         materials.iter().map(|m| m.at_point(self.phase_field.as_ref())).collect()
     }

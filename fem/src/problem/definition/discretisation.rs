@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use super::definition::Definition;
 use crate::boundary::Boundary;
-use crate::element::{DamageRule, Domain, Linear, Order, Quadratic, Space, Tetrahedron};
+use crate::element::{
+    DamageRule, Domain, ExtraTerms, Linear, Order, Quadratic, Space, Tetrahedron,
+};
 use crate::error::{FemError, Unsupported};
 use crate::material::{CrackDensity, DamageQuadrature, MOST_GRAIN, PhaseField};
 use crate::operator::{Assembly, Operator, Unknowns, linear, quadratic};
@@ -18,13 +20,13 @@ use fem_mesh::TetMesh;
 pub(crate) struct Discretisation {
     pub(crate) operator: Arc<dyn Operator>,
     pub(crate) unknowns: Unknowns,
-    /// Number of equations of all ranks.
+    /// Number of equations, summed over all ranks.
     pub(crate) equations: usize,
     pub(crate) linear: LinearPlan,
     pub(crate) boundary: Boundary,
-    /// Whether damage is an unknown, for each node.
+    /// For each node, whether damage is an unknown.
     carries_damage: Vec<bool>,
-    /// Whether damage is an unknown, for each region.
+    /// For each region, whether damage is an unknown.
     pub(crate) damaged: Vec<bool>,
     damage_rule: DamageRule,
 }
@@ -43,16 +45,18 @@ impl Discretisation {
         }
     }
 
-    /// Creates the operator of the whole mesh.
+    /// Creates the operator of the whole mesh, which all ranks together store in parts.
     pub(crate) fn whole(&self, parts: &Definition) -> Arc<dyn Operator> {
         let (mesh, rule) = (&parts.mesh, self.damage_rule);
         match parts.order {
             Order::Linear => {
-                let space = Space::new::<Linear>(mesh, rule);
+                let mut space = Space::new::<Linear>(mesh, rule);
+                space.rule.extra = extra_terms(parts);
                 linear(Assembly::new(space).homogenised(parts.homogenisation))
             }
             Order::Quadratic => {
-                let space = Space::new::<Quadratic>(mesh, rule);
+                let mut space = Space::new::<Quadratic>(mesh, rule);
+                space.rule.extra = extra_terms(parts);
                 quadratic(Assembly::new(space).homogenised(parts.homogenisation))
             }
         }
@@ -62,6 +66,7 @@ impl Discretisation {
         let damaged = parts.damaged();
         let damage_rule = rule_of(parts)?;
         let mut space = Space::new::<T>(&parts.mesh, damage_rule);
+        space.rule.extra = extra_terms(parts);
         let mut boundary = boundary(&space, parts, damaged.clone())?;
         let mut carries_damage = vec![false; space.nodes.len()];
         if damage_rule != DamageRule::Absent {
@@ -107,10 +112,12 @@ impl Discretisation {
         })
     }
 
-    /// Returns the discretisation with other conditions. Space and linear solver structure are reused.
+    /// Returns the discretisation for other boundary conditions. The space and the structure of the linear solver are
+    /// reused.
     pub(crate) fn with_conditions(&self, parts: &Definition) -> Result<Self, FemError> {
         if parts.ranks.size() > 1 {
-            // the boundary conditions are built on the whole mesh, and this discretisation has only a part of it
+            // create a new discretisation, because boundary conditions can only be created on the whole mesh, and this
+            // discretisation contains only a part of the mesh
             return Self::new(parts);
         }
         let boundary = boundary(self.operator.domain(), parts, self.damaged.clone())?;
@@ -144,6 +151,15 @@ fn rank_of_tets<const N: usize>(space: &Space<N>, ranks: usize) -> Vec<u32> {
     bisect(&centres, ranks)
 }
 
+/// Returns the terms that viscoelastic and plastic laws of the materials add to the tangent.
+fn extra_terms(parts: &Definition) -> ExtraTerms {
+    let points = parts.points(&parts.materials);
+    ExtraTerms {
+        stored: points.iter().any(|point| point.inelastic.is_some()),
+        unsymmetric: points.iter().any(|point| !point.has_symmetric_tangent()),
+    }
+}
+
 fn rule_of(parts: &Definition) -> Result<DamageRule, FemError> {
     match &parts.phase_field {
         Some(field) if parts.damaged().contains(&true) => {
@@ -162,7 +178,8 @@ fn boundary(
 }
 
 fn selected_rule(field: &PhaseField, order: Order, mesh: &TetMesh) -> Result<DamageRule, FemError> {
-    // ∫ N_a dV at the vertices of a quadratic element is negative: damage with α = φ would then decrease the energy
+    // the integral ∫ N_a dV of the shape function of a vertex is negative in a quadratic element, so that with AT1 (α =
+    // φ) damage at the vertex would decrease the energy
     let lumped = order == Order::Quadratic && field.model == CrackDensity::At1;
     let gauss = matches!(field.quadrature, DamageQuadrature::Consistent | DamageQuadrature::Eleven);
     if lumped && gauss {

@@ -17,15 +17,16 @@ use crate::solve::{Rounding, Solver};
 pub(crate) struct Setup {
     pub(crate) parts: Definition,
     pub(crate) discretisation: Arc<Discretisation>,
-    /// Materials by region, in their form for quadrature points.
+    /// Material of each region, in the form in which it is evaluated at quadrature points.
     pub(crate) points: Arc<[PointMaterial]>,
-    /// Materials below and above the value of each parameter.
+    /// For each parameter, the materials for a value below and a value above the parameter's value.
     pub(crate) shifts: Arc<[PointShift]>,
-    /// Residuals caused by rounding errors.
+    /// Size of the residuals that rounding errors cause.
     rounding: Rounding,
 }
 
-/// Materials below and above the value of a parameter, in their form for quadrature points.
+/// Materials for a value below and a value above the value of a parameter, in the form in which they are evaluated at
+/// quadrature points.
 #[derive(Debug)]
 pub(crate) struct PointShift {
     pub(crate) below: Arc<[PointMaterial]>,
@@ -41,7 +42,7 @@ impl Setup {
         Ok(Self::with(parts, discretisation))
     }
 
-    /// Creates the setup of input data with the discretisation of the same mesh.
+    /// Creates the setup of input data with an existing discretisation of the same mesh.
     fn with(parts: Definition, discretisation: Arc<Discretisation>) -> Self {
         let shift = |parameter: &MaterialParameter| PointShift {
             below: parts.points(&parameter.below),
@@ -73,7 +74,7 @@ impl Setup {
         Ok(Self::with(parts, discretisation))
     }
 
-    /// Creates a solver without data from earlier steps.
+    /// Creates a solver without tangents, factors and counters of earlier steps.
     pub(crate) fn solver(&self) -> Solver<'_> {
         let Discretisation { operator, unknowns, linear, boundary, .. } =
             self.discretisation.as_ref();
@@ -89,7 +90,7 @@ impl Setup {
         )
     }
 
-    /// Imposes the prescribed values at `clock`, a fraction of the duration.
+    /// Sets the prescribed values of the fields for the time `clock`, given as a fraction of the duration.
     pub(crate) fn impose(&self, fields: &mut Fields, clock: f64) {
         let time_s = clock * self.parts.schedule.duration_s;
         self.discretisation.boundary.impose(self.discretisation.nodes(), time_s, fields);

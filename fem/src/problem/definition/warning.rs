@@ -30,10 +30,10 @@ pub enum ProblemWarning {
         thickness_mm: f64,
         /// Largest extent of the body, mm.
         size_mm: f64,
-        /// Thickness divided by the mean edge length of the elements.
+        /// Number of element edges across the thickness: thickness divided by the mean edge length.
         across: f64,
     },
-    /// Some parts of the mesh have no common face.
+    /// The mesh consists of several parts that have common nodes or edges but no common face.
     #[error(
         "parts of the body rotate freely about each other: the mesh consists of {parts} parts that are joined only by \
          an edge or a node, as by a hinge (tetrahedron {tet} is in one of these parts); connect the parts by faces, or \
@@ -51,7 +51,7 @@ pub enum ProblemWarning {
 const INCOMPRESSIBLE: f64 = 0.45;
 /// Smallest ratio of extent to mean thickness for which a body counts as slender.
 const SLENDER: f64 = 15.0;
-/// Number of element edges across the thickness below which a slender body of linear elements is too stiff.
+/// A slender body of linear elements is too stiff if its thickness is less than this number of element edges.
 ///
 /// The deflection of a square bar is 3 % too small with ten cubes (3.8 edges) across the thickness, and 17 % too small
 /// with four cubes (1.5 edges).

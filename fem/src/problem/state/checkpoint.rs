@@ -59,7 +59,7 @@ impl Checkpoint {
         let read = match ranks.is_first().then(|| read_regular(&self.path)) {
             None => Ok(Vec::new()),
             Some(Err(error)) if error.kind() == ErrorKind::NotFound => Ok(Vec::new()),
-            // an additional byte distinguishes an empty file from a missing one
+            // append a byte, so that the message for an empty file differs from the message for a missing file
             Some(Ok(bytes)) => Ok([&bytes[..], b" "].concat()),
             Some(Err(error)) => Err(FemError::io("read", &self.path, error)),
         };

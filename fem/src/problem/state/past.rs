@@ -9,13 +9,15 @@ use serde::{Deserialize, Serialize};
 
 use crate::fields::Fields;
 
-/// Number of equilibria before the last equilibrium that define the polynomial.
+/// Number of equilibria, in addition to the last equilibrium, that define the extrapolating polynomial.
 const MOST: usize = 3;
-/// Largest allowed ratio of a term to the previous term. Between 0.3 and 1, the number of iterations differs by less
-/// than a tenth; with 1, a jump would be extrapolated as a smooth curve.
+/// Largest allowed ratio of a term of the extrapolating polynomial to the previous term. For ratios between 0.3 and 1,
+/// the number of Newton iterations of a run varies by less than a tenth. With a ratio of 1, a jump would be
+/// extrapolated as a smooth curve.
 const FALL: f64 = 0.75;
 
-/// Changes of the fields over the last increments, and the increments of the clock; newest first.
+/// Changes of the fields over the last increments, and the increments of the clock (fraction of the duration), both
+/// with the newest first.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Past {
     changes: Vec<Fields>,
@@ -36,20 +38,20 @@ impl Past {
         self.steps.first().copied()
     }
 
-    /// Applies a function to all changes, e.g. to select or gather nodes.
+    /// Applies a function to the changes of all increments, for example to select the nodes of one rank.
     pub(crate) fn map(&self, convert: impl Fn(&Fields) -> Fields) -> Self {
         Self { changes: self.changes.iter().map(convert).collect(), steps: self.steps.clone() }
     }
 
     /// Extrapolates `fields`, the last equilibrium, by an increment `ahead` of the clock. `size` returns the norms of
-    /// the displacement and the damage in a term of the polynomial.
+    /// the displacement and of the damage in a term of the extrapolating polynomial.
     pub(crate) fn continue_by(
         &self,
         ahead: f64,
         fields: &mut Fields,
         size: impl Fn(&Fields) -> [f64; 2],
     ) {
-        // equilibria before a reversal of the clock are not used
+        // do not use increments before the last change of direction of the clock
         let onwards = self.steps.iter().take_while(|&step| step * ahead > 0.0).count();
         let steps = &self.steps[..onwards.max(1).min(self.steps.len())];
         let mut last = [f64::INFINITY; 2];

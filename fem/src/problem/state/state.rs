@@ -24,23 +24,25 @@ pub(crate) struct RunState {
     pub(crate) fields: Fields,
     /// Changes of the fields over earlier increments, for the next initial guess.
     pub(crate) past: Past,
-    /// External nodal forces of the last equilibrium, N and N mm, for the work of the next increment.
+    /// External nodal forces at the last equilibrium, from which the work of the next increment is computed: forces in
+    /// N, damage source in N mm.
     pub(crate) forces: Vec<[f64; 4]>,
-    /// Reactions of the last equilibrium, N, by surface.
+    /// Reaction at each surface at the last equilibrium, N.
     pub(crate) reaction: BTreeMap<String, [f64; 3]>,
     /// State of the laws and bounds of irreversible damage.
     pub(crate) memory: Memory,
     /// Contact pressures for each platen, MPa; empty before the first increment.
     pub(crate) pressures: Vec<Vec<f64>>,
-    /// Values of the last equilibrium. Its counters sum the iterations of all steps since the last point of the curve.
+    /// Point of the curve for the last equilibrium. The counters of iterations are sums over all steps since the last
+    /// recorded point.
     pub(crate) point: CurvePoint,
     /// Fraction of the total duration that has been completed.
     pub(crate) clock: f64,
-    /// Last successful step, as requested.
+    /// The request of the last successful step.
     pub(crate) taken: Option<Step>,
     /// Largest absolute value of the force so far, N.
     pub(crate) peak: f64,
-    /// Largest scales of residuals so far.
+    /// Largest reference values (scales) of residuals so far.
     pub(crate) scales: Scales,
     pub(crate) effort: Effort,
     pub(crate) derivatives: Derivatives,

@@ -3,8 +3,7 @@
 use super::increment::Increments;
 use crate::error::StepFailure;
 
-/// A body whose largest damage is below this value counts as undamaged, so that damage is not the cause of the
-/// failure.
+/// If the largest damage of the body is below this value, damage is not the cause of the failure of a step.
 const SOUND: f64 = 0.05;
 
 /// Returns advice for a failure of a step from the current state.

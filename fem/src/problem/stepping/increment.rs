@@ -11,23 +11,24 @@ use crate::problem::sensitivity::carry_rates;
 use crate::problem::state::RunState;
 use crate::solve::{ArcLengthControl, Effort, Solver};
 
-/// Finite-difference step for the derivative of the residual with respect to the position of the ends, as a fraction of
-/// the duration.
+/// Finite-difference step for the derivative of the residual with respect to the position of the loaded ends, as a
+/// fraction of the duration.
 const NUDGE: f64 = 1e-6;
-/// Prescribed displacements jump if their distance from the extrapolated fields exceeds this fraction of their
-/// increment.
+/// Prescribed displacements count as a jump if they differ from the extrapolated displacements by more than this
+/// fraction of their increment.
 const JUMP: f64 = 0.1;
-/// A distance from the extrapolated fields below this fraction of the largest prescribed displacement is a rounding
-/// error, not a jump.
+/// A difference between prescribed and extrapolated displacements below this fraction of the largest prescribed
+/// displacement counts as a rounding error, not as a jump.
 const ROUNDED: f64 = 1e-9;
 
-/// State and solver of a run, advanced by increments.
+/// State and solver of a run, which increments advance.
 pub(super) struct Increments<'a> {
     pub(super) setup: &'a Setup,
     pub(super) solver: Solver<'a>,
     /// The last equilibrium; with several ranks, the part of this rank.
     pub(super) state: RunState,
-    /// Loads and contact of the last equilibrium. The solver has those of the last attempt, which may have failed.
+    /// Loads and contact of the last equilibrium. The solver stores the loads and contact of the last attempt, which
+    /// may have failed.
     pub(super) accepted: ExternalForces,
 }
 
@@ -40,7 +41,8 @@ impl<'a> Increments<'a> {
         Self { setup, solver: setup.solver(), state, accepted }
     }
 
-    /// Replaces the solver by a solver without data from earlier steps. The counters and scales of the state continue.
+    /// Replaces the solver by a new solver without tangents and factors of earlier steps. The counters and scales of
+    /// the state continue.
     pub(super) fn renew_solver(&mut self) {
         self.solver = self.setup.solver();
         self.solver.newton.resume(self.state.effort);
@@ -61,7 +63,8 @@ impl<'a> Increments<'a> {
         self.solver.newton.effort.cuts += 1;
     }
 
-    /// Takes one step. Steps that prescribe the position of the ends end at the fraction `target` of the duration.
+    /// Takes one step. A step that prescribes the position of the loaded ends ends at the fraction `target` of the
+    /// duration.
     pub(super) fn take(&mut self, step: Step, target: f64) -> Result<(), StepFailure> {
         match step {
             Step::Advance(_) => self.advance(target),
@@ -100,7 +103,7 @@ impl<'a> Increments<'a> {
         self.accept(before, fields, target)
     }
 
-    /// Takes a step that may add at most `most_n_mm` to the crack energy; fails if it adds more.
+    /// Takes a step; returns an error if the step adds more than `most_n_mm` to the crack energy.
     fn advance_within(&mut self, target: f64, most_n_mm: f64) -> Result<(), StepFailure> {
         let (mut fields, _) = self.guess(target)?;
         let before = self.effort();
@@ -113,8 +116,8 @@ impl<'a> Increments<'a> {
         self.accept(before, fields, target)
     }
 
-    /// Takes a step that adds `n_mm` to the crack energy. The position of the ends is an unknown, with the initial
-    /// value `guess`.
+    /// Takes a step that adds `n_mm` to the crack energy. The position of the loaded ends is an unknown, with the
+    /// initial value `guess`.
     fn release(&mut self, n_mm: f64, guess: f64) -> Result<(), StepFailure> {
         let (mut fields, _) = self.guess(guess)?;
         let before = self.effort();
@@ -146,7 +149,7 @@ impl<'a> Increments<'a> {
         let duration = step * self.setup.parts.schedule.duration_s;
         let (operator, materials) = (domain.operator.as_ref(), &self.setup.points);
         let points = self.state.memory.points_at(operator, materials, &fields, duration)?;
-        // nothing can fail from here on, so that a failed increment does not change the state
+        // all operations that can fail are before this line, so that a failed increment does not change the state
         carry_rates(self.setup, &mut self.solver, &mut self.state, &fields, target);
         let (newton, state) = (&self.solver.newton, &mut self.state);
         let (external, residual) = (&newton.external, &newton.residual);
@@ -155,8 +158,8 @@ impl<'a> Increments<'a> {
         let law_state = state.memory.record(points, materials, &fields, duration);
         let mut change = fields.clone();
         change.add_scaled(-1.0, &state.fields);
-        // work of the external forces, which balance the stress forces at each node; the work that friction dissipates
-        // at the platens is not in these forces and is added below
+        // compute the work of the external forces, which balance the forces of the stress at each node; the energy that
+        // friction dissipates at the platens is not part of this work and is added below
         let (part, ranks) = (domain.operator.part(), domain.operator.part().ranks());
         let halo = &part.halo;
         let moved = halo.own_of(&change.displacement).zip(halo.own_of(&change.damage));
@@ -199,9 +202,9 @@ impl<'a> Increments<'a> {
         Ok(())
     }
 
-    /// Returns the initial guess of the equilibrium at `target`: the extrapolated fields with the prescribed values
-    /// imposed. The flag is true if prescribed displacements jump, i.e. are far from the extrapolated displacements.
-    /// Fails if a prescribed value or the guess is not finite.
+    /// Returns the initial guess of the equilibrium at `target`: the extrapolated fields, with the prescribed values of
+    /// the increment. The flag is true if the prescribed displacements jump, i.e. differ much from the extrapolated
+    /// displacements. Returns an error if a prescribed value or the guess is not finite.
     fn guess(&self, target: f64) -> Result<(Fields, bool), StepFailure> {
         let (setup, state) = (self.setup, &self.state);
         let boundary = &setup.discretisation.boundary;

@@ -29,7 +29,7 @@ impl<F: FnMut(&CurvePoint, &Fields) -> ControlFlow<()>> Observer for F {
     }
 }
 
-/// Takes the steps of a run to its end, or until the observer returns `Break`.
+/// Takes all remaining steps of a run, or steps until the observer returns `Break`.
 pub(crate) fn follow(mut run: LoadStepper, observer: &mut dyn Observer) -> Outcome {
     if !run.curve().is_empty() {
         observer.resumed(run.curve());

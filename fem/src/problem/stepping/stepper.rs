@@ -14,7 +14,7 @@ use crate::problem::definition::Setup;
 use crate::problem::state::{Checkpoint, Derivatives, RunState, gather_fields};
 use crate::solve::Effort;
 
-/// Limit of attempted steps for one point of the curve, for any controller.
+/// Largest number of steps that are tried for one point of the curve, with any controller.
 const MOST_TRIES: u32 = 10_000;
 
 /// Run in progress, advanced one load step at a time; created by [`Problem::start`](crate::Problem::start).
@@ -87,13 +87,13 @@ impl<'a> LoadStepper<'a> {
         Ok(run)
     }
 
-    /// Returns the error of a run that has lost a rank.
+    /// Returns the error of a run in which another rank has ended.
     fn lost(&self, RankLost(rank): RankLost) -> FemError {
         let saved = self.checkpoint.as_ref().map(|(checkpoint, _)| &checkpoint.path);
         FemError::RankLost { rank, checkpoint: saved.filter(|path| path.is_file()).cloned() }
     }
 
-    /// Whether any rank stops the run now; `this_rank` is the decision of this rank.
+    /// Whether any rank wants to stop the run now; `this_rank` is the decision of this rank.
     pub(crate) fn stops(&mut self, this_rank: bool) -> bool {
         match guarded(|| self.increments.ranks().any(this_rank)) {
             Ok(stop) => stop,
@@ -151,7 +151,7 @@ impl<'a> LoadStepper<'a> {
         let Increments { setup, state, accepted, .. } = &self.increments;
         let boundary = &setup.discretisation.boundary;
         let points = || accepted.contact_points(boundary, &state.fields);
-        // contact points cannot be gathered from the ranks if a rank has ended
+        // if a rank has ended, its contact points are not available
         let contact = match &self.end {
             Some(End::Failed(FemError::RankLost { .. })) => BTreeMap::new(),
             _ => guarded(points).unwrap_or_else(|lost| {
@@ -181,7 +181,8 @@ impl<'a> LoadStepper<'a> {
             if failed.is_some() {
                 self.increments.count_cut();
             }
-            // extend the step to the mark if the rest would be less than 1 % of the step
+            // extend the step to the next mark (requested point of the curve) if the remaining distance to the mark
+            // would be less than 1 % of the step
             let reaches = passed + 1.01 * step.fraction() >= mark;
             let target = if reaches { mark } else { passed + step.fraction() };
             let before = self.increments.effort();
@@ -209,7 +210,8 @@ impl<'a> LoadStepper<'a> {
         Progress { passed: *clock, curve, taken: *taken, moved, failed }
     }
 
-    /// Adds the state to the curve, checks whether the run has ended, and saves the state when due.
+    /// Adds the point of the current state to the curve, checks whether the run has ended, and saves the state if a
+    /// save is due.
     fn record(&mut self) -> CurvePoint {
         if let Some(whole) = &mut self.whole {
             *whole = gather_fields(
@@ -227,7 +229,7 @@ impl<'a> LoadStepper<'a> {
         for (surface, &force) in &state.reaction {
             state.reactions.entry(surface.clone()).or_default().push(force);
         }
-        // absolute value, because the force of a body in tension is negative
+        // the force is negative in tension: compare absolute values
         state.peak = state.peak.max(point.force_n.abs());
         // restart the counters of iterations for the next point
         (state.point.newton, state.point.linear) = (0, 0);
@@ -242,10 +244,11 @@ impl<'a> LoadStepper<'a> {
         point
     }
 
-    /// Saves the state when due, and discards the data that the solver reuses from step to step.
+    /// Saves the state if a save is due, and discards the tangents and factors that the solver reuses from step to
+    /// step.
     ///
-    /// The data is discarded so that an uninterrupted run continues exactly as a resumed run, which does not have the
-    /// data.
+    /// This data is discarded because a resumed run does not have it: an uninterrupted run then continues exactly like
+    /// a resumed run.
     fn save(&mut self) -> Result<(), FemError> {
         let Some((checkpoint, fingerprint)) = &self.checkpoint else { return Ok(()) };
         if self.increments.state.curve.len().is_multiple_of(checkpoint.every as usize) {

@@ -1,7 +1,8 @@
 //! Multigrid that is replaced by a sparse factor if multigrid converges slowly.
 //!
 //! If a linear solve with multigrid takes hundreds of iterations or does not converge, load steps are reduced. The
-//! criterion is the number of iterations, so that it does not depend on the cause.
+//! criterion for the replacement is the number of iterations, which does not depend on the cause of the slow
+//! convergence.
 
 use std::sync::Arc;
 
@@ -12,16 +13,17 @@ use super::{LinearEffort, LinearSolver, Singular};
 use crate::material::Inverted;
 use crate::operator::{Coupling, Increment, Operator, Pattern};
 
-/// Acceptable number of iterations per digit of the residual. Most meshes need 2 to 10; systems that are indefinite
-/// because of a crack need up to 30.
+/// Acceptable number of iterations that reduce the residual to a tenth (by one decimal digit). Most meshes need 2 to
+/// 10; systems that are indefinite because of a crack need up to 30.
 const USUAL: f64 = 30.0;
-/// Number of iterations above the acceptable number, summed over solves, after which the factor replaces multigrid.
+/// If [`Convergence::excess`] exceeds this number, the factor replaces multigrid.
 const PATIENCE: f64 = 300.0;
 
 /// Convergence history of multigrid.
 #[derive(Debug, Default)]
 struct Convergence {
-    /// Sum of iterations above the acceptable number. Solves with fewer iterations reduce the sum; the sum is at least 0.
+    /// Sum over all solves of the number of iterations minus the acceptable number of iterations. A negative sum is set
+    /// to 0.
     excess: f64,
     /// Iterations of the most recent solution.
     last: u32,
@@ -48,7 +50,7 @@ enum Method<'a> {
     Factor(Box<Direct<'a>>),
 }
 
-/// Multigrid that, after slow convergence, is replaced by a sparse factor for all later tangents.
+/// Linear solver that uses multigrid until multigrid converges slowly, and a sparse factor for all later tangents.
 pub(super) struct Adaptive<'a> {
     method: Method<'a>,
     convergence: Convergence,
@@ -159,12 +161,12 @@ mod tests {
 
     #[test]
     fn iterations_above_the_acceptable_number_replace_multigrid() {
-        // two digits: 60 iterations are acceptable
+        // 60 iterations are acceptable for a residual of 1e-2, which is two decimal digits
         assert!(!after(&[(60, 1e-3); 1000], 1e-2));
         assert!(!after(&[(160, 1e-3), (10, 1e-3), (10, 1e-3)].repeat(100), 1e-2));
         assert!(!after(&[(160, 1e-3); 3], 1e-2));
         assert!(after(&[(160, 1e-3); 4], 1e-2));
-        // four digits: 120 iterations are acceptable
+        // 120 iterations are acceptable for a residual of 1e-4, which is four decimal digits
         assert!(!after(&[(120, 1e-5); 1000], 1e-4));
         // a solve that does not reach its tolerance replaces multigrid at once
         assert!(after(&[(300, 0.05)], 1e-2));

@@ -1,5 +1,5 @@
-//! Vectors in the memory of this process, which may be one of several ranks. The results of sums do not depend on the
-//! number of threads.
+//! Vectors in the memory of this process, which may be one of several ranks. Sums are the same for any number of
+//! threads.
 
 use std::marker::PhantomData;
 use std::ops::Range;
@@ -18,14 +18,14 @@ pub(crate) trait Real: RealField + Pod + Into<f64> {}
 impl Real for f32 {}
 impl Real for f64 {}
 
-/// Vectors with `R` values per local node.
+/// Operations on vectors with `R` values per local node.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct InMemory<T, const R: usize> {
     halo: Arc<Halo>,
     number: PhantomData<T>,
 }
 
-/// Vectors of the values u_x, u_y, u_z, φ at each node.
+/// Operations on vectors of the values u_x, u_y, u_z, φ at each node.
 pub(crate) type NodalVectors = InMemory<f64, 4>;
 
 impl<T, const R: usize> InMemory<T, R> {
@@ -33,7 +33,8 @@ impl<T, const R: usize> InMemory<T, R> {
         Self { halo: Arc::clone(halo), number: PhantomData }
     }
 
-    /// Sums `part` over the nodes of all ranks; each rank contributes the nodes that it owns.
+    /// Returns the sum over the nodes of all ranks. `part` returns the sum over a range of local nodes; each rank
+    /// contributes the nodes that it owns.
     fn sum(&self, nodes: usize, part: impl Fn(Range<usize>) -> f64) -> f64 {
         if self.halo.ranks().is_alone() {
             return part(0..nodes);
@@ -86,7 +87,7 @@ impl<T: Real, const R: usize> LanczosVectors for InMemory<T, R> {
     }
 }
 
-/// Stored vector, in double or in single precision.
+/// Vector that is stored in double or in single precision.
 #[derive(Debug)]
 pub(crate) enum Stored {
     Double(Vec<Nodal>),
@@ -144,7 +145,7 @@ pub(crate) type Nodal = [f64; 4];
 /// Number of nodes per parallel task. The partial sums of the tasks are added in the order of the nodes.
 pub(in crate::solve) const CHUNK: usize = 4096;
 
-/// Applies `of_node` to every node.
+/// Applies `of_node` to every node in parallel.
 pub(crate) fn by_node<A: Sync, B: Send>(
     x: &[A],
     of_node: impl Fn(&A) -> B + Sync + Send,
@@ -203,7 +204,7 @@ pub(in crate::solve) fn add_scaled<T: Copy + Into<f64> + Sync>(
     });
 }
 
-/// Sets the constrained values to zero.
+/// Sets the values of x that are not `free` to zero.
 pub(in crate::solve) fn mask(free: &[[bool; 4]], x: &mut [Nodal]) {
     x.par_chunks_mut(CHUNK).zip(free.par_chunks(CHUNK)).for_each(|(x, free)| {
         for (x, free) in x.iter_mut().zip(free) {
@@ -214,14 +215,14 @@ pub(in crate::solve) fn mask(free: &[[bool; 4]], x: &mut [Nodal]) {
     });
 }
 
-/// Returns the largest value of `of_node` over all local nodes; `of_node` must not be negative.
+/// Returns the largest value that `of_node` returns for a local node. `of_node` must not return negative values.
 pub(crate) fn largest(x: &[Nodal], of_node: impl Fn(&Nodal) -> f64 + Sync) -> f64 {
     let part = |x: &[Nodal]| x.iter().map(&of_node).fold(0.0, f64::max);
     x.par_chunks(CHUNK).map(part).reduce(|| 0.0, f64::max)
 }
 
-/// Returns 1/|A_ii| for the free values, zero for all other values. |A_ii| is raised to at least 1e-8 times the largest
-/// diagonal entry of the same component.
+/// Returns the weight 1/|A_ii| for each free value and zero for all other values, from the diagonal entries A_ii of the
+/// tangent. |A_ii| is raised to at least 1e-8 times the largest diagonal entry of the same component.
 pub(crate) fn weights(diagonal: &[Nodal], free: &[[bool; 4]], halo: &Halo) -> Vec<Nodal> {
     const LEAST: f64 = 1e-8;
     let mut most = [0, 1, 2, 3].map(|k| largest(diagonal, |d| d[k].abs()));

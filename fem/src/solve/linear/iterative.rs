@@ -14,14 +14,15 @@ use crate::material::Inverted;
 use crate::operator::{Coupling, Increment, Operator, Tangent};
 use crate::parallel::Halo;
 
-/// Limit of iterations of a solution.
+/// Largest number of Krylov iterations of a solve.
 const LIMIT: u32 = 300;
-/// The hierarchy is recomputed if a solution needs this multiple of the iterations of the first solution with it.
+/// The multigrid hierarchy is recomputed if a solve needs more than this multiple of the iterations that the first
+/// solve with the hierarchy needed.
 const WORN: f64 = 1.6;
 /// Largest relative residual of a solution that is accepted at the limit of iterations.
 const USELESS: f64 = 0.1;
 
-/// Error: the current tangent was on a device that has failed. The next tangent is computed on the processor.
+/// Error: the device that stored the current tangent has failed. The next tangent is computed on the processor.
 struct TangentLost;
 
 type MultigridInMemory = Multigrid<NodalVectors, FieldSplitInMemory>;
@@ -37,13 +38,13 @@ pub(crate) struct Iterative<'a> {
     elements: Option<ElementTangent>,
     /// Device that runs the iterations; `None` if the processor runs them.
     device: Option<OnDevice>,
-    /// Error of the device, after which the device is no longer used.
+    /// Error of a device that has failed and is no longer used.
     lost: Option<DeviceError>,
-    /// Hierarchy in the memory of the processor. A device stores a separate hierarchy, in `device`.
+    /// Multigrid hierarchy in the memory of the processor. A device stores a separate hierarchy, in `device`.
     multigrid: Option<MultigridInMemory>,
-    /// Whether the hierarchy belongs to the current tangent.
+    /// Whether the multigrid hierarchy was created for the current tangent.
     fresh: bool,
-    /// Number of iterations of the first solution with the hierarchy.
+    /// Number of iterations of the first solve with the multigrid hierarchy.
     first: Option<u32>,
     free: Vec<[bool; 4]>,
     weight: Vec<Nodal>,
@@ -76,8 +77,8 @@ impl<'a> Iterative<'a> {
         }
     }
 
-    /// Moves the iterations to a device, which also applies the product of the quadratic level. If the device cannot
-    /// be used, the processor runs the iterations.
+    /// Returns the solver with its iterations on a device, which also computes products with the tangent of quadratic
+    /// elements. If the device cannot be used, the processor runs the iterations.
     pub(super) fn on_device(mut self, device: Result<OnDevice, DeviceError>) -> Self {
         match device {
             Ok(device) => self.device = Some(device),
@@ -86,7 +87,7 @@ impl<'a> Iterative<'a> {
         self
     }
 
-    /// Runs `work` on the device, if there is one. After an error, the device and its hierarchy are discarded, and
+    /// Runs `work` on the device, if a device is used. After an error, the device and its hierarchy are discarded, and
     /// the processor continues.
     fn attempt<T>(
         &mut self,
@@ -97,7 +98,7 @@ impl<'a> Iterative<'a> {
         result.map_err(|error| (self.device, self.lost) = (None, Some(error))).ok()
     }
 
-    /// Discards the device and returns an error if the device had the tangent and has failed.
+    /// If the device stored the current tangent and has failed, discards the device and returns an error.
     fn check_tangent(&mut self) -> Result<(), TangentLost> {
         match self.elements.as_mut().and_then(ElementTangent::take_lost) {
             None => Ok(()),
@@ -122,7 +123,7 @@ impl<'a> Iterative<'a> {
     }
 
     fn renew(&mut self) -> Result<(), TangentLost> {
-        // discard the old hierarchy first, so that two hierarchies are never in memory
+        // discard the old multigrid hierarchy first, so that two hierarchies are never in memory
         self.discard_hierarchy();
         if let Some(elements) = &mut self.elements {
             elements.add_linear(&mut self.tangent);
@@ -169,7 +170,7 @@ impl<'a> Iterative<'a> {
         ending
     }
 
-    /// Computes z ≈ A⁻¹ r for several right-hand sides r.
+    /// Computes z ≈ A⁻¹ r for several right-hand sides r, where A is the tangent.
     fn precondition_all(
         &mut self,
         right: &[&[Nodal]],
@@ -192,7 +193,7 @@ impl<'a> Iterative<'a> {
         self.check_tangent()
     }
 
-    /// Returns the tangent with its preconditioner on the processor. Precondition: the hierarchy exists.
+    /// Returns the tangent with its preconditioner on the processor. The multigrid hierarchy must exist.
     fn matrix(&mut self) -> Box<dyn Preconditioned<NodalVectors> + '_> {
         let multigrid = self.multigrid.as_mut().expect("the hierarchy is created before its use");
         let halo = &self.operator.part().halo;
@@ -208,7 +209,8 @@ impl<'a> Iterative<'a> {
     }
 }
 
-/// Assembled tangent on the free values, distributed over the ranks, with its preconditioner.
+/// Rows and columns of the assembled tangent for the free (not constrained) values, distributed over the ranks, with
+/// its preconditioner.
 struct AssembledTangent<'a> {
     tangent: &'a Tangent,
     halo: &'a Halo,
@@ -228,7 +230,7 @@ impl Preconditioned<NodalVectors> for AssembledTangent<'_> {
     }
 }
 
-/// y = A x for an assembled tangent that is distributed over the ranks.
+/// Computes y = A x for an assembled tangent A that is distributed over the ranks.
 fn multiply(tangent: &Tangent, halo: &Halo, x: &[Nodal], y: &mut [Nodal]) {
     tangent.multiply(x, y);
     halo.complete(y);

@@ -8,20 +8,21 @@ use std::borrow::BorrowMut;
 
 use super::vectors::{KrylovVectors, Precision, Vectors};
 
-/// Matrix with a preconditioner. Vectors are zero in constrained values.
+/// Matrix A with a preconditioner. The constrained values of all vectors are zero.
 pub(crate) trait Preconditioned<V: Vectors> {
     /// y = A x.
     fn apply(&mut self, x: &V::Vector, y: &mut V::Vector);
 
-    /// z ≈ A⁻¹ r. The old z is not read.
+    /// Computes z ≈ A⁻¹ r. The old z is not read.
     fn precondition(&mut self, r: &V::Vector, z: &mut V::Vector);
 }
 
-/// Linear system without its right-hand side.
+/// Matrix of a linear system with its preconditioner, vector operations and norm.
 pub(super) struct System<'a, V: Vectors> {
     pub(super) vectors: &'a V,
     pub(super) matrix: &'a mut dyn Preconditioned<V>,
-    /// 1/|A_ii|, the weight of the residual norm, which makes forces and damage comparable.
+    /// Weights 1/|A_ii| of the residual norm, from the diagonal entries A_ii. The weights make residuals of
+    /// displacement and damage comparable.
     pub(super) weight: &'a V::Vector,
 }
 
@@ -38,7 +39,8 @@ pub(super) enum Stop {
     Converged,
     /// The limit of iterations was reached.
     Limit,
-    /// The curvature along a direction was not positive: the matrix or the preconditioner is not positive definite.
+    /// The curvature d·A d along a search direction d was not positive: the matrix A or the preconditioner is not
+    /// positive definite.
     Indefinite,
     /// A value was not finite.
     Broken,
@@ -112,8 +114,9 @@ fn conjugate_gradients<V: KrylovVectors>(
         if product <= 0.0 {
             return ending(Stop::Indefinite, iteration, residual);
         }
-        // z·(r_k − r_{k−1}) instead of z·r_k (flexible method): the products are equal for a linear preconditioner, but
-        // the directions stay conjugate even if the preconditioner rounds to single precision
+        // the flexible method uses z·(r_k − r_{k−1}) instead of z·r_k, where z is the preconditioned residual r_k; both
+        // products are equal for a linear preconditioner, but only with the first product the directions stay conjugate
+        // if the preconditioner rounds to single precision
         let share = if iteration == 0 { 0.0 } else { -step * vectors.dot(q, z) / before };
         vectors.scale_and_add(p, share, z);
         system.matrix.apply(p, q);
@@ -140,7 +143,7 @@ fn conjugate_gradients<V: KrylovVectors>(
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Start {
     Zero,
-    /// The given x, or zero if the residual of zero is smaller.
+    /// The given x, or x = 0 if the residual of x = 0 is smaller.
     Given,
 }
 
@@ -255,7 +258,7 @@ fn arnoldi<V: KrylovVectors>(
     Ok(hessenberg.len() as u32)
 }
 
-/// Solves R y = g for y. `columns` contains the columns of the upper triangular matrix R.
+/// Returns the solution y of R y = g. `columns` contains the columns of the upper triangular matrix R.
 fn back_substitution(columns: &[Vec<f64>], g: &[f64]) -> Vec<f64> {
     let mut y = g[..columns.len()].to_vec();
     for j in (0..columns.len()).rev() {

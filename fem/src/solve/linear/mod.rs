@@ -22,8 +22,8 @@ use crate::operator::{Coupling, Increment};
 /// The factor or multigrid hierarchy, which is expensive, is reused as preconditioner for later tangents. The solver
 /// renews the factor or hierarchy when the renewal saves time.
 pub(crate) trait LinearSolver: Send {
-    /// Computes and stores the tangent of an increment. `free` marks the unknown values; all other (constrained) values
-    /// have d = 0.
+    /// Computes and stores the tangent of an increment. `free` marks the unknown values. For all other (constrained)
+    /// values, the solution d is zero.
     fn linearise(
         &mut self,
         increment: &Increment,
@@ -31,8 +31,8 @@ pub(crate) trait LinearSolver: Send {
         free: &[[bool; 4]],
     ) -> Result<(), Inverted>;
 
-    /// Solves until the residual is at most `tolerance` times the residual of d = 0, in the norm √(Σ r_i²/|A_ii|).
-    /// Entries of `right` at constrained values are not read.
+    /// Solves A d = r until the norm of the residual is at most `tolerance` times the norm of r. The norm is √(Σ
+    /// r_i²/|A_ii|). Entries of `right` at constrained values are not read.
     fn solve(
         &mut self,
         right: &[Nodal],
@@ -43,7 +43,7 @@ pub(crate) trait LinearSolver: Send {
     /// Computes z ≈ A⁻¹ r for several right-hand sides r by the current factor or hierarchy; z is zero in constrained
     /// values. Returns the number of factors or hierarchies that had to be computed.
     ///
-    /// z is NaN if the tangent was on a device that has failed; the next tangent is then computed on the processor.
+    /// z is NaN if the device that stored the tangent has failed; the next tangent is then computed on the processor.
     fn precondition(&mut self, right: &[&[Nodal]], out: &mut [&mut [Nodal]]) -> u32;
 
     /// Computes y = A x with the rows and columns of all values, including constrained values. y is NaN under the same
@@ -59,8 +59,8 @@ pub(crate) trait LinearSolver: Send {
         None
     }
 
-    /// Replaces multigrid by a factor from the next tangent on, because an earlier solver of the run did so after a
-    /// solve with this number of iterations.
+    /// Replaces multigrid by a factor from the next tangent on, because an earlier solver of the run replaced multigrid
+    /// after a solve with this number of iterations.
     fn give_way(&mut self, _iterations: u32) {}
 
     /// Whether the systems are solved on a device.
@@ -79,13 +79,13 @@ pub(crate) trait LinearSolver: Send {
 pub(crate) struct LinearEffort {
     /// Krylov iterations.
     pub(crate) iterations: u32,
-    /// Number of factors or hierarchies that were computed.
+    /// Number of factors or multigrid hierarchies that were computed.
     pub(crate) renewals: u32,
-    /// Residual at the end, relative to the residual of d = 0.
+    /// Norm of the residual at the end, divided by the norm of the right-hand side.
     pub(crate) residual: f64,
 }
 
-/// Error of a linear solve: the system has no solution, or the tangent was on a device that has failed. The field is the
-/// work of the attempt.
+/// Error of a linear solve: the system has no solution, or the device that stored the tangent has failed. The field is
+/// the work of the failed solve.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Singular(pub(crate) LinearEffort);

@@ -18,15 +18,16 @@ use crate::solve::LinearScheme;
 
 /// Largest number of unknowns for which a sparse factor is used. For more unknowns, the factor needs too much memory.
 const DIRECT_UP_TO: usize = 70_000;
-/// Largest number of unknowns for which a sparse factor is used in a problem without damage. One factor is then
-/// sufficient for a whole run, but multigrid converges fast too, because the tangent is positive definite.
+/// Largest number of unknowns for which a sparse factor is used in a problem without damage. This limit is lower than
+/// [`DIRECT_UP_TO`] because multigrid converges fast for the positive definite tangent of such a problem, although one
+/// factor would be sufficient for a whole run.
 const DIRECT_ELASTIC_UP_TO: usize = 30_000;
-/// Largest number of factor entries per unknown for which a run with damage is faster with a factor than with
-/// multigrid on one thread. Measured on cylinders with grains, where 350 entries per unknown correspond to 5 000
-/// unknowns. The factor of a plate has fewer entries per unknown.
+/// Largest number of factor entries per unknown for which a run with damage is faster with a factor than with multigrid
+/// on one thread. This number was measured on cylinders with grains, where 350 factor entries per unknown correspond to
+/// 5 000 unknowns. The factor of a plate has fewer entries per unknown than the factor of a cylinder.
 const FILL: usize = 350;
 
-/// Linear solver of a discretisation, with its structure.
+/// Selected linear solver of a discretisation, with the data that all runs share.
 #[derive(Clone, Debug)]
 pub(crate) enum LinearPlan {
     /// Sparse factor.
@@ -44,7 +45,7 @@ pub(crate) enum LinearPlan {
     },
 }
 
-/// Structure of a sparse factor.
+/// Structure of a sparse factor, with the order of elimination.
 #[derive(Clone, Debug)]
 pub(crate) struct FactorPlan {
     pattern: Arc<Pattern>,
@@ -54,7 +55,7 @@ pub(crate) struct FactorPlan {
 }
 
 impl FactorPlan {
-    /// Returns the structure for other constrained displacements, and the numbering of the unknowns.
+    /// Returns the structure for another set of constrained displacements, and the numbering of the unknowns.
     fn with_constrained(
         &self,
         damaged: &[bool],
@@ -108,7 +109,7 @@ impl LinearPlan {
         Ok((plan, unknowns))
     }
 
-    /// Returns the solver for other constrained displacements, and the numbering of the unknowns.
+    /// Returns the plan for another set of constrained displacements, and the numbering of the unknowns.
     pub(crate) fn with_constrained(
         &self,
         damaged: &[bool],
@@ -130,7 +131,7 @@ impl LinearPlan {
         }
     }
 
-    /// Prepares multigrid for a mesh of any size.
+    /// Prepares multigrid for any mesh, even if a sparse factor would be selected for this mesh.
     pub(super) fn multigrid<const N: usize>(tets: &[[u32; N]], points: &[[f64; 3]]) -> Self {
         let corners: Vec<[u32; 4]> = tets.iter().map(|t| std::array::from_fn(|a| t[a])).collect();
         let vertices = corners.iter().flatten().max().map_or(0, |&n| n as usize + 1);

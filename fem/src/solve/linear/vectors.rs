@@ -3,7 +3,7 @@
 use std::borrow::BorrowMut;
 use std::fmt::Debug;
 
-/// Vectors of one multigrid level: a fixed number of values for each local node.
+/// Operations on the vectors of one multigrid level. A vector has a fixed number of values for each local node.
 pub(crate) trait Vectors: Clone + Debug {
     /// Borrowed vector.
     type Vector: ?Sized;
@@ -28,7 +28,7 @@ pub(crate) trait LanczosVectors: Vectors {
     /// x ← a x.
     fn scale(&self, x: &mut Self::Vector, a: f64);
 
-    /// Σ a b.
+    /// Inner product Σ a b.
     fn dot(&self, a: &Self::Vector, b: &Self::Vector) -> f64;
 
     /// y ← −w − a d − b y, the next vector of Lanczos' iteration.
@@ -46,23 +46,24 @@ pub(crate) trait KrylovVectors: LanczosVectors {
     /// y ← x + a y.
     fn scale_and_add(&self, y: &mut Self::Vector, a: f64, x: &Self::Vector);
 
-    /// Stored vector for later sums; may have less precision than [`Vectors::Vector`].
+    /// Type of a vector that is stored for later sums. A stored vector may have less precision than
+    /// [`Vectors::Vector`].
     type Stored;
 
     /// Stores x.
     fn store(&self, x: &Self::Vector, precision: Precision) -> Self::Stored;
 
-    /// Σ w a b with a stored vector a.
+    /// Σ w a b, the inner product with a diagonal weight w and a stored vector a.
     fn weighted_dot_stored(&self, w: &Self::Vector, a: &Self::Stored, b: &Self::Vector) -> f64;
 
     /// y ← y + a x with a stored vector x.
     fn add_stored(&self, y: &mut Self::Vector, a: f64, x: &Self::Stored);
 }
 
-/// Precision that a stored vector needs at least.
+/// Lowest acceptable precision of a stored vector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Precision {
-    /// Seven digits.
+    /// Seven decimal digits.
     Single,
     Double,
 }

@@ -7,11 +7,11 @@ use crate::qoi::noise;
 /// Largest tolerated decrease of the displacement before the peak, as a fraction of the displacement from start to
 /// peak.
 const BACK: f64 = 0.05;
-/// Largest standard deviation of the displacement, as a fraction of the displacement from start to peak, that is
-/// accepted as noise and not checked for a wrong order.
+/// Largest standard deviation of the displacement, as a fraction of the displacement from start to peak, that counts as
+/// noise. The order of the readings is not checked if their noise is larger.
 const NOISE: f64 = 0.02;
-/// Largest decrease of the displacement that noise explains, in standard deviations: the maximum of 20 000 differences
-/// of normal noise.
+/// Largest decrease of the displacement that noise explains, in standard deviations of one reading: the expected
+/// difference between the largest and the smallest of 20 000 normal deviations.
 pub(super) const NOISE_BACK: f64 = 8.0;
 
 /// Checks order and sign of the readings, and returns the first error found.
@@ -37,11 +37,11 @@ pub(super) fn order(curve: &TestCurve) -> Option<Finding> {
             "sign-of-force",
             lowest,
             format!("has forces down to {lowest} N and up to {} N only", force[top]),
-            "Compression is positive: change the sign of force_N, and of displacement_mm if that \
-             falls.",
+            "Compression is positive: change the sign of force_N, and of displacement_mm if displacement_mm \
+             decreases.",
         );
     }
-    // a column that rises up to the end, while the other column has a peak, is a displacement
+    // if one column rises to the end and the other column has a peak, the rising column is the displacement
     let comes_back = u[farthest] - u[last] > 0.05 * span && farthest > 0;
     let rises = force[last] - force[farthest] > 0.05 * (force[top] - lowest);
     if comes_back && rises && top + 1 + force.len() / 20 > last {
@@ -49,11 +49,11 @@ pub(super) fn order(curve: &TestCurve) -> Option<Finding> {
             "columns-swapped",
             u[farthest],
             format!("has its largest displacement_mm, {}, before its largest force_N", u[farthest]),
-            "Are the two columns swapped? Force has a peak, displacement rises to the end.",
+            "Check whether the two columns are swapped: force has a peak, displacement rises to the end.",
         );
     }
     if u[0] - u[last] > 0.5 * span {
-        // a test begins at zero force, and usually at zero displacement
+        // the force is zero at the start of a test, and not at its end
         let loaded = [force[0], force[last]].map(|f| f > 0.1 * force[top]);
         let is_reversed = match loaded {
             [true, false] => true,
@@ -92,7 +92,7 @@ pub(super) fn order(curve: &TestCurve) -> Option<Finding> {
             "order",
             back,
             format!("has displacements that decrease by {back:.4} mm before its peak"),
-            "Sort its rows, or keep the monotonic test only: slope and peak are taken from one loading.",
+            "Sort the rows, or keep the rows of one monotonic loading only: slope and peak come from one loading.",
         );
     }
     None

@@ -4,7 +4,7 @@ use super::finding::{Finding, Weight, largest};
 use crate::experiment::TestCurve;
 use crate::qoi::{Line, Qois, Window, noise, slope_line};
 
-/// Largest force of the first readings, as a fraction of the peak force, that is not reported as a preload.
+/// Largest median force of the first readings, as a fraction of the peak force, that is not reported as a preload.
 const PRELOAD: f64 = 0.02;
 /// Largest displacement at which loading begins, as a fraction of the displacement from this onset to the peak, that
 /// counts as a soft start. A larger displacement is reported as late loading.
@@ -51,8 +51,8 @@ pub(super) fn force_zero(curve: &TestCurve) -> Option<Finding> {
     })
 }
 
-/// Displacement (mm) after which the specimen stays loaded, `None` if it is small enough for a soft start. A late onset
-/// is caused by the approach of the platen, or by a displacement that was not zeroed.
+/// Displacement (mm) after which the specimen stays loaded; `None` if this displacement is so small that it counts as a
+/// soft start. A late onset is caused by the approach of the platen, or by a displacement that was not zeroed.
 pub(super) fn late_onset_mm(curve: &TestCurve) -> Option<f64> {
     let (u, force) = (&curve.displacement_mm, &curve.force_n);
     let noise_n = noise::standard_deviation(u, force);
@@ -93,9 +93,9 @@ pub(super) fn toe(toe_mm: f64, qois: &Qois) -> Finding {
 
 /// Displacement (mm) at which the force would begin to rise if the curve had no soft start.
 ///
-/// This is the displacement at which the line of the slope has zero force, corrected for the curvature of the curve.
-/// The correction is that of viscous damage, F ∝ v exp(−x³/3) with x = v/v_peak, whose tangent at v has zero force at
-/// −v x³/(1 − x³).
+/// The tangent at the window of the slope is extrapolated to zero force, and the result is corrected for the curvature
+/// of the curve. The correction assumes viscous damage: with the displacement v after the toe and x = v/v_peak, the
+/// force is F ∝ v exp(−x³/3). The tangent at v then has zero force at −v x³/(1 − x³) instead of 0.
 pub(super) fn toe_mm(curve: &TestCurve, qois: &Qois, slope_fraction: f64) -> f64 {
     let peak = qois.displacement_at_peak_mm;
     let window = Window::around(slope_fraction, peak);

@@ -19,7 +19,7 @@ pub(super) fn spikes(curve: &TestCurve) -> Vec<Finding> {
     let mut steps: Vec<f64> = force.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
     steps.sort_unstable_by(f64::total_cmp);
     let usual_step = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
-    // the second highest force, so that a spike at the highest reading does not increase its own limit
+    // the limit is relative to the second highest force: a spike at the highest reading must not increase its own limit
     let mut forces = force.clone();
     forces.sort_unstable_by(f64::total_cmp);
     let scale = forces[forces.len().saturating_sub(2)];
@@ -44,7 +44,7 @@ pub(super) fn spikes(curve: &TestCurve) -> Vec<Finding> {
             name: "spike",
             value: force[i],
             problem: format!(
-                "has a single reading of {} N at {} mm, {height:+.4} N off its neighbours \
+                "has a single reading of {} N at {} mm, {height:+.4} N from its neighbours \
                  (noise: {noise_n:.3} N)",
                 force[i], u[i]
             ),
@@ -57,7 +57,7 @@ pub(super) fn spikes(curve: &TestCurve) -> Vec<Finding> {
             name: "spike",
             value: further as f64,
             problem: format!(
-                "has {further} further readings more than {limit:.4} N off their neighbours"
+                "has {further} further readings more than {limit:.4} N from their neighbours"
             ),
             help: "Remove these readings, or filter the record.",
             weight: Weight::Warning,

@@ -21,7 +21,7 @@ fn changed(change: impl Fn(&mut Vec<f64>, &mut Vec<f64>)) -> TestCurve {
     curve
 }
 
-/// Names and weights of the findings that are not mere notes.
+/// Names and weights of the findings that are warnings or errors.
 fn found(curve: &TestCurve) -> Vec<(&'static str, Weight)> {
     let findings = InspectedCurve::of(curve, 0.3).findings;
     findings.iter().filter(|f| f.weight != Weight::Note).map(|f| (f.name, f.weight)).collect()
@@ -96,8 +96,8 @@ fn a_toe_is_a_warning_from_two_percent_of_the_displacement_at_peak_on() {
     assert!(finding.problem.contains(" % of its displacement at peak"), "{finding:?}");
 }
 
-/// Soft start of a = 0.02 mm: at displacement u, the force is that of the closed form at v, where u = v + a (1 −
-/// e^(−v/(0.2 a))).
+/// Soft start of a = 0.02 mm. The force at displacement u is the closed form at a displacement v that solves u = v + a
+/// (1 − e^(−v/(0.2 a))).
 #[test]
 fn a_soft_start_is_measured_and_taken_away() {
     let a = 0.02;
@@ -136,7 +136,7 @@ fn noise_of_force_and_displacement_is_no_fault_of_single_readings() {
             [(4000, 3.0, 0.0), (20_000, 3.0, 0.001), (4000, 1.0, 0.001), (200, 1.0, 0.001)]
         {
             let curve = dense(n, noise_n, noise_mm, seed);
-            // noise of 200 readings causes an error of the toe of more than 2 % of the displacement at peak
+            // the toe is omitted: noise of 200 readings changes the toe by more than 2 % of the displacement at peak
             let faults: Vec<_> = found(&curve).into_iter().filter(|f| f.0 != "toe").collect();
             assert_eq!(faults, [], "{n} {noise_n} {noise_mm} {seed}");
         }
@@ -175,7 +175,7 @@ fn a_load_cell_that_was_not_zeroed_is_an_error() {
     assert!(!found(&noisy).iter().any(|f| f.0 == "force-zero"));
 }
 
-/// A displacement that begins at 0.3 mm, and a platen that travels 0.3 mm before it touches.
+/// Two curves with a late loading: the first displacement is 0.3 mm, or the platen travels 0.3 mm before contact.
 #[test]
 fn loading_that_begins_late_is_named_and_corrected_on_request() {
     let offset = changed(|u, _| u.iter_mut().for_each(|u| *u += 0.3));

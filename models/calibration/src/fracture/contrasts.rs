@@ -1,5 +1,5 @@
-//! Transforms the quantities of specimens with the same covariance into contrasts, which contain the differences
-//! between specimens, and a total, which contains the mean.
+//! Transforms the quantities of specimens with the same covariance into contrasts (the differences between specimens)
+//! and a total (√n times the mean of n specimens).
 
 use ppl::prelude::*;
 
@@ -24,8 +24,8 @@ impl Group {
     }
 }
 
-/// Applies Helmert's orthogonal transform to n rows. Returns the n − 1 contrasts √(j/(j+1)) (mean of the first j rows −
-/// row j + 1), and √n times the mean of all rows.
+/// Applies Helmert's orthogonal transform to n rows. Returns the n − 1 contrasts √(j/(j+1)) (m_j − y_(j+1)), where y_j
+/// is row j and m_j the mean of the first j rows, and √n times the mean of all rows.
 pub(super) fn helmert<R: Scalar>(rows: &[Vec<R>]) -> (Vec<Vec<R>>, Vec<R>) {
     let Some((first, others)) = rows.split_first() else { return (Vec::new(), Vec::new()) };
     let mut mean = first.clone();

@@ -29,7 +29,7 @@ pub enum CalibrationError {
         /// Number of specimens with known inputs.
         found: usize,
     },
-    /// A specimen has another number of quantities than the surrogate.
+    /// A specimen and the surrogate have different numbers of quantities.
     #[error("a specimen has {found} quantities of interest, the surrogate has {expected}")]
     Quantities {
         /// Number of outputs of the surrogate.
@@ -39,7 +39,7 @@ pub enum CalibrationError {
     },
     /// The ranges of the priors are not the box of the surrogate.
     #[error(
-        "the ranges of the priors are not the box of the surrogate's inputs: fit it on these ranges"
+        "the ranges of the priors are not the box of the surrogate's inputs: fit the surrogate on these ranges"
     )]
     Priors,
     /// The groups of specimens are inconsistent.
@@ -65,10 +65,10 @@ pub enum CalibrationError {
     /// Labels do not match the quantities of interest.
     #[error(transparent)]
     Label(#[from] ppl::LabelError),
-    /// Specimens cannot be left out: too few draws, or a specimen without a density.
+    /// The cross-validation failed: there are too few draws, or the density of a specimen cannot be computed.
     #[error("leaving out a specimen: {0}")]
     LeaveOut(#[from] ppl::diagnostics::LooError),
-    /// The model rejects its own mode.
+    /// The density of the model is zero at the mode.
     #[error("at the mode: {0}")]
     Rejection(#[from] Rejection),
 }

@@ -1,4 +1,5 @@
-//! Distribution of one specimen given the others: of a new specimen, or of each tested specimen.
+//! Distribution of one specimen given the other specimens. The specimen is a new specimen or one of the tested
+//! specimens.
 
 use ppl::DomainError;
 use ppl::prelude::*;
@@ -6,8 +7,9 @@ use ppl::prelude::*;
 use super::specimens::{Expected, Kind, Specimens, scaled};
 
 impl Specimens {
-    /// Distribution of a new specimen given the tested ones, with which it shares the error δ. Its inputs are unknown
-    /// if there are specimens with unknown inputs; otherwise it has the mean response of the known specimens.
+    /// Distribution of a new specimen given the tested specimens. All specimens share the error δ. The inputs of the
+    /// new specimen are unknown if some tested specimens have unknown inputs; otherwise the new specimen has the mean
+    /// response of the tested specimens.
     pub(super) fn new_specimen<R: Scalar>(
         &self,
         expected: &Expected<R>,
@@ -23,11 +25,12 @@ impl Specimens {
         self.after(&self.groups(), kind, expected, scatter)?.specimen(expected.mean_of(kind), &gaps)
     }
 
-    /// Computes log p(y_k | y_−k, θ, Σ) of each specimen k given the others, with the shared errors integrated out. The
-    /// covariance is the same for all specimens of a group and is factorised only once per group.
+    /// Computes log p(y_k | y_−k, θ, Σ) of the quantities y_k of each specimen k given the quantities y_−k of the
+    /// others, with the shared errors integrated out. The covariance is the same for all specimens of a group, and it
+    /// is factorised only once per group.
     ///
     /// # Errors
-    /// If a covariance is not positive definite, or a mean has another size than the rows.
+    /// If a covariance is not positive definite, or the sizes of a mean and of the rows differ.
     pub(super) fn ln_conditionals(
         &self,
         expected: &Expected<f64>,
@@ -49,7 +52,7 @@ impl Specimens {
         expected: &Expected<f64>,
         scatter: &DynCholeskyFactor<f64>,
     ) -> Result<Vec<f64>, DomainError> {
-        // sizes of the groups without the specimen itself
+        // sizes of the groups after specimen k is removed
         let others = |(group, n): (Kind, usize)| (group, n - usize::from(group == kind));
         let groups: Vec<(Kind, usize)> =
             self.groups().into_iter().map(others).filter(|(_, n)| *n > 0).collect();
@@ -75,10 +78,10 @@ impl Specimens {
         self.group(kind).rows.iter().enumerate().map(ln_conditional).collect()
     }
 
-    /// Distribution of one more specimen of a kind, given the totals of groups with these sizes. With the covariance V
-    /// of the totals and the covariance C between specimen and totals, it is N(m + C V⁻¹ (totals − their means), Σ_k +
-    /// S − C V⁻¹ Cᵀ), where m is the expected response of the specimen, Σ_k the covariance of its own deviation, and S
-    /// the covariance that it shares with other specimens of its kind.
+    /// Distribution of one more specimen of a kind, given the totals of groups with these sizes. V is the covariance of
+    /// the totals, and C is the covariance between the specimen and the totals. The distribution is N(m + C V⁻¹ (totals
+    /// − their means), Σ_k + S − C V⁻¹ Cᵀ). Here m is the expected response of the specimen, Σ_k is the covariance of
+    /// the specimen's own deviation, and S is the covariance that the specimen shares with other specimens of its kind.
     fn after<R: Scalar>(
         &self,
         groups: &[(Kind, usize)],
@@ -119,8 +122,8 @@ struct After<R: Scalar> {
 }
 
 impl<R: Scalar> After<R> {
-    /// Distribution of a specimen for which the forward model predicts `mean`, if the totals of the others differ from
-    /// their means by `gaps`.
+    /// Distribution of a specimen for which the forward model predicts `mean`. The totals of the other specimens differ
+    /// from their expected values by `gaps`.
     fn specimen(
         &self,
         mean: &[R],

@@ -1,11 +1,11 @@
 //! Joint calibration of groups of specimens: several microstructures, several temperatures, one covariance of the
 //! specimens.
 //!
-//! A group consists of specimens of one microstructure, tested at one temperature, and has the surrogate of this
-//! microstructure. All groups share the material, whose parameters are constant or depend on the temperature. They also
-//! share the covariance of the specimens relative to the means of their group. Thus twelve specimens at four
-//! temperatures determine one covariance, whereas separate calibrations would estimate each of four covariances from
-//! three specimens.
+//! A group consists of specimens of one microstructure that were tested at one temperature. Each group has the
+//! surrogate of its microstructure. All groups share the material, whose parameters are constant or depend on the
+//! temperature. All groups also share the covariance of the specimens relative to the means of their group. Thus twelve
+//! specimens at four temperatures determine one covariance, whereas separate calibrations would estimate each of four
+//! covariances from three specimens.
 
 use ppl::Posterior;
 use ppl::prelude::*;
@@ -22,7 +22,7 @@ pub struct TestGroup {
     pub name: String,
     /// Temperature of the tests in °C.
     pub temperature_c: f64,
-    /// Surrogate of the microstructure. Its box must be the same in all groups.
+    /// Surrogate of the microstructure. The box of the surrogate must be the same in all groups.
     pub forward: DynPce,
     /// Experimental data of the specimens. One specimen is enough if other groups have more.
     pub evidence: Evidence,
@@ -33,7 +33,8 @@ pub struct TestGroup {
 pub enum Trend {
     /// The parameter does not depend on the temperature.
     Constant,
-    /// The logarithm of the parameter is linear in the temperature, with the deviations of [`Pooling::deviation`].
+    /// The logarithm of the parameter is a linear function of the temperature plus the deviations of
+    /// [`Pooling::deviation`].
     LogLinear,
 }
 
@@ -42,8 +43,8 @@ pub enum Trend {
 pub struct Pooling {
     /// Trend of each parameter, in the order of the surrogates' inputs.
     pub trends: Vec<Trend>,
-    /// Scale of the half-normal prior for the standard deviation by which the logarithm of a parameter deviates from
-    /// the line at a temperature. 0: no deviations.
+    /// Scale of the half-normal prior for the standard deviation δ: at each temperature, the logarithm of a parameter
+    /// deviates from the line by a normal error with standard deviation δ. 0: no deviations.
     pub deviation: f64,
 }
 
@@ -78,8 +79,8 @@ impl Groups {
     /// - Groups have different parameters or quantities.
     /// - A temperature or the deviation is not finite, or the deviation is negative.
     /// - The number of trends differs from the number of parameters.
-    /// - A parameter follows the temperature although there is only one temperature.
-    /// - A parameter follows the temperature although its lower bound is not above 0.
+    /// - A parameter depends on the temperature although there is only one temperature.
+    /// - A parameter depends on the temperature although its lower bound is not above 0.
     pub fn new(
         groups: &[TestGroup],
         priors: &[Prior],
@@ -153,22 +154,24 @@ impl Groups {
         })
     }
 
-    /// Priors of the parameters that follow the temperature.
+    /// Priors of the parameters that depend on the temperature.
     fn priors_of_following(&self) -> impl Iterator<Item = &Prior> {
         let with_trends = self.priors.iter().zip(&self.trends);
         with_trends.filter(|(_, trend)| **trend == Trend::LogLinear).map(|(prior, _)| prior)
     }
 
-    /// Parameters that follow the temperature.
+    /// Parameters that depend on the temperature.
     fn following(&self) -> impl Iterator<Item = &Input> {
         let with_trends = self.inputs.iter().zip(&self.trends);
         with_trends.filter(|(_, trend)| **trend == Trend::LogLinear).map(|(input, _)| input)
     }
 
-    /// Parameters at the relative position `place` of a temperature. Constant parameters have the values `lowest`. For
-    /// parameters that follow the temperature, the logarithm is interpolated linearly between `lowest` and `highest`
-    /// and then changed by the deviation `off`. The deviation is added to the logit of the relative position of the
-    /// logarithm in the box, so that the parameter stays in the box. The logit is scaled such that in the middle of the
+    /// Parameters at a temperature. `place` is the position of the temperature between the lowest (0) and the highest
+    /// (1). Constant parameters have the values `lowest`. For the other parameters, the logarithm is interpolated
+    /// linearly between `lowest` and `highest`, and the deviation `off` is added as follows. The logarithm has a
+    /// relative position between the ends of the box; `off`, scaled, is added to the logit of this position. Therefore
+    /// the parameter stays in the box. The scale is chosen such that a small deviation in the middle of the box changes
+    /// the logarithm by `off`.
     /// box, a small deviation is a change of the logarithm.
     fn parameters<R: Scalar>(&self, place: f64, lowest: &[R], highest: &[R], off: &[R]) -> Vec<R> {
         let mut following = highest.iter().enumerate();
@@ -190,7 +193,7 @@ impl Groups {
     }
 }
 
-/// Parameters: the inputs of the group's surrogate that are not known for its specimens.
+/// Parameters of a group: the inputs of the surrogate that are not known for the specimens.
 fn unknown(group: &TestGroup) -> &[Input] {
     let inputs = group.forward.inputs();
     &inputs[..inputs.len().saturating_sub(group.evidence.known_inputs())]
@@ -199,10 +202,10 @@ fn unknown(group: &TestGroup) -> &[Input] {
 ppl::model! {
     /// The paper's likelihood for groups of specimens with one relative covariance.
     ///
-    /// The prior of each parameter holds at the lowest temperature. A parameter that follows the temperature has the
-    /// same prior at the highest temperature, and its logarithm is linear in the temperature. If deviations are allowed,
-    /// the logarithm deviates from this line at each temperature by a normal error with standard deviation `deviation`.
-    /// `theta` contains the parameters at each temperature.
+    /// The prior of each parameter holds at the lowest temperature. A parameter that depends on the temperature has the
+    /// same prior at the highest temperature, and its logarithm is linear in the temperature. If deviations are
+    /// allowed, the logarithm deviates from this line at each temperature by a normal error with standard deviation
+    /// `deviation`. `theta` contains the parameters at each temperature.
     pub fn calibration_over_groups(groups: &Groups) {
         let mut lowest: Vec<Real> = Vec::new();
         #[dims(parameter)]

@@ -10,7 +10,7 @@ use super::{Calibration, CalibrationError, calibration_on, leave_out};
 /// Comparison of the calibration to all specimens but one with the calibration to all specimens.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WithoutSpecimen {
-    /// log p(y_k | y_−k) of the specimen that is left out.
+    /// Log density log p(y_k | y_−k) of the specimen k that is left out, given the other specimens.
     pub elpd: f64,
     /// Shape of the Pareto tail of the importance weights.
     pub pareto_k: f64,
@@ -62,7 +62,8 @@ impl Calibration {
         Ok(found)
     }
 
-    /// Moments of the parameters from a posterior that was sampled without specimen k, and log p(y_k | y_−k).
+    /// Moments of the parameters, and log p(y_k | y_−k) of specimen k given the others, from a posterior that was
+    /// sampled without specimen k.
     fn sampled_without(
         &self,
         k: usize,
@@ -127,7 +128,7 @@ fn weights(ln_density: &[f64], draws: usize) -> Vec<f64> {
     weights.into_iter().map(f64::exp).collect()
 }
 
-/// Mean and standard deviation of each column under these weights, whose sum is 1.
+/// Weighted mean and standard deviation of each column. The sum of the weights is 1.
 fn moments(rows: &[&[f64]], weights: &[f64]) -> Vec<[f64; 2]> {
     let columns = rows.first().map_or(0, |row| row.len());
     let mean = |f: &dyn Fn(&[f64]) -> f64| -> f64 {
@@ -146,8 +147,9 @@ mod tests {
     use crate::fracture::Population;
     use crate::fracture::six_specimens::{CALIBRATED, WITHOUT_EACH, sampler};
 
-    /// The last specimen is left out by sampling, because importance weights fail for it. The shift of each specimen
-    /// agrees with the difference between two calibrations, one with all specimens and one without the specimen.
+    /// The last specimen is left out by sampling, because importance weights fail for this specimen. The shift of each
+    /// specimen agrees with the difference between two calibrations, one with all specimens and one without the
+    /// specimen.
     #[test]
     fn shifts_are_those_of_calibrations_without_the_specimen() {
         let found = CALIBRATED.without_each(&sampler(), 0, 3).unwrap();

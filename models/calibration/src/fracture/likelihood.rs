@@ -12,7 +12,8 @@ ppl::model! {
         expected: &Expected<Real>,
         scatter: &DynCholeskyFactor<Real>,
     ) -> () {
-        // contrasts depend on the scatter between specimens only; totals also depend on the errors that all specimens share
+        // contrasts depend on the scatter between specimens only; totals also depend on the errors that all specimens
+        // share
         for (contrast, between) in specimens.known.contrasts.iter().zip(&expected.contrasts) {
             contrast ~ MvNormalCholesky(between, scatter);
         }

@@ -9,9 +9,9 @@ use super::Calibration;
 use super::specimens::Specimens;
 
 impl Calibration {
-    /// Computes leave-one-out cross-validation over the specimens: the log density of each specimen as predicted by a
-    /// calibration to all others, for quantities relative to the means of all specimens, and the influence of the
-    /// specimen on the posterior (Pareto k).
+    /// Computes leave-one-out cross-validation over the specimens. A specimen's result is its log density as predicted
+    /// by the calibration to all other specimens, and its influence on the posterior (Pareto k). Quantities are
+    /// relative to the means of all specimens.
     ///
     /// Specimens that share an error are not independent given the parameters. Therefore the density of specimen k is
     /// p(y_k | y_−k, θ), in which the other specimens y_−k inform about the shared error. [`Posterior::loo`] would
@@ -66,8 +66,8 @@ mod tests {
     use crate::fracture::six_specimens::{CALIBRATED, QOIS, WITHOUT_EACH, forward, priors, shared};
     use crate::fracture::{Calibration, Evidence, calibrate, calibrate_after};
 
-    /// Compares with the logarithm of the mean of p(y_k | y_−k, θ) over posteriors that were sampled without specimen
-    /// k.
+    /// Compares log p(y_k | y_−k) from importance weights with the log mean of p(y_k | y_−k, θ) over posteriors that
+    /// were sampled without specimen k.
     #[test]
     fn smoothed_weights_do_what_refits_do() {
         let loo = CALIBRATED.loo().unwrap();
@@ -78,7 +78,7 @@ mod tests {
         for (k, (point, posterior)) in loo.points.iter().zip(WITHOUT_EACH.iter()).enumerate() {
             let rows = ln_conditionals(posterior, &pce, &all);
             let mean = rows.iter().skip(k).step_by(6).map(|l| l.exp()).sum::<f64>() / 16000.0;
-            // the posterior without the last specimen differs too much for importance weights
+            // importance weights are inaccurate for the last specimen: the posterior without it differs too much
             let reliable = k < 5;
             assert_eq!(point.pareto_k < loo.threshold, reliable, "{k}: {point:?}");
             let gap = (point.elpd - mean.ln()).abs();

@@ -61,9 +61,10 @@ ppl::model! {
         #[predict] let new_specimen ~ MvNormalCholesky(mean, chol);
     }
 
-    /// Generalisation of `calibration`: one parameter per prior, which are the first inputs of the surrogate, and one
-    /// quantity per output. Specimens may share an error of the forward model. The other inputs of the surrogate are
-    /// known for each specimen. If some specimens have unknown inputs, these belong to a population.
+    /// Generalisation of `calibration` to any numbers of parameters and quantities. The first inputs of the surrogate
+    /// are the parameters, one per prior; each output is a quantity. Specimens may share an error of the forward model.
+    /// The other inputs of the surrogate are known for each specimen, or unknown for some specimens: the unknown inputs
+    /// belong to a population.
     ///
     /// # Reference
     /// Kennedy & O'Hagan (2001), *Bayesian Calibration of Computer Models*, doi:10.1111/1467-9868.00294, for an error
@@ -80,7 +81,7 @@ ppl::model! {
         #[dims(quantity)] let sd ~ Normal(0.15, 0.25).truncate(0.0..).iid(k);
         let corr ~ LkjCholesky::of(k, 3.0);
         let chol = corr.scale_rows(&sd)?;
-        // recorded for the user, because the entries of the Cholesky factor are hard to interpret
+        // `#[track]` records the correlation matrix, because the entries of the Cholesky factor are hard to interpret
         #[dims(quantity, other)] #[track] let correlation = corr.covariance();
 
         let expected = specimens.expected(forward, &point)?;
@@ -96,7 +97,8 @@ pub struct Calibration {
     /// Draws, predictions, prior, log-likelihoods. The parameters are `theta`, labelled by the names of
     /// the surrogate's inputs; quantities are relative to the means of the specimens.
     pub posterior: Posterior,
-    /// Joint mode over the constrained values (no Jacobian), in the order of the surrogate's inputs.
+    /// Joint mode of the density of the parameters (without the Jacobian of the transform), in the order of the
+    /// surrogate's inputs.
     pub map: Vec<f64>,
     /// Result of the search for the mode.
     pub mode: Mode,
@@ -108,18 +110,19 @@ pub struct Calibration {
     priors: Vec<Prior>,
 }
 
-/// Experimental data of the specimens, and errors of the forward model.
+/// Experimental data of the specimens, and the errors of the forward model.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Evidence {
     /// Quantities of interest, one row per specimen, in the order of the surrogate's outputs.
     pub qois: Vec<Vec<f64>>,
-    /// Last inputs of the surrogate for each specimen, such as the stiffness ratio of its microstructure; `None` if
-    /// they are unknown. Empty: all inputs are parameters.
+    /// For each specimen, the last inputs of the surrogate, such as the stiffness ratio of the microstructure; `None`
+    /// if these inputs are unknown. An empty list means that all inputs are parameters.
     pub known: Vec<Option<Vec<f64>>>,
     /// Population of the last inputs of the surrogate, for specimens whose inputs are unknown.
     pub population: Option<Population>,
-    /// Covariance of the error that all specimens share, relative to their means: errors of the mesh, of the geometry,
-    /// and of the surrogate if its error is the same everywhere. Empty: no shared error, as in the paper's likelihood.
+    /// Covariance of the error that all specimens share, relative to the means of the quantities. This error includes
+    /// errors of the mesh, of the geometry, and of the surrogate if the surrogate's error is the same everywhere.
+    /// Empty: no shared error, as in the paper's likelihood.
     pub shared: Vec<Vec<f64>>,
     /// Errors of the forward model that depend on the parameters and that all specimens share. These errors arise from
     /// the limited number of runs and from the limited number of specimens in these runs. The lack of fit of a
@@ -128,14 +131,14 @@ pub struct Evidence {
 }
 
 impl Evidence {
-    /// Number of inputs of the surrogate, the last ones, that are not parameters.
+    /// Number of inputs at the end of the surrogate's inputs that are not parameters.
     pub fn known_inputs(&self) -> usize {
         let of_population = self.population.as_ref().map_or(0, |p| p.mean().len());
         self.known.iter().flatten().next().map_or(of_population, Vec::len)
     }
 
-    /// Typical values of the last inputs: the mean of the population if some specimens have unknown inputs, or else the
-    /// mean over the specimens.
+    /// Typical values of the inputs that are not parameters: the mean of the population if some specimens have unknown
+    /// inputs, or else the mean over the specimens.
     pub fn middle(&self) -> Vec<f64> {
         let known: Vec<Vec<f64>> = self.known.iter().flatten().cloned().collect();
         match &self.population {
@@ -145,13 +148,13 @@ impl Evidence {
     }
 }
 
-/// Calibrates the inputs of a surrogate against specimens. `priors` are the priors of the inputs, without those that are
-/// known for each specimen. `sampler` determines chains, draws and their seed. `seed` is the seed of the predictions and
-/// of the starting points for the search for the mode.
+/// Calibrates the inputs of a surrogate against specimens. `priors` are the priors of the inputs, without those that
+/// are known for each specimen. `sampler` determines chains, draws and their seed. `seed` is the seed of the
+/// predictions and of the starting points for the search for the mode.
 ///
 /// # Errors
-/// If there are fewer than two specimens, a row or a covariance has the wrong size, the ranges of the priors are not the
-/// box of the surrogate, or the surrogate rejects every starting point.
+/// If there are fewer than two specimens, a row or a covariance has the wrong size, the ranges of the priors are not
+/// the box of the surrogate, or the surrogate rejects every starting point.
 ///
 /// # Example
 /// ```no_run

@@ -1,11 +1,11 @@
 //! Population of the inputs of the forward model that are unknown for some specimens, and the response of these
 //! specimens.
 //!
-//! A specimen without an image has an unknown stiffness ratio k. It belongs to a population of which N other members
-//! are known: k ~ N(μ, s²) and μ ~ N(k̄, s²/N), where k̄ is the mean of the known members. Neither k nor μ has to be
-//! sampled. To second order in s, the response m(θ, k) is normal: its mean is the average of m over the population, and
-//! its covariance is b bᵀ, where b is the change of the response for a change of k by s. All specimens with unknown k
-//! share the error of k̄, which has the covariance b bᵀ/N.
+//! A specimen without an image has an unknown stiffness ratio k. The ratio k comes from a population with N known
+//! members: k ~ N(μ, s²) and μ ~ N(k̄, s²/N), where k̄ is the mean of the known members. Neither k nor μ has to be
+//! sampled. To second order in s, the response m(θ, k) is normal. The mean of the response is the average of m over the
+//! population. The covariance of the response is b bᵀ, where b is the change of the response if k changes by s. All
+//! specimens with unknown k share the error of k̄, which has the covariance b bᵀ/N.
 
 use ppl::prelude::*;
 use surrogate::DynPce;
@@ -24,8 +24,8 @@ impl Population {
     /// Estimates the population from known members, one row per member.
     ///
     /// Given the mean k̄ and the variance s² of N members, a further member follows Student's distribution with N − 1
-    /// degrees of freedom. Here a normal distribution replaces it. The variance about the mean is s² (N − 1)/(N − 3),
-    /// and the variance of the mean is 1/N of this.
+    /// degrees of freedom. A normal distribution with the same variances replaces Student's distribution: a member has
+    /// the variance s² (N − 1)/(N − 3) about the mean of the population, and the mean has 1/N of this variance.
     ///
     /// # Errors
     /// If there are fewer than four members, so that the spread cannot be estimated, or the rows have different
@@ -47,7 +47,7 @@ impl Population {
     }
 
     /// Creates a population with the mean and standard deviation of each input. `count` is the number of members from
-    /// which these were estimated; infinity means that they are exact.
+    /// which mean and standard deviation were estimated; infinity means that both are exact.
     pub fn normal(mean: Vec<f64>, sd: Vec<f64>, count: f64) -> Self {
         Self { mean, sd, count }
     }
@@ -80,8 +80,10 @@ impl Population {
         both.map(place).collect()
     }
 
-    /// Mean and spread of the response at the parameters `point`, computed from the 2d points k̄ ± √d s_i e_i for d
-    /// inputs. The mean is exact for polynomials of second order in k, the spread for polynomials of first order.
+    /// Mean and spread of the response at the parameters `point`, computed from 2d evaluations for d inputs. The
+    /// evaluations are at k̄ ± √d s_i e_i, with the mean k̄ of the population, the standard deviation s_i of input i
+    /// and its unit vector e_i. The mean is exact if the response is a polynomial of second order in k; the spread is
+    /// exact for first order.
     ///
     /// # Reference
     /// Julier & Uhlmann (2004), doi:10.1109/JPROC.2003.823141, for the choice of the points.
@@ -113,13 +115,13 @@ pub(super) struct Spread<R> {
 }
 
 impl<R: Scalar> Spread<R> {
-    /// Entry (i, j) of the covariance of the response between specimens with unknown inputs.
+    /// Entry (i, j) of the covariance of the response of one specimen due to the spread of its unknown inputs.
     pub(super) fn between(&self, i: usize, j: usize) -> R {
         self.columns.iter().map(|column| column[i] * column[j]).sum()
     }
 
-    /// Entry (i, j) of the covariance of the error that these specimens share because the mean of the population is not
-    /// known exactly.
+    /// Entry (i, j) of the covariance that all specimens with unknown inputs share, because the mean of the population
+    /// is not known exactly.
     pub(super) fn shared(&self, i: usize, j: usize) -> R {
         self.between(i, j) * self.count.recip()
     }

@@ -12,7 +12,8 @@ use crate::prior::Prior;
 pub(super) const QOIS: [[f64; 2]; 6] =
     [[0.97, 0.99], [1.00, 0.95], [0.95, 0.97], [1.02, 1.01], [0.98, 1.00], [1.08, 1.08]];
 
-/// Forward model of one parameter: over the box, the first quantity grows from 0.8 to 1.2 and the second from 0.9 to 1.1.
+/// Forward model of one parameter: over the box, the first quantity grows from 0.8 to 1.2 and the second from 0.9 to
+/// 1.1.
 pub(super) fn forward() -> DynPce {
     let x = Input::new("matrix.young_mpa", 250.0, 300.0).unwrap();
     let slopes = [0.2, 0.1].map(|s| s / 3f64.sqrt()).to_vec();
@@ -41,8 +42,8 @@ pub(super) static CALIBRATED: LazyLock<Calibration> = LazyLock::new(|| {
     calibrate(&forward(), &priors(), &evidence, &sampler(), 3).unwrap()
 });
 
-/// Posteriors without the first specimen, without the second, and so on. They are sampled with other random numbers
-/// than [`CALIBRATED`].
+/// Posteriors without the first specimen, without the second, and so on. These posteriors are sampled with other random
+/// numbers than [`CALIBRATED`].
 pub(super) static WITHOUT_EACH: LazyLock<Vec<Posterior>> = LazyLock::new(|| {
     let without = |k: usize| {
         let mut others = QOIS.map(Vec::from).to_vec();

@@ -1,11 +1,12 @@
 //! The specimens of a calibration, transformed for the likelihood into contrasts between specimens and totals over
 //! specimens.
 //!
-//! The model is y_k = m + δ + e_k with e_k ~ N(0, Σ) for each specimen and one δ ~ N(0, S) for all specimens. δ is the
-//! error of the forward model, which does not decrease with the number of specimens. An orthogonal transform turns the
-//! n rows into n − 1 contrasts z_j ~ N(0, Σ), in which δ and m cancel, and the total √n ȳ ~ N(√n m, Σ + nS). The joint
-//! density of contrasts and total is the density of the rows with δ integrated out. S may depend on the parameters: the
-//! error of a surrogate is S(θ) = s² h(θ), the variance s² of runs times the leverage h, which is small near the runs.
+//! The model is y_k = m + δ + e_k for the quantities y_k of specimen k, with the response m of the forward model, e_k ~
+//! N(0, Σ) for each specimen and one δ ~ N(0, S) for all specimens. δ is the error of the forward model, which does not
+//! decrease with the number of specimens. An orthogonal transform turns the n rows into n − 1 contrasts z_j ~ N(0, Σ),
+//! in which δ and m cancel, and the total √n ȳ ~ N(√n m, Σ + nS), where ȳ is the mean of the rows. The joint density of
+//! contrasts and total is the density of the rows with δ integrated out. S may depend on the parameters: the error of a
+//! surrogate is S(θ) = s² h(θ), the variance s² of runs times the leverage h, which is small near the runs.
 //!
 //! The forward model may have inputs that are known for each specimen, such as the stiffness of its microstructure.
 //! Each specimen then has its own mean m_k, and the same transform is applied to the means. Specimens with unknown
@@ -32,13 +33,14 @@ pub struct Specimens {
     pub(super) unknown: Group,
     /// Last inputs of the forward model for each specimen with known inputs; empty if the model has no such inputs.
     pub(super) inputs: Vec<Vec<f64>>,
-    /// Population of the inputs of the other specimens, if there are any.
+    /// Population of the unknown inputs; `None` if all inputs are known.
     pub(super) population: Option<Population>,
     /// Totals of the non-empty groups, concatenated.
     pub(super) totals: Vec<f64>,
-    /// Constant part of S, quantities × quantities. With S = 0 the likelihood is that of the paper.
+    /// Constant part of the covariance S of the error that all specimens share, quantities × quantities. If S is zero,
+    /// the likelihood is the likelihood of the paper.
     pub(super) shared: Vec<Vec<f64>>,
-    /// Parts of S that depend on the parameters: errors of a forward model that was estimated from runs.
+    /// Parts of the covariance S that depend on the parameters: errors of a forward model that was estimated from runs.
     pub(super) open: Vec<Open>,
 }
 
@@ -150,8 +152,8 @@ impl Specimens {
         Ok(Expected { own, contrasts, mean, unknown, shared })
     }
 
-    /// Sets the covariance S of the error δ that all specimens share: the error of the surrogate, the mesh and the geometry,
-    /// for quantities relative to the means of the specimens.
+    /// Sets the covariance S of the error δ that all specimens share: the error of the surrogate, the mesh and the
+    /// geometry, for quantities relative to the means of the specimens.
     ///
     /// # Errors
     /// If the size of `covariance` differs from the number of quantities.
@@ -168,8 +170,9 @@ impl Specimens {
         Ok(self)
     }
 
-    /// Adds an error of the forward model that depends on the parameters and that all specimens share. Its covariance
-    /// is `scatter`, for quantities relative to the means of the specimens, times the leverage at the parameters.
+    /// Adds an error of the forward model that depends on the parameters and that all specimens share. The covariance
+    /// of the error is `scatter`, for quantities relative to the means of the specimens, times the leverage at the
+    /// parameters.
     ///
     /// # Errors
     /// If the size of `scatter` differs from the number of quantities.
@@ -187,9 +190,9 @@ impl Specimens {
         Ok(Self { shared, open, ..checked })
     }
 
-    /// S at the parameters `point`. Known inputs are set to their mean over the specimens; if the response is linear in
-    /// these inputs, this is the error of the mean response. If some specimens have unknown inputs, the mean of the
-    /// population is used instead.
+    /// Covariance S of the shared error at the parameters `point`. Known inputs are set to their mean over the
+    /// specimens; if the response is linear in these inputs, this is the error of the mean response. If some specimens
+    /// have unknown inputs, the mean of the population is used instead.
     pub(super) fn shared_at<R: Scalar>(&self, point: &[R]) -> Result<Vec<Vec<R>>, DomainError> {
         let constant = |row: &Vec<f64>| row.iter().map(|&s| R::from(s)).collect();
         let mut shared: Vec<Vec<R>> = self.shared.iter().map(constant).collect();
@@ -231,7 +234,7 @@ impl Specimens {
         }
     }
 
-    /// Expected contrast between specimens with unknown inputs: zero.
+    /// Expected contrast between specimens with unknown inputs, which is zero.
     pub(super) fn no_contrast<R: Scalar>(&self) -> Vec<R> {
         vec![R::from(0.0); self.shared.len()]
     }
@@ -242,8 +245,9 @@ impl Specimens {
         groups.flat_map(|(group, size)| scaled(expected.mean_of(group), size)).collect()
     }
 
-    /// Cholesky factor of the covariance of the totals. `scatter` is the factor of Σ. For a single group with known
-    /// inputs the covariance is Σ + nS.
+    /// Cholesky factor of the covariance of the totals. `scatter` is the Cholesky factor of the covariance Σ between
+    /// specimens. For a single group of n specimens with known inputs, the covariance of the total is Σ + nS with the
+    /// covariance S of the shared error.
     pub(super) fn factor_of_totals<R: Scalar>(
         &self,
         expected: &Expected<R>,
@@ -252,8 +256,8 @@ impl Specimens {
         self.factor_of(&self.groups(), expected, scatter)
     }
 
-    /// Cholesky factor of the covariance Σ + T between specimens with unknown inputs; the factor of Σ if there are no
-    /// such specimens.
+    /// Cholesky factor of the covariance Σ + T of specimens with unknown inputs, where T is the effect of the inputs'
+    /// spread; the factor of Σ if there are no such specimens.
     pub(super) fn factor_of_unknown<R: Scalar>(
         &self,
         expected: &Expected<R>,
@@ -292,7 +296,7 @@ impl Specimens {
         DynCholeskyFactor::of_covariance(&covariance)
     }
 
-    /// Entry (i, j) of the covariance between two different specimens of the kinds `a` and `b`.
+    /// Entry (i, j) of the covariance between two different specimens, one of kind `a` and one of kind `b`.
     pub(super) fn common<R: Scalar>(
         &self,
         a: Kind,
@@ -310,7 +314,8 @@ impl Specimens {
         }
     }
 
-    /// Entry (i, j) of the covariance of a specimen's own deviation, which is independent of other specimens.
+    /// Entry (i, j) of the covariance of a specimen's own deviation, which is independent of the deviations of other
+    /// specimens.
     pub(super) fn own<R: Scalar>(
         &self,
         kind: Kind,
@@ -357,7 +362,7 @@ pub(super) struct Expected<R> {
     mean: Vec<R>,
     /// Response of a specimen with unknown inputs, if there are such specimens.
     pub(super) unknown: Option<Spread<R>>,
-    /// S at the parameters.
+    /// Covariance S of the shared error at the parameters.
     shared: Vec<Vec<R>>,
 }
 

@@ -40,15 +40,16 @@ fn forward(with_k: bool) -> DynPce {
     DynPce::from_terms(inputs, vec!["a".into(), "b".into()], terms).unwrap()
 }
 
-/// Means and covariance of the rows of specimens. Each pair of specimens has the covariance S, and each specimen with
-/// itself also Σ. If k is unknown, a pair has s²/N b bᵀ in addition, and a specimen with itself also s² b bᵀ.
+/// Means and covariance of the rows of specimens. The covariance between two specimens is S, plus s²/N b bᵀ if k is
+/// unknown. The covariance of one specimen is this plus Σ, and plus s² b bᵀ if k is unknown. Symbols as in
+/// `specimens.rs` and `population.rs`.
 struct Joint {
     means: Vec<Vec<f64>>,
     covariance: Vec<Vec<f64>>,
 }
 
 impl Joint {
-    /// For specimens without known inputs.
+    /// Joint distribution of `n` specimens without inputs other than θ.
     fn alike(n: usize) -> Self {
         let mean = forward(false).value(&[THETA]).unwrap();
         Self::of(vec![mean; n], &vec![None; n])
@@ -124,7 +125,7 @@ fn assert_density_of(specimens: &Specimens, pce: &DynPce, known: Option<&[Option
         assert!((found - exact).abs() < 1e-10, "{k}: {found} {exact}");
     }
 
-    // the inputs of a new specimen are unknown: it is not tested if the inputs of all specimens are known
+    // if all inputs are known, there is no population for a new specimen, and its density is not tested
     if known.is_some_and(|known| !known.contains(&None)) {
         return;
     }
@@ -142,8 +143,8 @@ fn contrasts_and_totals_have_the_density_of_all_rows_at_once() {
     assert_density_of(&specimens(), &forward(false), None);
 }
 
-/// The inputs of all, some, one or no specimens are known. The marginal density over an unknown Gaussian input of a
-/// linear model is normal.
+/// The inputs of all, some, one or no specimens are known. If the model is linear and the unknown input is normal, the
+/// marginal density of the quantities is normal.
 #[test]
 fn what_is_known_of_some_specimens_moves_their_means_and_what_is_not_widens_the_others() {
     let k = [0.9, 1.2, 1.0, 0.7].map(Some);
@@ -188,8 +189,8 @@ fn without_a_shared_error_specimens_are_independent() {
     }
 }
 
-/// Compares S(θ) = S + s² h(θ), at the mean of the known inputs, with its direct computation, and its derivative with a
-/// difference quotient.
+/// Compares S(θ) = S + s² h(θ), at the mean of the known inputs, with an independent computation, and the derivative of
+/// S(θ) with a difference quotient.
 #[test]
 fn what_runs_leave_open_is_shared_where_the_parameters_are() {
     use surrogate::{Dataset, FitOptions, OrderRule};
@@ -228,7 +229,7 @@ fn what_runs_leave_open_is_shared_where_the_parameters_are() {
     );
 }
 
-/// A single specimen, as in a group whose covariance is determined by other groups.
+/// A group may have a single specimen if other groups determine the covariance.
 #[test]
 fn one_specimen_alone_has_the_density_of_itself() {
     let one = Specimens::new(&[QOIS[0].to_vec()]).unwrap();

@@ -7,9 +7,9 @@ use super::specimens::column_means;
 use crate::qoi::Quantity;
 
 impl Calibration {
-    /// Returns the posterior for users. `mean` and `new_specimen` are in the units of the surrogate's outputs, with the
-    /// names of the outputs as labels. The observed data are the quantities `qois` of the specimens with the names
-    /// `ids`, in place of the contrasts and totals of the likelihood. `log_likelihood` still has one term per contrast
+    /// Returns the posterior for users. `mean` and `new_specimen` are in the units of the surrogate's outputs and have
+    /// the names of the outputs as labels. Instead of the contrasts and totals of the likelihood, the observed data are
+    /// the quantities `qois` of the specimens with the names `ids`. `log_likelihood` still has one term per contrast
     /// and total. `sd` remains relative to the specimens' means. `units` are the units of the parameters.
     ///
     /// # Errors

@@ -36,7 +36,7 @@ fn two_parameters_and_three_quantities_have_the_closed_form() {
         for (i, found) in test.expected(&belief, n).unwrap().iter().enumerate() {
             let width = prior[i][1] - prior[i][0];
             let contraction = 1.0 - exact[(i, i)] / (width * width / 12.0);
-            // the moments of a lattice of 20 000 points differ from those of the box by about 1e-4
+            // the moments of 20 000 lattice points differ from the moments of the box by about 1e-4
             assert!((found.contraction - contraction).abs() < 1e-3, "{n} {found:?}");
             let interval = 2.0 * HALF_90 * exact[(i, i)].sqrt();
             assert!((found.width90 - interval.min(0.9 * width)).abs() < 2e-3 * width);
@@ -44,8 +44,8 @@ fn two_parameters_and_three_quantities_have_the_closed_form() {
     }
 }
 
-/// Definitions 3.4: the peak stress of a slow test is σ_c = (3/16) √(3 E Gc/l0), so that ∂ ln σ/∂ ln E and ∂ ln σ/∂ ln
-/// Gc are ½. If E is known, n peak forces with relative scatter s carry the information n/(2 s Gc)² on Gc.
+/// Definitions 3.4: the peak stress of a slow test is σ_c = (3/16) √(3 E Gc/l0), so that ∂ ln σ_c/∂ ln E and ∂ ln σ_c/∂
+/// ln Gc are ½. If E is known, n peak forces with relative scatter s carry the Fisher information n/(2 s Gc)² on Gc.
 #[test]
 fn a_rate_independent_peak_tells_the_toughness_and_a_viscous_one_does_not() {
     let prior = [[250.0, 300.0], [0.001, 0.004]];
@@ -109,7 +109,8 @@ fn more_specimens_teach_more_until_what_they_share_is_left() {
             }
             before = now;
         }
-        // the goal is the width after nine specimens: nine are needed. No number of specimens reaches a width below the limit
+        // the goal is the width after nine specimens, so that nine specimens are needed; a width below the limit is
+        // never reached
         let at = |n: usize| test.expected(&belief, n).unwrap()[0].width90;
         let needed = test.specimens_for(&belief, 0, Goal::Width90(at(9))).unwrap();
         assert_eq!(needed.specimens, Some(9));

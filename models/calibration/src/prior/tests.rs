@@ -27,7 +27,7 @@ fn priors() -> [Prior; 10] {
 /// Unknown parameters of a prior.
 const NONE: [f64; 0] = [];
 
-/// Density that integrates to 1 over the range, moments, distribution functions, draws, transform and derivatives.
+/// Priors integrate to 1 over their range, and moments, distribution functions, draws, transform and derivatives agree.
 #[test]
 fn truncated_priors_are_distributions() {
     for prior in priors() {
@@ -42,7 +42,8 @@ fn truncated_priors_are_distributions() {
     }
 }
 
-/// ln 1.1 is the standard deviation of the logarithm, and 3.0902 the 99.9 % quantile of a standard normal number.
+/// The default range excludes a probability of 0.002. ln 1.1 is the standard deviation of the logarithm, and 3.0902 is
+/// the 99.9 % quantile of the standard normal distribution.
 #[test]
 fn the_range_that_is_left_out_has_all_but_two_thousandths_of_the_probability() {
     let [lower, upper] = Prior::new(PriorFamily::LogNormal, &[280.0, 1.1]).range();
@@ -74,7 +75,7 @@ fn priors_are_read_as_they_are_written() {
     for prior in priors() {
         let text = toml::to_string(&Table::from([("x".to_owned(), prior)])).unwrap();
         let read = toml::from_str::<Table>(&text).unwrap()["x"];
-        // values that a family has not are NaN
+        // compares as text, because unused values are NaN
         assert_eq!((read.to_string(), read.range()), (prior.to_string(), prior.range()), "{text}");
     }
     let uniform = toml::from_str::<Table>("x = [250.0, 300.0]").unwrap()["x"];
@@ -99,7 +100,7 @@ fn a_design_has_the_distribution_of_the_priors() {
 }
 
 ppl::model! {
-    /// Three parameters with uniform priors as they are written in models.
+    /// Three parameters with uniform priors that are written in the model.
     fn with_uniform(bounds: &[[f64; 2]; 3], y: &[f64]) {
         let mut sum = Real::from(0.0);
         for bounds in bounds {
@@ -112,7 +113,7 @@ ppl::model! {
         }
     }
 
-    /// The same with priors of a case.
+    /// Three parameters with priors of type [`Prior`], as read from a case.
     fn with_priors(priors: &[Prior], y: &[f64]) {
         let mut sum = Real::from(0.0);
         for prior in priors {
@@ -129,7 +130,7 @@ ppl::model! {
 const BOUNDS: [[f64; 2]; 3] = [[250.0, 300.0], [1e-5, 5e-3], [0.05, 0.55]];
 const Y: [f64; 4] = [-1.8, -2.1, -1.2, -1.6];
 
-/// Not only close: draws, density and derivatives have the same bits as with `Uniform` of `ppl`.
+/// Draws, density and derivatives have the same bits as with `ppl::Uniform`.
 #[test]
 fn uniform_priors_change_no_bit() {
     let priors = BOUNDS.map(|[a, b]| Prior::uniform(a, b));
@@ -150,7 +151,7 @@ fn uniform_priors_change_no_bit() {
 
 #[test]
 fn gradients_are_derivatives() {
-    // `sum` has logarithms: parameters must be positive
+    // the model takes logarithms, so that parameters must be positive
     gradient(&with_priors(&priors(), &Y), 1);
 }
 
@@ -188,7 +189,7 @@ fn the_posterior_of_a_lognormal_prior_is_that_of_quadrature() {
     let [mean, sd] = moments(&|x: f64| -0.5 * ((x / 280.0).ln() / 1.05f64.ln()).powi(2) - x.ln());
     ppl::check::mean(&posterior, "theta[matrix.young_mpa]", mean).within_mcse(4.0);
     ppl::check::sd(&posterior, "theta[matrix.young_mpa]", sd).within_mcse(4.0);
-    // the prior matters: a uniform one gives another posterior
+    // a uniform prior gives another posterior
     let flat = moments(&|_| 0.0);
     assert!(flat[0] - mean > 0.5 * sd && flat[1] > 1.2 * sd, "{flat:?}, {mean}, {sd}");
     let missing = calibrate(&pce, &[prior.within(210.0, 400.0)], &evidence, &sampler, 4);

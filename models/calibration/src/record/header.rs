@@ -7,7 +7,7 @@ use super::text::{Row, Sheet, has_readings};
 use super::unit::Unit;
 use crate::error::InputError;
 
-/// Number of rows after the first reading that must contain readings, too.
+/// Number of rows after the first row with readings that must contain readings, too.
 const FOLLOWING: usize = 2;
 
 /// Name and unit of a column.
@@ -77,7 +77,7 @@ impl Layout {
         if named < width {
             let place = format!("line {}", rows[first].line);
             let problem = format!("has {width} fields, line {} has {named} names", header.line);
-            let help = "If commas are decimal signs and separators at once, export with another separator; else state \
+            let help = "If commas are both decimal signs and separators, export with another separator; otherwise state \
                         separator, decimal and skip under [experiments.read].";
             return Err(InputError::new(file, place, "", problem, help));
         }

@@ -19,7 +19,7 @@ pub(super) fn sheet(
     options: &ReadOptions,
 ) -> Result<Sheet, InputError> {
     let unreadable = |e: calamine::XlsxError| {
-        let help = "Save it as .xlsx, or export the readings as text.";
+        let help = "Save the workbook as .xlsx, or export the readings as text.";
         InputError::new(file, "", "", format!("is not a readable workbook ({e})"), help)
     };
     let mut workbook = Xlsx::new(Cursor::new(bytes)).map_err(unreadable)?;

@@ -21,13 +21,14 @@ pub struct HardeningPoint {
     pub true_stress_mpa: f64,
 }
 
-/// Treatment of readings that were taken while the specimen was temporarily unloaded. They do not show the flow stress.
+/// Treatment of readings that were taken while the specimen was temporarily unloaded. Such readings do not show the
+/// flow stress.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Unloading {
     /// The readings are kept as points of the curve.
     Kept,
     /// Readings are omitted if their engineering stress is below the largest preceding engineering stress by more than
-    /// this fraction. Up to the largest load, the stress of a flowing specimen decreases only because of noise.
+    /// this fraction. Smaller decreases before the largest load are noise.
     LeftOut(f64),
 }
 
@@ -39,7 +40,8 @@ impl Default for Unloading {
 
 /// A test in tension, from 0.2 % of plastic strain to the largest load.
 ///
-/// At the largest load the specimen begins to neck (Considère: dσ/dε = σ), and a single strain no longer describes it.
+/// At the largest load the specimen begins to neck (Considère's criterion dσ/dε = σ). In the neck the strain is not
+/// uniform, so that later readings are omitted.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TensionTest {
     /// Name of the specimen.
@@ -155,7 +157,8 @@ pub fn read_tension_tests(
 mod tests {
     use super::*;
 
-    /// Hollomon's law σ = K ε^n at constant volume: S = K ln(1+e)^n/(1+e), with the largest load at ε = n.
+    /// Engineering readings of Hollomon's law σ = K ε^n at constant volume: S = K ln(1+e)^n/(1+e), with the largest
+    /// load at ε = n.
     #[test]
     fn readings_give_back_the_law_up_to_its_necking_strain() {
         let (strength, exponent, young) = (1000.0, 0.3, 200_000.0);
@@ -173,8 +176,8 @@ mod tests {
         }
     }
 
-    /// A specimen is unloaded elastically by 150 MPa and loaded again. Without these readings, the curve is the same as
-    /// if the specimen had never been unloaded.
+    /// A specimen is unloaded elastically by 150 MPa and loaded again. Without these readings, the curve equals the
+    /// curve of a specimen that was never unloaded.
     #[test]
     fn readings_of_unloading_are_left_out_or_kept() {
         let young = 200_000.0;

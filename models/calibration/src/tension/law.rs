@@ -2,8 +2,8 @@
 
 use ppl::prelude::*;
 
-/// Plastic strain up to which the rise of the stress is a parameter of both laws. It is in the middle of the tested
-/// range, where the data determine the rise best and nearly independently of the shape of the curve.
+/// Plastic strain up to which the rise of the stress is a parameter of both laws. This strain is in the middle of the
+/// tested range, where the data determine the rise best and nearly independently of the shape of the curve.
 pub const REFERENCE_STRAIN: f64 = 0.3;
 
 /// Flow stress as a function of plastic strain, with three positive parameters: stress at yield, rise of the stress up
@@ -40,7 +40,7 @@ impl HardeningLaw for Voce {
         yielding + rise * part
     }
 
-    /// Solution of Considère's criterion Q b e^(−b ε) = σ_y + Q − Q e^(−b ε).
+    /// Solution of Considère's criterion for Voce's law, Q b e^(−b ε) = σ_y + Q − Q e^(−b ε).
     fn uniform_strain<S: Scalar>(&[yielding, rise, rate]: &[S; 3]) -> S {
         let saturation = -rise / (-rate * REFERENCE_STRAIN).exp_m1();
         (saturation * (rate + 1.0) / (yielding + saturation)).ln() / rate
@@ -72,7 +72,7 @@ impl HardeningLaw for Swift {
         parameters[0] * (ratio.ln_1p() * parameters[2]).exp()
     }
 
-    /// Solution of Considère's criterion n/(ε₀ + ε) = 1.
+    /// Solution of Considère's criterion for Swift's law, n/(ε₀ + ε) = 1.
     fn uniform_strain<S: Scalar>(parameters: &[S; 3]) -> S {
         parameters[2] - Self::prestrain(parameters)
     }

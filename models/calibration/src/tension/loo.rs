@@ -28,12 +28,11 @@ pub(super) struct CurveFit {
 /// Computes how well each specimen is predicted from the others. `posterior` is a calibration of the law `L` to all
 /// specimens.
 ///
-/// A whole curve is left out, because a further specimen has a whole curve. Single points of a curve are predicted by
-/// their neighbours, so that leaving out one point would test interpolation only. The density of a curve is p(y_k | μ,
-/// s, R, sd) = ∫ p(y_k | θ, sd) N(ln θ; μ, Σ) d ln θ; for this integral, the law is linearised about the least-squares
-/// fit of the curve. Draws are reweighted (PSIS). If Pareto's k of a specimen is above the threshold, `sampler` runs
-/// again without the specimen, and the result has −∞ in place of k.
-///
+/// A whole curve is left out, because a further specimen has a whole curve. Leaving out single points would test
+/// interpolation only, because the neighbours of a point predict it. The density of the curve y_k is p(y_k | μ, s, R,
+/// sd) = ∫ p(y_k | θ, sd) N(ln θ; μ, Σ) d ln θ with Σ = diag(s) R diag(s). For this integral, the law is linearised
+/// about the least-squares fit of the curve. Draws are reweighted (PSIS). If Pareto's k of a specimen is above the
+/// threshold, `sampler` runs again without the specimen, and the result has −∞ in place of k.
 /// # Errors
 /// If there are fewer than 25 draws, the sampler cannot start, or a curve does not determine three parameters.
 ///
@@ -124,7 +123,7 @@ pub(super) fn fit_of<L: HardeningLaw>(
         }
         factor = Some(DynCholeskyFactor::of_covariance(&inverse)?);
     }
-    let unit = factor.ok_or_else(|| DomainError::new("no step of least squares"))?;
+    let unit = factor.ok_or_else(|| DomainError::new("no least-squares step"))?;
     Ok(CurveFit { points: test.points.len() as f64, ln_own, squares, unit })
 }
 
@@ -139,9 +138,9 @@ fn inverse(factor: &DynCholeskyFactor<f64>) -> Result<Vec<Vec<f64>>, DomainError
     Ok((0..3).map(|i| (0..3).map(|j| product(&columns[i], &columns[j])).collect()).collect())
 }
 
-/// Computes ln ∫ p(y | θ, sd) N(ln θ; μ, Σ) d ln θ with the law linearised about the fit. The integral is the density
-/// of the residuals of the fit times the density of the fitted parameters in the population, N(ln θ̂; μ, Σ + sd²
-/// (JᵀJ)⁻¹).
+/// Computes ln ∫ p(y | θ, sd) N(ln θ; μ, Σ) d ln θ with the law linearised about the fit. The integral is a product of
+/// two densities: the density of the residuals of the fit, and the density N(ln θ̂; μ, Σ + sd² (JᵀJ)⁻¹) of the fitted
+/// parameters θ̂ in the population. J is the Jacobian of the law.
 pub(super) fn ln_density(fit: &CurveFit, population: &Population) -> Result<f64, DomainError> {
     let variance = population.sd_mpa.powi(2);
     let own = fit.unit.covariance();

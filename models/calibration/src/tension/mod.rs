@@ -37,8 +37,8 @@ ppl::model! {
     /// Hierarchical model: the parameters of specimen k are ln θ_k ~ N(μ, diag(s) R diag(s)), and its stresses are σ ~
     /// N(law(θ_k), sd).
     ///
-    /// `sd` in MPa includes the noise of a curve and the misfit of the law. Each curve determines its parameters well,
-    /// so that the parametrisation is centred.
+    /// `sd` in MPa includes the noise of a curve and the misfit of the law. The parametrisation is centred, because
+    /// each curve determines the parameters of its specimen well.
     pub fn hardening<L: HardeningLaw>(_law: PhantomData<L>, tests: &[TensionTest]) {
         let mut mean: Vec<Real> = Vec::new();
         #[dims(parameter)]

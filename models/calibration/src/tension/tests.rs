@@ -9,8 +9,8 @@ use ppl::rand_xoshiro::Xoshiro256PlusPlus;
 use super::loo::{fit_of, ln_density, populations};
 use super::*;
 
-/// Law σ = 100 (ln a + ε ln b + ε² ln c). It is linear in the normally distributed logarithms, so that curves are
-/// normal.
+/// Law σ = 100 (ln a + ε ln b + ε² ln c). The logarithms of the parameters are normal and σ is linear in them, so that
+/// curves are normal.
 struct Parabola;
 
 impl HardeningLaw for Parabola {
@@ -30,7 +30,7 @@ fn strains() -> impl Iterator<Item = f64> {
     (0..12).map(|i| 0.04 * f64::from(i))
 }
 
-/// Specimen of a population with means 3, 4, −2 of the logarithms, a scatter of 0.1 and noise of 5 MPa.
+/// Specimen of a population: the logarithms have means of 3, 4, −2 and a standard deviation of 0.1; the noise is 5 MPa.
 fn specimen(name: usize, rng: &mut Xoshiro256PlusPlus) -> TensionTest {
     let mut normal = || -> f64 { Normal(0.0, 1.0).draw(rng) };
     let own = [3.0, 4.0, -2.0].map(|mean: f64| (mean + 0.1 * normal()).exp());
@@ -62,7 +62,7 @@ fn gradients_are_derivatives() {
     check::gradient(&hardening(PhantomData::<Swift>, tests), 2);
 }
 
-/// For a law that is linear in its unknowns, a curve has the density N(A μ, A Σ Aᵀ + sd² I) in the population.
+/// Compares with the marginal density N(A μ, A Σ Aᵀ + sd² I) of a curve whose law is linear with the matrix A.
 #[test]
 fn a_curve_has_its_marginal_density() {
     let tests = specimens();
@@ -110,7 +110,7 @@ fn a_curve_of_voce_has_its_marginal_density() {
     let steps = |middle: f64, half: f64| {
         (-30..=30).map(move |i| middle + half * f64::from(i) / 30.0).collect::<Vec<f64>>()
     };
-    // five or more standard deviations each way
+    // half widths of the grid: at least five standard deviations
     let halves = [0.06, 0.05, 0.45];
     let mut terms = Vec::new();
     for a in steps(own[0], halves[0]) {
@@ -154,7 +154,8 @@ fn smoothed_weights_do_what_refits_do() {
             .collect();
         let n = terms.len() as f64;
         let exact = ln_sum_exp(&terms) - n.ln();
-        // standard error of the difference of two means of densities, with about half as many effective draws as draws
+        // standard error of the difference of two mean densities; the effective number of draws is about half the
+        // number of draws
         let squares: f64 = terms.iter().map(|t| ((t - exact).exp() - 1.0).powi(2)).sum();
         let error = (2.0 * 2.0 * squares).sqrt() / n;
         let gap = (loo.points[k].elpd - exact).abs();

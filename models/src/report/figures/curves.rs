@@ -8,7 +8,7 @@ use crate::report::style::{
     BASELINE, DRAWS, DRAWS_FILL, ENSEMBLE, MEASURED, POSTERIOR, panel, single,
 };
 
-/// Experimental curves over the curves of the ensemble, which must enclose them.
+/// Experimental curves over the curves of the ensemble. The range of the ensemble must include the experimental curves.
 pub(in crate::report) fn curves(results: &Results) -> String {
     let mut plots = alike(results.ensemble.iter(), "ensemble", ENSEMBLE, 0.7);
     plots.extend(measured(results));

@@ -28,7 +28,7 @@ pub(in crate::report) fn overlaid(label: &str, cases: &[(String, CalibratedParam
     truths.sort_by(f64::total_cmp);
     truths.dedup();
     for truth in truths {
-        // green, the usual colour of the truth, is the colour of a case in this figure
+        // green, the usual colour of the truth, is here the colour of a case
         plots.push(line([(truth, 0.0), (truth, top)], MEASURED, 1.8).with_dotted().into());
     }
     let lower = if lower > 0.0 && lower < 0.01 * upper { 0.0 } else { lower };

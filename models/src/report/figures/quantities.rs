@@ -51,8 +51,8 @@ pub(in crate::report) fn map_beside_experiments(results: &Results) -> Vec<String
     results.qois.iter().map(one).collect()
 }
 
-/// Normalised histograms: the experiments in front of `histograms`, the mean of the experiments dashed, the MAP in
-/// front.
+/// One panel: normalised `histograms`, and in front of these the histogram of the experiments as an outline, the mean
+/// of the experiments as a dashed line, and the MAP as a solid line.
 fn beside<'a>(
     qoi: &'a Qoi,
     range: (f64, f64),
@@ -89,7 +89,7 @@ fn beside<'a>(
     single(plots, layout, SIZE.0, SIZE.1)
 }
 
-/// Number of bins for a histogram of few specimens (Sturges).
+/// Number of bins by Sturges' rule, for the histogram of few specimens.
 fn few(specimens: usize) -> usize {
     (specimens.max(1) as f64).log2().ceil() as usize + 1
 }

@@ -43,16 +43,16 @@ pub(super) fn show(Budget { sources, parameters }: &Budget<'_>) -> Markup {
             h2 { "Where the uncertainty comes from" }
             (table(header, rows))
             p.caption {
-                "Shares of the posterior variance without that of the prior, linearised at the posterior \
-                 mean. Specimens: scatter between specimens, which more specimens reduce. Geometry: scatter \
-                 between packings. Surrogate: its error, which more runs reduce."
+                "Shares of the sources in the posterior variance, linearised at the posterior mean; the prior is not a source. \
+                 Specimens: scatter between specimens, which more specimens reduce. Geometry: scatter \
+                 between packings. Surrogate: error of the surrogate, which more runs reduce."
                 @if sources.contains(&"discrepancy") {
-                    " Discrepancy: the error of the model that the case states; it does not come from \
+                    " Discrepancy: error of the model that the case states; it is not estimated from \
                      the data."
                 }
                 @if !sources.contains(&"mesh") {
-                    " The intervals do not include the error of the mesh; the section on the confirming \
-                     simulation has its estimate."
+                    " The intervals do not include the error of the mesh, which the section on the confirming \
+                     simulation estimates."
                 }
             }
         }

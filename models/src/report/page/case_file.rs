@@ -29,7 +29,7 @@ pub(super) fn show(results: &Results) -> Markup {
                 summary { "The case file, with every default filled in" }
                 pre { (results.case_toml) }
             }
-            // paper has no way to open what is closed
+            // on paper, a closed section cannot be opened
             div.on-paper {
                 h3 { "The case file, with every default filled in" }
                 pre { (results.case_toml) }

@@ -18,16 +18,16 @@ pub(super) fn show(results: &Results) -> Markup {
             h2 { "Confirming simulation" }
             (figure(&figures::confirmation(results), html! {
                 @if results.baseline_curve.is_some() {
-                    "Baseline: the materials as the case has them, before calibration. "
+                    "Baseline: simulation with the materials of the case, before calibration. "
                 }
-                "MAP: the calibrated ones, simulated and not taken from the surrogate."
-            }, "if the curve at the MAP leaves the experiments although the misfit above is small, the compared \
-                quantities miss that part of the curve: calibrate with likelihood = \"curve\"."))
+                "MAP: simulation (not surrogate) with the calibrated parameters."
+            }, "if the curve at the MAP differs from the experiments although the misfit above is small, the compared \
+                quantities do not depend on that part of the curve: calibrate with likelihood = \"curve\"."))
             (table(
                 html! {
                     th { "quantity" } th { "experimental mean" } th { "simulation at the MAP" }
                     th { "difference" }
-                    @if with_mesh { th { "error of the mesh, estimated" } }
+                    @if with_mesh { th { "estimated error of the mesh" } }
                 },
                 html! { @for qoi in &results.qois { tr {
                     td.name { (qoi.label) }
@@ -41,7 +41,7 @@ pub(super) fn show(results: &Results) -> Markup {
             ))
             (panels(&figures::map_beside_experiments(results), html! {
                 "Outline and dots: experiments; dashed: their mean. Red: simulation at the MAP."
-            }, "a red line outside the dots is a misfit: the table of misfits has its threshold and what to do."))
+            }, "a red line outside the dots is a misfit: see the threshold and the advice at the table of misfits."))
         }
     }
 }

@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use super::parts::table;
 use crate::report::results::{CalibratedParameter, Results, mean};
 
-/// Correlation above which two parameters are hardly distinguishable.
+/// Absolute correlation above which two parameters are hardly distinguishable.
 const STRONG: f64 = 0.8;
 
 /// Correlation matrix of the posterior draws.
@@ -55,7 +55,7 @@ pub(super) fn show(Correlations { labels, matrix }: &Correlations<'_>) -> Markup
             ))
             p.caption {
                 "Pearson correlations of the posterior draws. Two parameters with a correlation beyond ± " (STRONG)
-                " (bold) have similar effects on the curves: use them together, not their intervals one by one."
+                " (bold) have similar effects on the curves: use their joint posterior, not their separate intervals."
             }
         }
     }

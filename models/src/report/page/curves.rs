@@ -17,18 +17,18 @@ pub(super) fn show(results: &Results) -> Markup {
             (figure(&figures::curves(results), html! {
                 (results.ensemble.len()) " simulated tests over the prior box ("
                 (format!("{:.0}", results.ensemble_seconds)) " s of processor time), "
-                (results.experiments.len()) " measured ones. The range of the ensemble must include \
+                (results.experiments.len()) " measured curves. The range of the ensemble must include \
                 the experiments."
             }, "a measured curve beyond the range of the ensemble cannot be calibrated: check its units, its zero and \
                 its toe in the table below, then widen [prior]."))
             @if !results.failures.is_empty() {
-                p { "Runs that failed and are left out:" }
+                p { "Runs that failed and are omitted:" }
                 ul { @for (id, reason) in &results.failures { li { "run " (id) ": " (reason) } } }
             }
             (panels(&figures::of_the_ensemble(results), html! {
                 "Bars: ensemble. Outline and dots: experiments; dashed: their mean."
-            }, "if the dots lie beside the bars, no point of the prior explains the experiments: widen [prior], or \
-                check what [material] and [test] leave out."))
+            }, "if the dots are outside of the bars, no point of the prior explains the experiments: widen [prior], or \
+                check for effects that [material] and [test] omit."))
             (findings(results))
         }
     }
@@ -38,9 +38,9 @@ pub(super) fn show(results: &Results) -> Markup {
 fn findings(results: &Results) -> Markup {
     let kinds = kinds(&results.findings);
     html! {
-        h3 { "Looked at" }
+        h3 { "Checks of the curves" }
         @if kinds.is_empty() {
-            p.good { "Nothing was found in the measured curves that one has to know." }
+            p.good { "The checks of the measured curves found nothing." }
         } @else {
             (table(
                 html! { th { "finding" } th.text { "specimens" } th.text {} },
@@ -102,6 +102,6 @@ mod tests {
         assert!(html.contains(toes), "{html}");
         assert_eq!(html.matches("Correct it.").count(), 1);
         assert!(html.contains("S-2 has a spike at 0.1 mm<"), "{html}");
-        assert!(findings(&Results::default()).into_string().contains("Nothing was found"));
+        assert!(findings(&Results::default()).into_string().contains("found nothing"));
     }
 }

@@ -31,11 +31,11 @@ pub(super) fn show(states: &[DamageState]) -> Markup {
                     span { "damage of the matrix" }
                 }
                 (caption(html! {
-                    "The specimen cut along its axis, displaced as computed; grains are grey. Displacement, \
+                    "The deformed specimen, cut along its axis; grains are grey. Displacement, \
                      damage, energy density and stress of these states are in "
                     code { "fields/map.pvd" } " for ParaView."
                 }, "damage that starts at a platen or follows the edges of elements is an effect of the platens or \
-                    of the mesh: compare test.platens, and a smaller specimen.spacing_mm."))
+                    of the mesh: compare with other test.platens and with a smaller specimen.spacing_mm."))
             }
         }
     }

@@ -16,18 +16,18 @@ pub(super) fn collect(results: &Results) -> Option<&[FurtherParameter]> {
 pub(super) fn show(parameters: &[FurtherParameter]) -> Markup {
     html! {
         section {
-            h2 { "What further tests would tell" }
+            h2 { "Expected benefit of further tests" }
             p {
                 "Expected contraction, 1 − posterior variance / prior variance, for each number of further \
                  specimens, and the smallest number with which a parameter is expected to be identified \
                  (contraction " (IDENTIFIED) ") or its 90 % interval to be as narrow as stated. A further \
-                 quantity of the present curves may contract without any further specimen."
+                 quantity of the present curves may increase the contraction without any further specimen."
             }
             @for parameter in parameters { (of(parameter)) }
             p.caption {
-                "Linear and Gaussian at draws of the posterior, averaged over them. Specimens of another test have \
-                 the relative scatter of the present ones, or the scatter that the case states. More specimens \
-                 do not reduce the error that they share: that of the surrogate, the mesh and the model."
+                "Linear and Gaussian approximation at draws of the posterior, averaged over the draws. Specimens of another \
+                 test have the relative scatter of the present specimens, or the scatter that the case states. More \
+                 specimens do not reduce the error that all specimens share: the error of surrogate, mesh and model."
             }
         }
     }
@@ -55,8 +55,8 @@ fn of(parameter: &FurtherParameter) -> Markup {
             } } },
         ))
         (figure(&figures::further(parameter), html! {
-            "Expected contraction of " (parameter.label) " by further specimens. Dashed: now."
-        }, "a curve that stays near the dashed line is a test that does not inform this parameter: choose another \
+            "Expected contraction of " (parameter.label) " by further specimens. Dashed: present contraction."
+        }, "a test whose curve stays near the dashed line has no information on this parameter: choose another \
             candidate in [further_tests]."))
     }
 }
@@ -69,8 +69,8 @@ fn wanted(goal: &FurtherNeeded) -> String {
     }
 }
 
-/// Text of a number of specimens. If the goal is never reached, the best possible value; otherwise "more than"
-/// [`FurtherTest::MOST`].
+/// Text of the number of specimens that a goal needs. If the goal cannot be reached, the text contains the best
+/// possible value. If the number is not known, the text is "more than" [`FurtherTest::MOST`].
 fn answer(needed: &FurtherNeeded) -> String {
     let FurtherNeeded { is_width, value, specimens, limit } = *needed;
     match specimens {

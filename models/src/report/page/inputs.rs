@@ -20,7 +20,7 @@ pub(super) fn show(files: &[InputFile]) -> Markup {
                     td.path { (file.name) } td.name { code { (file.hash) } }
                 } } },
             ))
-            p.caption { "FNV-1a, 64 bit: it recognises changes, and does not protect against forgery." }
+            p.caption { "Hashes by FNV-1a with 64 bits: they detect changes, but do not protect against forgery." }
         }
     }
 }

@@ -4,7 +4,7 @@ use maud::{Markup, html};
 
 use crate::report::results::{Methods, Results};
 
-/// Settings of the run with the figures of its results.
+/// Settings of the run, and numbers from its results.
 pub(super) struct Paragraph<'a> {
     settings: &'a Methods,
     specimens: usize,

@@ -27,10 +27,10 @@ pub(super) fn show(misfits: &[QuantityMisfit]) -> Markup {
             ))
             p.caption {
                 "Differences from the mean of the specimens. The threshold is three standard deviations of the \
-                 difference, but at least 2 % and at most 10 %. The standard deviation has the scatter of the \
-                 specimens' mean and the error that they share; that of a simulation also has the scatter between \
-                 microstructures. If a quantity is beyond its threshold, look at the curves first (toe, zero of force and \
-                 displacement, rate of the test), then at what [material] and [test] leave out."
+                 difference, but at least 2 % and at most 10 %. The standard deviation includes the error of the \
+                 specimens' mean and the error that all specimens share. For a simulation it also includes the scatter between \
+                 microstructures. If a quantity is beyond its threshold, check the curves first (toe, zero of force and \
+                 displacement, rate of the test), and then effects that [material] and [test] omit."
             }
         }
     }

@@ -34,7 +34,7 @@ use maud::{Markup, html};
 use super::document::document;
 use super::results::Results;
 
-/// HTML of each section of the list that has something to show.
+/// Returns the HTML of each listed section, `None` for a section without content.
 macro_rules! sections {
     ($results:expr, [$($section:ident,)*]) => {
         [$($section::collect($results).map(|values| $section::show(&values)),)*]

@@ -40,13 +40,13 @@ pub(super) fn show(results: &Results) -> Markup {
             h2 { "Calibrated parameters" }
             div.cards { (table(header, rows)) }
             p.caption {
-                "Digits that the Monte Carlo error allows. Contraction is 1 − posterior variance / \
+                "Numbers have the digits that the Monte Carlo error allows. Contraction is 1 − posterior variance / \
                  prior variance: 0 if the data have no information on the parameter, 1 if they determine \
-                 it. A parameter is identified from a contraction of " (IDENTIFIED) ", weakly identified from "
-                (WEAKLY) ", and not identified below. It is at the bound of its prior if the MAP or more than "
+                 it. A parameter is identified if its contraction is at least " (IDENTIFIED) ", weakly identified if it is at least "
+                (WEAKLY) ", and otherwise not identified. A parameter is at the bound of its prior if the MAP or more than "
                 (percent(MOST_AT_BOUND)) " of the draws are within " (percent(MARGIN)) " of the prior's width \
                  from a bound. MAP is the joint mode over the constrained parameters; for a parameter that is not \
-                 identified it is as good as any other point of its posterior."
+                 identified, the MAP is not better than other points of the posterior."
             }
         }
     }
@@ -116,8 +116,8 @@ mod tests {
         let html =
             show(&Results { parameters: vec![parameter], ..Results::default() }).into_string();
         for part in [
-            "from a contraction of 0.5,",
-            "weakly identified from 0.1,",
+            "if its contraction is at least 0.5,",
+            "weakly identified if it is at least 0.1,",
             "more than 5 %",
             "within 1 %",
         ] {

@@ -6,7 +6,8 @@ use crate::report::data_uri;
 use crate::report::figures::Place;
 use crate::report::results::{Picture, PictureContent};
 
-/// Place of the number of a figure, which [`numbered`] fills in. Text of the user is escaped, so it cannot occur there.
+/// Placeholder for the number of a figure, which [`numbered`] replaces. Text of the user cannot contain the
+/// placeholder, because this text is escaped.
 const NUMBER: &str = "<!--number of the figure-->";
 
 /// Numbers the figures of a page in their order.

@@ -21,8 +21,8 @@ pub(super) fn show(results: &Results) -> Markup {
                 @if results.parameters.iter().any(|p| p.truth.is_some()) {
                     "Green: the truth of the virtual specimens."
                 }
-            }, "contours that touch an edge are cut by the prior: extend the prior with [[extend]]. A posterior like \
-                its prior means that the data do not inform the parameter: see the further tests."))
+            }, "the prior cuts contours that touch an edge: extend the prior with [[extend]]. If the posterior equals the \
+                prior, the data have no information on the parameter: see the further tests."))
             (table(
                 html! {
                     th { "quantity" } th { "mean" } th { "sd" } th { "5 %" } th { "50 %" } th { "95 %" }
@@ -37,8 +37,8 @@ pub(super) fn show(results: &Results) -> Markup {
                 } } },
             ))
             p.caption {
-                "Digits that the Monte Carlo error allows. Scatter between specimens (sd) is relative \
-                 to their means."
+                "Numbers have the digits that the Monte Carlo error allows. Scatter between specimens (sd) is relative \
+                 to the means of the specimens."
             }
         }
     }

@@ -23,18 +23,18 @@ pub(super) fn show(results: &Results) -> Markup {
                 (figure(svg, html! {
                     "Predicted curve of a new specimen: at each displacement the bands contain 50 and 90 % of the \
                      predictions. Height and width are drawn from the posterior, with the scatter between \
-                     specimens and the error that all share; the shape is that of the runs at the same parameters, with \
+                     specimens and the error that all specimens share. The shape comes from the runs, at the same parameters, with \
                      the scatter of the experiments' shapes. Dashed: the experiments. "
                     @if let Some(band) = &results.predicted_curves { (end_of(band)) }
-                }, "experiments outside the 90 % band differ from the others or from the model: look at the specimens \
-                    left out below, and at the misfits."))
+                }, "experiments outside the 90 % band differ from the others or from the model: check the leave-one-out \
+                    table below and the misfits."))
             }
             @if !predicted.is_empty() {
                 (panels(&predicted, html! {
                     "Bars: predictions for a new specimen, 99 % of the draws. Outline and dots: the \
                      experiments; dashed: their mean."
-                }, "dots in the tails of the bars: as above. Bars far wider than the dots: the shared error of \
-                    surrogate and mesh dominates, see where the uncertainty comes from."))
+                }, "for dots in the tails of the bars, see above. If the bars are far wider than the dots, the shared error of \
+                    surrogate and mesh dominates: see where the uncertainty comes from."))
             }
             (left_out(&results.loo))
         }
@@ -68,11 +68,11 @@ fn left_out(loo: &[LeftOut]) -> Markup {
     let total: f64 = loo.iter().map(|one| one.elpd).sum();
     let sampled = loo.iter().filter(|one| one.is_sampled).count();
     html! {
-        h3 { "Each specimen left out in turn" }
+        h3 { "Leave-one-out cross-validation" }
         (table(
             html! {
                 th { "specimen" } th { "log predictive density" } th { "Pareto k̂" }
-                th { "largest shift, sd" } th.text { "of" } th {}
+                th { "largest shift, sd" } th.text { "parameter" } th {}
             },
             html! {
                 @for one in loo { tr {
@@ -82,20 +82,20 @@ fn left_out(loo: &[LeftOut]) -> Markup {
                     @if let Some((parameter, shift)) = &one.moved {
                         td { (format!("{shift:+.2}")) }
                         td.name { (parameter) }
-                        td { @if shift.abs() > MOST_SHIFT { span.verdict.weak { "look at it" } } }
+                        td { @if shift.abs() > MOST_SHIFT { span.verdict.weak { "check" } } }
                     } @else { td {} td {} td {} }
                 } }
                 tr { td.name { "all" } td { (format!("{total:.2}")) } td {} td {} td {} td {} }
             },
         ))
         p.caption {
-            "A specimen with a density far below that of the others differs from them. The shift is that of a \
-             parameter's posterior mean if the specimen is removed, in posterior standard deviations. "
+            "A specimen whose density is far below the other densities differs from the other specimens. The shift is the \
+             change of a parameter's posterior mean if the specimen is removed, in posterior standard deviations. "
             @if sampled == 0 {
                 "Computed by Pareto-smoothed importance weights (PSIS-LOO)."
             } @else {
                 "Computed by Pareto-smoothed importance weights (PSIS-LOO), or by a calibration without the specimen \
-                 if k̂ is too large for them (" (sampled) " of " (loo.len()) ")."
+                 if k̂ is too large for the weights (" (sampled) " of " (loo.len()) ")."
             }
         }
     }
@@ -118,7 +118,7 @@ mod tests {
     #[test]
     fn a_specimen_that_moves_a_parameter_is_marked_whatever_its_k() {
         let html = left_out(&[left(-0.99, true), left(-1.01, true)]).into_string();
-        assert_eq!(html.matches("look at it").count(), 1, "{html}");
+        assert_eq!(html.matches(">check<").count(), 1, "{html}");
         assert!(html.contains("8.50"), "the sum: {html}");
         assert!(html.contains("(2 of 2)"), "{html}");
         assert!(

@@ -27,7 +27,7 @@ pub(super) fn show(results: &Results) -> Markup {
             (panels(&figures::ranks(&results.parameters), html! {
                 "Ranks of each chain's draws among the draws of all chains, one colour for each chain: uniform \
                  if the chains agree."
-            }, "a line that rises or falls over the ranks is a chain in another place than the others: increase \
+            }, "if a line rises or falls over the ranks, its chain has another distribution than the others: increase \
                 calibration.warmup and calibration.draws."))
             figure {
                 @for trace in figures::traces(&results.parameters) { (PreEscaped(trace)) }

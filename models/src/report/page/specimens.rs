@@ -44,8 +44,8 @@ pub(super) fn show(Specimens { labels, specimens }: &Specimens<'_>) -> Markup {
                 },
             ))
             p.caption {
-                "Quantities are scaled to the size of the mesh, as they are compared. Force is positive in compression, \
-                 displacement where the specimen shortens."
+                "Quantities are scaled to the size of the mesh, as in the likelihood. Compressive force and shortening \
+                 are positive."
             }
         }
     }

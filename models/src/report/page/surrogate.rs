@@ -16,17 +16,17 @@ pub(super) fn show(results: &Results) -> Markup {
             h2 { "Prior, design and surrogate" }
             @if results.parameters.iter().any(|p| !p.design.is_empty()) {
                 (pairs(&figures::design(&results.parameters), html! {
-                    "The simulations of the ensemble in the prior box, which the axes span. Diagonal: \
-                     their distribution, and the prior (dashed). Below: contours that enclose 10, 50 and \
-                     90 % of them. Above: the points."
-                }, "an empty part of the box has no runs, so that the surrogate is a guess there: look for failed runs \
-                    above, or increase design.runs."))
+                    "The simulations of the ensemble. The axes span the prior box. Diagonal: distribution of the \
+                     simulations, and the prior (dashed). Below: contours that enclose 10, 50 and 90 % of the \
+                     simulations. Above: the points."
+                }, "in an empty part of the box there are no runs, so that the surrogate is unreliable there: check for failed \
+                    runs above, or increase design.runs."))
             }
             p { "Polynomial chaos of order " strong { (results.chosen_order) } ": "
                 (results.order_rule) "." }
             (figure(&figures::orders(results), html! {
-                "Errors relative to the variance of each quantity, averaged over them. Orders \
-                 with more terms than runs are not estimable."
+                "Errors relative to the variance of each quantity, averaged over the quantities. Errors of orders \
+                 with more terms than runs cannot be estimated."
             }, "an error above some per cent at the chosen order widens the intervals: increase design.runs. A \
                 training error far below the validation error means too few runs for the order."))
             (table(
@@ -45,8 +45,8 @@ pub(super) fn show(results: &Results) -> Markup {
                 } } },
             ))
             p.caption { "Fraction of each quantity's variance over the prior box that involves the \
-                         parameter, with the 90 % interval that the runs leave open: a parameter with \
-                         small indices cannot be identified." }
+                         parameter, with a 90 % interval for the limited number of runs. A parameter \
+                         with small indices cannot be identified." }
         }
     }
 }

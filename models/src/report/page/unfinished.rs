@@ -19,8 +19,8 @@ pub(super) fn show(results: &Results) -> Markup {
     html! {
         section {
             h2 { "Not finished" }
-            p { "This page shows what there was when it was written. Missing: " (missing.join(", ")) ". "
-                code { "breccia report" } " writes it again." }
+            p { "This page shows the results that existed when the page was written. Missing: " (missing.join(", ")) ". "
+                code { "breccia report" } " writes the page again." }
             (table(
                 html! { th { "stage" } th.text { "state" } th.text {} },
                 html! { @for [stage, state, told] in &results.unfinished { tr {

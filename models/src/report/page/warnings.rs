@@ -11,7 +11,7 @@ pub(super) fn collect(results: &Results) -> Option<&Results> {
 pub(super) fn show(results: &Results) -> Markup {
     html! {
         section {
-            h2 { "What to know before using them" }
+            h2 { "Warnings" }
             @if results.warnings.is_empty() {
                 p.good { "No stage has warned." }
             } @else {

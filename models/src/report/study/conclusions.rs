@@ -50,12 +50,12 @@ pub(super) fn conclusions(results: &StudyResults) -> Markup {
                 } } },
             )) }
             p.caption {
-                "Each conclusion is what the first setting shows; it survives where the other setting shows \
-                 the same. Cases of one laboratory agree on a parameter where the 90 % interval of the ratio \
-                 of every two of them includes 1. Intervals include the truth as often as they promise if a count \
-                 as low as this one has a probability of at least 5 %."
+                "Each conclusion is a result of the first setting; the conclusion survives if the other setting has \
+                 the same result. Cases of one laboratory agree on a parameter if, for every two cases, the 90 % \
+                 interval of the ratio includes 1. Intervals include the truth as often as stated if the observed \
+                 or a lower count has a probability of at least 5 %."
                 @if !missing.is_empty() {
-                    " " (missing.join(", ")) " could not be calibrated under all settings, and is left out of all."
+                    " " (missing.join(", ")) " could not be calibrated under all settings, and is omitted."
                 }
             }
         }

@@ -25,7 +25,7 @@ pub(crate) fn study_page(results: &StudyResults) -> String {
             "."
         }
         @if !results.missing.is_empty() {
-            p.bad { "Not in it, since it could not be calibrated: " (results.missing.join(", ")) "." }
+            p.bad { "Cases that could not be calibrated: " (results.missing.join(", ")) "." }
         }
         @if !results.variants.is_empty() {
             p { "Under other settings: "
@@ -101,7 +101,7 @@ fn parameters(cases: &[ComparedCase]) -> Markup {
             )) }
             @if !known.is_empty() {
                 p { "Of " (known.len()) " identified parameters with a known truth "
-                    (known.iter().filter(|inside| **inside).count()) " have it in their 90 % interval." }
+                    (known.iter().filter(|inside| **inside).count()) " have 90 % intervals that include the truth." }
             }
         }
     }
@@ -127,7 +127,7 @@ fn overlays(cases: &[ComparedCase]) -> Markup {
             h2 { "Posteriors of all cases" }
             figure {
                 div.panels { @for label in &labels { (PreEscaped(figure(label))) } }
-                figcaption { "Densities of the draws; dashed: priors; dotted, upright: truths." }
+                figcaption { "Densities of the draws. Dashed: priors. Vertical dotted lines: true values." }
             }
         }
     }
@@ -155,8 +155,8 @@ fn agreement(pairs: &[Pair]) -> Markup {
                 } } },
             ))
             p.caption {
-                "Overlap: the mass that the two posteriors have in common. Ratio: of the second case to the \
-                 first; the cases differ if its 90 % interval excludes 1. Posteriors from the \
+                "Overlap: probability mass that the two posteriors have in common. Ratio: second case divided by the \
+                 first case; the cases differ if the 90 % interval of the ratio excludes 1. Posteriors from the \
                  same specimens are compared as if they were independent."
             }
         }
@@ -198,7 +198,7 @@ fn confirmation(cases: &[ComparedCase]) -> Markup {
 fn cautions(cases: &[ComparedCase]) -> Markup {
     html! {
         section {
-            h2 { "What to know before using them" }
+            h2 { "Warnings" }
             @for case in cases.iter().filter(|case| !case.warnings.is_empty()) {
                 h3 { (case.name) }
                 ul.warnings { @for text in &case.warnings { li { (text) } } }
@@ -275,14 +275,14 @@ mod tests {
         let first = page.find("<p").map(|at| &page[at..at + 60]);
         assert!(first.is_some_and(|p| p.contains("The intervals are too narrow.")), "{first:?}");
         for part in [
-            "Of 2 identified parameters with a known truth 1 have it in their 90 % interval.",
+            "Of 2 identified parameters with a known truth 1 have 90 % intervals that include the truth.",
             "1 of 2 quantities are within 10 %",
             "href=\"B/report.html\"",
             "<td data-is=\"published\">286.2</td>",
             "<td data-is=\"truth\">285, outside</td>",
             "href=\"v/report.html\"",
             "Under V 1 of 2 conclusions survive.",
-            "since it could not be calibrated: D.",
+            "Cases that could not be calibrated: D.",
             "C, D could not be calibrated under all settings",
             "E is identified in every case",
             "<td>25 %</td><td>1.050</td><td>1.020 … 1.080</td><td>yes</td>",

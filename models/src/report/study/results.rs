@@ -30,7 +30,7 @@ pub(crate) struct ComparedCase {
     pub(crate) name: String,
     /// Laboratory whose specimens the case is calibrated against; `None` if the case has its own specimens.
     pub(crate) laboratory: Option<String>,
-    /// Source of the specimens, if other cases may share them: a laboratory, or a table.
+    /// Source of the specimens, a laboratory or a table; `None` if no other case can share the specimens.
     pub(crate) specimens_from: Option<String>,
     /// Description of the specimen in the case, for comparison with other cases.
     pub(crate) specimen: String,
@@ -90,6 +90,6 @@ pub(crate) struct Conclusion {
     pub(crate) found: Vec<(String, bool)>,
 }
 
-/// Largest difference to the experimental mean, in per cent, at which a simulation counts as reproducing the experiment
-/// (the paper).
+/// Largest difference from the experimental mean, in per cent, at which a simulation counts as reproducing the
+/// experiment. This is the criterion of the paper.
 pub(crate) const REPRODUCED: f64 = 10.0;

@@ -20,7 +20,7 @@ fn near(shape: [usize; 3], at: usize) -> Vec<usize> {
     neighbour_steps().filter_map(step).collect()
 }
 
-/// Returns random heights, smoothed to form hills, and random land.
+/// Returns random heights that are smoothed to form hills, and a random set of voxels that are land.
 fn hills(shape: [usize; 3], most: u16, seed: u64) -> (Vec<u16>, Vec<u8>) {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
     let count = shape.iter().product();
@@ -87,7 +87,8 @@ fn h_maxima_agree_with_the_reconstruction() {
     }
 }
 
-/// Returns the highest level at which each voxel is connected to `from`.
+/// Returns, for each voxel, the highest level at which the voxel is connected to the voxel `from` by land of at least
+/// this level.
 fn pass(shape: [usize; 3], f: &[u16], from: usize) -> Vec<u16> {
     let mut best = vec![0; f.len()];
     best[from] = f[from];
@@ -127,13 +128,13 @@ fn every_voxel_belongs_to_a_seed_with_the_highest_pass() {
         }
         let highest = passes.values().map(|pass| pass[at]).max().unwrap();
         if highest == 0 {
-            // a separate part of the land that is too low for a seed
+            // only land in a separate part that is too low for a seed has no label
             assert_eq!(labels[at], 0);
             continue;
         }
         assert_eq!(passes[&labels[at]][at], highest, "voxel {at}");
     }
-    // basins are connected
+    // each basin must be connected
     for part in parts(&labels) {
         let mut seen = BTreeSet::from([*part.first().unwrap()]);
         let mut stack: Vec<usize> = seen.iter().copied().collect();
@@ -184,8 +185,8 @@ fn slow_flood(shape: [usize; 3], land: &[u16], grey: &[u16], mut labels: Vec<u32
     labels
 }
 
-/// Many voxels have equal heights and equal grey values, so that all criteria decide somewhere. The largest landscape
-/// has waves that several threads process.
+/// Many voxels have equal heights and equal grey values, so that each criterion decides for some voxels. The largest
+/// landscape has waves that several threads process.
 #[test]
 fn basins_are_those_of_a_slow_flood() {
     for (shape, most, greys, h, seed) in [
@@ -220,7 +221,7 @@ fn a_rotated_landscape_has_the_same_basins() {
         landscape.flood(landscape.h_maxima(3), grey)
     };
     let straight = parts(&basins(shape, &heights, &set, &grey));
-    // (x, y, z) to (z, −x, y): a rotation combined with a reflection
+    // (x, y, z) becomes (z, −x, y): a rotation combined with a reflection
     let turned_shape = [12, 13, 11];
     let from: Vec<usize> = (0..heights.len())
         .map(|at| voxel_at(turned_shape, at))

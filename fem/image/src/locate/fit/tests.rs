@@ -12,7 +12,8 @@ fn image(truth: &Fit, shape: [usize; 3]) -> Volume<u16> {
     for z in 0..shape[2] {
         for y in 0..shape[1] {
             for x in 0..shape[0] {
-                // distances from the angle between the axis and the vector from the axis' middle to the voxel
+                // independent of the code: distances from the angle between the axis and the vector from the middle of
+                // the axis to the voxel
                 let way = [
                     x as f64 + 0.5 - truth.centre[0],
                     y as f64 + 0.5 - truth.centre[1],
@@ -55,7 +56,7 @@ fn a_cylinder_is_found_between_voxels() {
         wander: 0.0,
         scatter: 0.0,
     };
-    // displacement of the axis over 37 voxels of height: 0, 1.7, 4.5 and 6.7 voxels
+    // over the height of 37 voxels, these slopes displace the axis by 0, 1.7, 4.5 and 6.7 voxels
     for lean in [[0.0, 0.0], [0.04, -0.022], [-0.1, 0.07], [0.0, 0.18]] {
         let truth = Fit { lean, ..truth };
         let found = fit(&image(&truth, [60, 50, 48]), 20_000.0, true).unwrap();

@@ -4,19 +4,20 @@ use super::hexahedra;
 use crate::mesh::TetMesh;
 use crate::mesh::vector::Point;
 
-/// Limit of the number of hexahedra; a larger number is reported as an error.
+/// Largest number of hexahedra of a block; a larger number is reported as an error.
 const MAX_CELLS: f64 = 2.0e6;
 
 /// Division of a hexahedron into tetrahedra.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum HexSplit {
-    /// Six tetrahedra around one diagonal (scaled Jacobian 0.577 in a cube). All nodes are grid points; the diagonals
-    /// of all hexahedra have the same direction.
+    /// Six tetrahedra around one diagonal of the hexahedron (scaled Jacobian 0.577 in a cube). All nodes are corners of
+    /// hexahedra. The diagonals of all hexahedra have the same direction.
     #[default]
     Six,
-    /// Twelve tetrahedra around the centre (scaled Jacobian 0.943 between cubes, 0.577 at the boundary). The mesh has
-    /// no preferred diagonal, so it does not bias the direction of cracks. Tetrahedra extend across the planes between
-    /// hexahedra: only [`HexSplit::Six`] represents regions bounded by these planes exactly.
+    /// Twelve tetrahedra around the centre of the hexahedron (in a mesh of cubes, scaled Jacobian 0.943 inside and
+    /// 0.577 at the boundary). The mesh has no preferred diagonal, so that the mesh does not influence the direction of
+    /// cracks. Tetrahedra extend across the planes between hexahedra: only [`HexSplit::Six`] represents regions bounded
+    /// by these planes exactly.
     Twelve,
 }
 
@@ -24,8 +25,8 @@ pub enum HexSplit {
 ///
 /// The only region is `matrix`, and the surfaces are `left` and `right` (x), `front` and `back` (y), `bottom` and `top`
 /// (z); [`TetMesh::with_regions`] and [`TetMesh::with_surfaces`] replace regions and surfaces by a function, and
-/// [`TetMesh::mapped`] bends the box into another shape. Like every [`TetMesh`], the mesh serves linear and quadratic
-/// elements.
+/// [`TetMesh::mapped`] bends the box into another shape. The mesh can be used with linear and with quadratic elements,
+/// like every [`TetMesh`].
 ///
 /// # Example
 /// A plate whose cells grow away from x = 0, with an inclusion of 2 mm edge length:
@@ -43,7 +44,8 @@ pub enum HexSplit {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Block {
-    /// Coordinates of the planes along x, y and z, increasing (mm): n + 1 planes for n hexahedra along an axis.
+    /// Coordinates of the planes along x, y and z in increasing order (mm). n hexahedra along an axis need n + 1
+    /// planes.
     pub planes_mm: [Vec<f64>; 3],
     /// Division of the hexahedra into tetrahedra.
     pub split: HexSplit,
@@ -71,7 +73,7 @@ pub enum BlockError {
         /// Coordinate of the plane (mm).
         value_mm: f64,
     },
-    /// More hexahedra than supported.
+    /// The block has more hexahedra than supported.
     #[error("the planes create {cells:.1e} hexahedra, more than 2e6; use fewer planes")]
     TooMany {
         /// Number of hexahedra.
@@ -80,8 +82,8 @@ pub enum BlockError {
 }
 
 impl Block {
-    /// Creates a box with one corner at the origin, divided into equal hexahedra. `size_mm` and `cells` have one value
-    /// each for x, y and z.
+    /// Creates a box with one corner at the origin, divided into equal hexahedra. `size_mm` contains the lengths and
+    /// `cells` the numbers of hexahedra along x, y and z.
     pub fn new(size_mm: [f64; 3], cells: [usize; 3]) -> Block {
         let planes = |k: usize| {
             let at = |plane: usize| size_mm[k] * plane as f64 / cells[k] as f64;
@@ -90,8 +92,8 @@ impl Block {
         Block { planes_mm: [0, 1, 2].map(planes), split: HexSplit::default() }
     }
 
-    /// Moves the inner planes along an axis (0, 1, 2 for x, y, z) so that the widths of the cells are a geometric
-    /// sequence; `ratio` is the width of the last cell divided by the width of the first cell.
+    /// Moves the inner planes along an axis (0, 1, 2 for x, y, z) so that the widths of the hexahedra form a geometric
+    /// sequence. `ratio` is the width of the last hexahedron divided by the width of the first hexahedron.
     ///
     /// # Panics
     /// If `axis` is above 2.

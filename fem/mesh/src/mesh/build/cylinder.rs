@@ -9,23 +9,24 @@ use crate::mesh::TetMesh;
 use crate::mesh::topology::{key, middle};
 use crate::mesh::vector::Point;
 
-/// Number of cells across the central block (`BLOCK`) and number of rings around the block (`RINGS`), both divided by
-/// radius / spacing. With these factors the cells of block and rings have about the same size, and the number of cells
-/// equals the area of the disc divided by `spacing²`: `1.2² + 4 · 1.2 · 0.354 ≈ π`.
+/// Number of cells across the central block (`BLOCK`) and number of rings around the block (`RINGS`), as multiples of
+/// radius / spacing. With these factors, the cells of the block and of the rings have about the same size. The number
+/// of cells then equals the area of the disc divided by `spacing²`, because `1.2² + 4 · 1.2 · 0.354 ≈ π`.
 const BLOCK: f64 = 1.2;
 const RINGS: f64 = 0.354;
-/// Width of the central block, relative to the width at which the cells of the block are as wide as the rings.
+/// Width of the central block of the cross-section, relative to the width at which the cells of the block are as wide
+/// as the rings around the block.
 const WIDTH: f64 = 0.95;
-/// Bulge of the block's sides: 0 for a square, 1 for a circle. Together with [`WIDTH`] it keeps the smallest dihedral
-/// angle above 30°, or 29° at the coarsest spacings (cubes would have 45°).
+/// Bulge of the sides of the central block: 0 for a square, 1 for a circle. With this value and [`WIDTH`], the smallest
+/// dihedral angle is above 30°, or above 29° at the coarsest spacings (with cubes, the angle would be 45°).
 const BULGE: f64 = 0.6;
-/// Largest allowed ratio of spacing to radius. Above this ratio the smallest central block (3 × 3 cells) has cells
-/// smaller than the spacing.
+/// Largest allowed ratio of spacing to radius. Above this ratio, even the smallest central block (3 × 3 cells) has
+/// cells that are smaller than the spacing.
 const COARSEST: f64 = 0.6;
-/// Limit of the number of cells; a larger number is reported as a likely error in the units.
+/// Largest number of hexahedra of a lattice; a larger number is reported as a likely error in the units.
 const MAX_CELLS: f64 = 2.0e6;
 
-/// Position of the nodes on the wall of a [`CylinderLattice`].
+/// Position of the nodes on the wall (the curved side surface) of a [`CylinderLattice`].
 ///
 /// A wall of straight edges between nodes on a circle encloses less than the cylinder. At a spacing of 0.6 mm and a
 /// radius of 2.5 mm the end faces of [`Wall::Inscribed`] and [`Wall::Round`] are 1.6 % too small, and forces, stiffness
@@ -34,17 +35,17 @@ const MAX_CELLS: f64 = 2.0e6;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Wall {
-    /// A prism with the corners of its cross-section on the circle.
+    /// The body is a prism; the corners of its cross-section lie on the circle.
     #[default]
     Inscribed,
-    /// The prism of [`Wall::Inscribed`], enlarged so that the area of its cross-section is πR²: volume and end areas
-    /// are exact, the second moments of area are too large by 0.089 (π / corners)⁴ of their values, and wall nodes lie
-    /// outside the circle by up to R (π / corners)² / 3. Recommended for linear elements.
+    /// The prism of [`Wall::Inscribed`], enlarged so that the area of its cross-section is πR²: the volume and the
+    /// areas of the ends are exact. The second moments of area are too large by the fraction 0.089 (π / corners)⁴, and
+    /// wall nodes lie outside the circle by up to R (π / corners)² / 3. This wall is recommended for linear elements.
     EqualArea,
-    /// All nodes of the wall on the circle, including the centres of the faces. The body is not a prism.
+    /// All nodes of the wall lie on the circle, including the centres of the faces. The body is not a prism.
     Round,
-    /// The nodes of [`Wall::Round`], and curved edges on the wall whose mid-edge points lie on the circle as well.
-    /// Recommended for quadratic elements; linear elements ignore the curvature.
+    /// The nodes are the nodes of [`Wall::Round`]. In addition, the edges on the wall are curved, and their mid-edge
+    /// points lie on the circle. This wall is recommended for quadratic elements; linear elements ignore the curvature.
     Curved,
 }
 
@@ -53,13 +54,13 @@ pub enum Wall {
 pub(crate) struct WallSection {
     /// Radius of the circle, or of the circle through the corners (mm).
     radius_mm: f64,
-    /// Angle between two corners of a polygon; `None` for a circle.
+    /// Angle between two neighbouring corners of the polygon, seen from the axis; `None` for a circle.
     sector: Option<f64>,
 }
 
-/// Angle of the first corner of the cross-section.
+/// Angle (about the axis, from x) of the first corner of the cross-section.
 const FIRST_CORNER: f64 = -0.75 * PI;
-/// Largest distance of a node at a corner from the corner, in sectors.
+/// A node within this distance of a corner counts as lying at the corner; the unit is the angle between two corners.
 const AT_CORNER: f64 = 1e-6;
 
 impl WallSection {
@@ -70,7 +71,7 @@ impl WallSection {
         self.radius_mm * (0.5 * sector).cos() / from_middle.cos()
     }
 
-    /// Whether a point lies in the direction of a corner.
+    /// Returns whether a point lies in the same direction from the axis as a corner of the cross-section.
     pub(crate) fn is_corner(&self, x: f64, y: f64) -> bool {
         self.sector.is_some_and(|sector| {
             let sectors = (y.atan2(x) - FIRST_CORNER) / sector;
@@ -81,11 +82,11 @@ impl WallSection {
 
 /// A right circular cylinder with its bottom at z = 0 and its axis on z, meshed with a single parameter, the spacing.
 ///
-/// The cross-section is an O-grid: a central block of n × n cells with bulging sides, surrounded by rings of 4 n
-/// cells with straight spokes that end at nodes exactly on the circle. The cross-section is extruded in layers of
-/// hexahedra. Each inner face and the centres of its two hexahedra form four tetrahedra (twelve per hexahedron). At
-/// the boundary the centre of the face replaces the centre of the missing neighbour. The mesh is therefore conforming
-/// for any shape of the cells.
+/// The cross-section is an O-grid: a central block of n × n cells with bulging sides, surrounded by rings of 4 n cells.
+/// The edges between the cells of a ring lie on straight radial lines that end at nodes exactly on the circle. The
+/// cross-section is extruded in layers of hexahedra. Each inner face and the centres of its two hexahedra form four
+/// tetrahedra (twelve per hexahedron). At the boundary, where there is no second hexahedron, the centre of the face
+/// replaces its centre. The mesh is therefore conforming for any shape of the hexahedra.
 ///
 /// The body is a prism: every height has the same regular polygon of 4 n corners, so the area is
 /// `2 n R² sin(π / (2 n))` (below πR² by 2.6 % for n = 4 and by 0.4 % for n = 10). [`CylinderLattice::build_with`]
@@ -133,7 +134,7 @@ pub enum LatticeError {
         /// Largest value allowed (mm).
         most: f64,
     },
-    /// A spacing too coarse to resolve the circle.
+    /// A spacing that is too coarse to resolve the circle.
     #[error(
         "spacing_mm = {spacing_mm} is too coarse for a radius of {radius_mm} mm and a height of \
          {height_mm} mm; use at most {most_mm:.4} mm"
@@ -181,7 +182,7 @@ impl CylinderLattice {
             return Err(LatticeError::TooFine { spacing_mm, cells });
         }
         let section = Section::new(radius_mm, spacing_mm);
-        // the tolerance of 1e-9 makes 4.4 / 1.1 four layers in spite of rounding
+        // with the tolerance of 1e-9, rounding errors do not add a layer: 4.4 / 1.1 gives four layers
         let layers = (height_mm / spacing_mm - 1e-9).ceil() as usize;
         Ok(extruded(&section, height_mm, layers))
     }
@@ -265,14 +266,14 @@ impl CylinderLattice {
         }
     }
 
-    /// Moves a point radially onto the circle.
+    /// Moves a point radially onto the circle of the wall.
     fn project(&self, [x, y, _]: &mut Point) {
         let stretch = self.radius_mm / x.hypot(*y);
         (*x, *y) = (*x * stretch, *y * stretch);
     }
 }
 
-/// Returns the number of cells along a side of the central block.
+/// Returns the number n of cells along a side of the central block of the cross-section.
 fn cells(radius: f64, spacing: f64) -> usize {
     ((BLOCK * radius / spacing).round() as usize).max(3)
 }
@@ -280,7 +281,7 @@ fn cells(radius: f64, spacing: f64) -> usize {
 /// Nodes (mm) and cells of the cross-section.
 struct Section {
     points: Vec<[f64; 2]>,
-    /// Corners of each cell, counter-clockwise.
+    /// Corners of each cell, counter-clockwise seen from above.
     quads: Vec<[u32; 4]>,
 }
 
@@ -295,7 +296,7 @@ impl Section {
         let block = |i: usize, j: usize| (i + (n + 1) * j) as u32;
         for j in 0..=n {
             for i in 0..=n {
-                // with this formula, mirrored points are symmetric to the last bit
+                // this formula makes mirrored points symmetric to the last bit
                 let u = (2.0 * i as f64 - n as f64) / n as f64;
                 let v = (2.0 * j as f64 - n as f64) / n as f64;
                 points.push([
@@ -310,7 +311,7 @@ impl Section {
             }
         }
 
-        // boundary nodes of the central block, counter-clockwise from the corner at −135°
+        // nodes on the boundary of the central block, counter-clockwise from the corner at −135°
         let around: Vec<u32> = (0..n)
             .map(|k| block(k, 0))
             .chain((0..n).map(|k| block(n, k)))
@@ -339,7 +340,7 @@ impl Section {
     }
 }
 
-/// Extrudes the cross-section into layers of hexahedra and divides them into tetrahedra.
+/// Extrudes the cross-section into layers of hexahedra and divides the hexahedra into tetrahedra.
 fn extruded(section: &Section, height: f64, layers: usize) -> TetMesh {
     let level = section.points.len() as u32;
     let mut nodes: Vec<Point> = Vec::new();

@@ -10,12 +10,12 @@ use crate::mesh::vector::{Point, mean};
 /// The faces of a hexahedron, counter-clockwise seen from outside: bottom, top, front, right, back, left.
 const FACES: [[usize; 4]; 6] =
     [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
-/// Inner corners of the six paths along three edges from corner 0 to corner 6. The four corners of each path form a
-/// tetrahedron.
+/// A path from corner 0 to corner 6 consists of three edges. Each entry contains the two corners between the ends of
+/// one of the six paths. The four corners of a path form a tetrahedron.
 const PATHS: [[usize; 2]; 6] = [[1, 2], [2, 3], [3, 7], [7, 4], [4, 5], [5, 1]];
 
-/// Divides each hexahedron into six tetrahedra around its diagonal from corner 0 to corner 6. Neighbours in a grid
-/// divide their common face by the same diagonal. The mesh has no surfaces.
+/// Divides each hexahedron into six tetrahedra around its diagonal from corner 0 to corner 6. Neighbouring hexahedra of
+/// a grid divide their common face by the same diagonal. The mesh has no surfaces.
 pub(super) fn six(nodes: Vec<Point>, hexahedra: &[[u32; 8]]) -> TetMesh {
     let tets: Vec<[u32; 4]> = hexahedra
         .iter()
@@ -25,8 +25,9 @@ pub(super) fn six(nodes: Vec<Point>, hexahedra: &[[u32; 8]]) -> TetMesh {
 }
 
 /// Divides each hexahedron into twelve tetrahedra: each inner face and the centres of its two hexahedra form four
-/// tetrahedra. At the boundary, the centre of the face replaces the centre of the missing neighbour. `sides` has the
-/// names of the surfaces for boundary faces on the bottom, top, front, right, back and left of a hexahedron.
+/// tetrahedra. At the boundary, where there is no second hexahedron, the centre of the face replaces its centre.
+/// `sides` contains the names of the surfaces for boundary faces on the bottom, top, front, right, back and left of a
+/// hexahedron.
 pub(super) fn twelve(mut nodes: Vec<Point>, hexahedra: &[[u32; 8]], sides: [&str; 6]) -> TetMesh {
     let mut faces: Vec<HexFace> = Vec::with_capacity(6 * hexahedra.len());
     for hex in hexahedra {

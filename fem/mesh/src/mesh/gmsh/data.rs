@@ -6,15 +6,15 @@ use std::fmt::{self, Write as _};
 use super::source::{Fault, Source};
 use crate::mesh::{Mixture, TetMesh};
 
-/// Names of the supported data sections: grain numbers, if elementary tags cannot encode these numbers, and the fields
-/// of [`Mixture`].
+/// Names of the supported data sections. `GRAIN` contains grain numbers that elementary tags cannot encode; the other
+/// sections contain the fields of [`Mixture`].
 const GRAIN: &str = "grain";
 const FRACTION: &str = "grain_fraction";
 const NORMAL: &str = "interface_normal";
 /// Name of the data section with the physical group of the second phase.
 const SECOND: &str = "second_phase";
 
-/// Data of the elements by element tag, up to three components each.
+/// Data of the elements, by element tag. Each element has up to three components.
 #[derive(Default)]
 pub(super) struct ElementData {
     grain: HashMap<u64, [f64; 3]>,
@@ -23,7 +23,7 @@ pub(super) struct ElementData {
     second: HashMap<u64, [f64; 3]>,
 }
 
-/// Reads the section if its name is supported; otherwise returns `false`, and the caller has to skip the rest of the
+/// Reads a data section if its name is supported. Otherwise returns `false`, and the caller has to skip the rest of the
 /// section.
 pub(super) fn read(source: &mut Source, data: &mut ElementData) -> Result<bool, Fault> {
     let strings: usize = source.text("the number of string tags")?;
@@ -112,7 +112,7 @@ impl ElementData {
 }
 
 /// Writes the element data of all elements in the order of the file, as meshio expects: first zeros for `triangles`
-/// triangles, then the data of the tetrahedra in the order `by_volume`.
+/// triangles, then the data of the tetrahedra, whose order in the file is `by_volume`.
 pub(super) fn write(
     out: &mut String,
     mesh: &TetMesh,
@@ -120,14 +120,15 @@ pub(super) fn write(
     by_volume: &[usize],
 ) -> fmt::Result {
     let order = Order { triangles, by_volume };
-    // if all grain numbers are equal, the elementary tags could also belong to a mesh without grains
+    // write the grain numbers if all are equal: the elementary tags alone could also belong to a mesh without grains
     if let Some(grains) = mesh.grain_of.as_ref().filter(|all| all.iter().all(|&g| g == all[0])) {
         section(out, GRAIN, &order, |tet| [f64::from(grains[tet])])?;
     }
     if let Some(mixture) = &mesh.mixture {
         section(out, FRACTION, &order, |tet| [f64::from(mixture[tet].fraction)])?;
         section(out, NORMAL, &order, |tet| mixture[tet].normal.map(f64::from))?;
-        // a mesh with only matrix and grain does not need this section
+        // write the second phases only if one of them is not the default region, i.e. not in a mesh with only matrix
+        // and grain
         let default_region = Mixture::default().region;
         if mixture.iter().any(|m| m.region != default_region) {
             section(out, SECOND, &order, |tet| [f64::from(mixture[tet].region) + 1.0])?;
@@ -136,7 +137,7 @@ pub(super) fn write(
     Ok(())
 }
 
-/// Order of the elements in the file: number of triangles, then the tetrahedra.
+/// Order of the elements in the file: first the triangles, given by their number, then the tetrahedra.
 struct Order<'a> {
     triangles: usize,
     by_volume: &'a [usize],
@@ -149,7 +150,8 @@ fn section<const N: usize>(
     of_tet: impl Fn(usize) -> [f64; N],
 ) -> fmt::Result {
     let count = order.triangles + order.by_volume.len();
-    // one string, one time, three integers: time step, components, number of elements
+    // the header of the section: one string, one time, and three integers (time step, number of components, number of
+    // elements)
     writeln!(out, "$ElementData\n1\n\"{name}\"\n1\n0.0\n3\n0\n{N}\n{count}")?;
     let triangles = (1..=order.triangles).map(|tag| (tag, [0.0; N]));
     let tets = order.by_volume.iter().map(|&tet| (order.triangles + tet + 1, of_tet(tet)));

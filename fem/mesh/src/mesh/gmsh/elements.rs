@@ -1,4 +1,5 @@
-//! Contents that both versions of the format share, and the conversion of these contents to a mesh.
+//! Contents of a file, which are the same for both versions of the format, and the conversion of these contents to a
+//! mesh.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -16,12 +17,12 @@ use crate::mesh::vector::Point;
 pub(super) struct Contents {
     /// Names of the physical groups by (dimension, number).
     pub(super) names: BTreeMap<(i32, i32), String>,
-    /// Physical groups of each entity by (dimension, entity); used in version 4 only.
+    /// Physical groups of each geometric entity, by (dimension, entity). Only version 4 has this list.
     pub(super) groups: HashMap<(i32, i32), GroupSet>,
     sets: GroupSets,
     /// Coordinates of all nodes (mm), mid-edge nodes included.
     pub(super) points: Vec<Point>,
-    /// Index into `points` of each node tag.
+    /// For each node tag, the index of the node in `points`.
     pub(super) position: HashMap<u64, u32>,
     pub(super) triangles: Vec<Simplex<3>>,
     pub(super) tets: Vec<Simplex<4>>,
@@ -30,7 +31,7 @@ pub(super) struct Contents {
     pub(super) data: ElementData,
 }
 
-/// Header of an element: its type, tag, entity and physical groups.
+/// Header of an element: its type and tag, its geometric entity and its physical groups.
 #[derive(Clone, Copy)]
 pub(super) struct Header {
     pub(super) kind: i32,
@@ -105,7 +106,7 @@ impl Contents {
         Ok(())
     }
 
-    /// Returns the index of a set of physical groups; adds the set if it is new.
+    /// Returns the index of a set of physical groups. A set that is not stored yet is added.
     pub(super) fn group_set(&mut self, mut groups: Vec<i32>) -> GroupSet {
         groups.sort_unstable();
         groups.dedup();
@@ -162,7 +163,7 @@ impl Contents {
         Ok(())
     }
 
-    /// Returns the elementary tag of each tetrahedron.
+    /// Returns the elementary tag (number of the volume of the geometry) of each tetrahedron.
     pub(super) fn entities(&self) -> impl Iterator<Item = i32> {
         self.tets.iter().map(|tet| tet.header.entity)
     }
@@ -176,7 +177,7 @@ impl Contents {
         self.data.grains(tags).or_else(|| grains::numbers(volumes, announced))
     }
 
-    /// Sorts the tetrahedra by their tags.
+    /// Sorts the tetrahedra by their element tags.
     pub(super) fn sort(&mut self) {
         if self.tets.is_sorted_by_key(|tet| tet.header.tag) {
             return;
@@ -222,7 +223,7 @@ impl Contents {
             groups.iter().for_each(|group| number_of.entry(*group).or_default().push(number));
         }
         let mut region_of = Vec::with_capacity(self.tets.len());
-        // number of tetrahedra without a region, by volume and physical groups
+        // number of tetrahedra that belong to no region, by (volume, physical groups)
         let mut unnamed: BTreeMap<(i32, &[i32]), usize> = BTreeMap::new();
         for (number, tet) in self.tets.iter().enumerate() {
             let groups = self.groups_of(tet);
@@ -294,8 +295,8 @@ impl Contents {
         })
     }
 
-    /// Returns each name in `wanted` with the numbers of its physical groups. Every group must have elements; the error
-    /// is a message. If `wanted` is empty, returns all groups of the dimension.
+    /// Returns each name in `wanted` with the numbers of its physical groups. If `wanted` is empty, returns all groups
+    /// of the dimension. Returns an error message if a group has no elements.
     fn resolve<const N: usize>(
         &self,
         dimension: i32,
@@ -306,7 +307,7 @@ impl Contents {
         let mut present: BTreeSet<i32> =
             elements.iter().flat_map(|element| self.groups_of(element)).copied().collect();
         if self.data.has_mixture() {
-            // a phase may occur in mixtures only
+            // a named group may be without elements: a phase may occur in mixtures only
             let announced = self.names.keys().filter(|(d, _)| *d == dimension);
             present.extend(announced.map(|(_, number)| number));
         }
@@ -362,11 +363,11 @@ impl Contents {
     }
 }
 
-/// Remedy if MSH 2.2 has dropped the physical groups of the elements.
+/// Advice for a file in which MSH 2.2 has dropped the physical groups of the elements.
 const LOST_GROUPS: &str = "MSH 2.2 with Mesh.SaveAll drops the groups of all elements: save without \
                            Mesh.SaveAll, or as MSH 4.1 (gmsh -format msh41)";
 
-/// Returns the error message for tetrahedra without a region, with the first five volumes.
+/// Returns the error message for tetrahedra without a region; the message lists the first five of their volumes.
 fn without_region(unnamed: &BTreeMap<(i32, &[i32]), usize>) -> String {
     let count: usize = unnamed.values().sum();
     let volume = |((entity, groups), count): (&(i32, &[i32]), &usize)| match groups {

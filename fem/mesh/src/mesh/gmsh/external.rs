@@ -9,7 +9,7 @@ use super::names::GmshNames;
 use crate::error::MeshError;
 use crate::mesh::TetMesh;
 
-/// Regions and surfaces of the model, with their physical group numbers.
+/// Names of the regions and surfaces of the model, with the numbers of their physical groups.
 const REGIONS: [(&str, i32); 2] = [("matrix", 1), ("grain", 2)];
 const SURFACES: [(&str, i32); 3] = [("bottom", 11), ("top", 12), ("side", 13)];
 /// Volume number of the first sphere; the cylinder is volume 1.
@@ -67,7 +67,7 @@ impl SphereModel {
             out.push_str("v() = {1};\nmatrix() = {1};\n");
         } else {
             let grains = format!("{FIRST_SPHERE}:{}", FIRST_SPHERE + spheres.len() - 1);
-            // BooleanFragments preserves the volume numbers of the spheres
+            // Gmsh's command BooleanFragments preserves the volume numbers of the spheres
             out.push_str(&format!(
                 "v() = BooleanFragments{{ Volume{{1}}; Delete; }}{{ Volume{{{grains}}}; Delete; }};\n\
                  matrix() = v();\nmatrix() -= {{{grains}}};\n\
@@ -92,8 +92,8 @@ impl SphereModel {
         out
     }
 
-    /// Meshes the model with the program at `program` (`gmsh` is looked up in the search path), through the files
-    /// `model.geo` and `model.msh` in `folder`, which is created if necessary.
+    /// Meshes the model with the program at `program` (the system searches the path for a plain `gmsh`). The model and
+    /// the mesh are exchanged through the files `model.geo` and `model.msh` in `folder`, which is created if necessary.
     ///
     /// # Errors
     /// [`MeshError::Mesher`] if the program cannot be started or fails, [`MeshError::Io`] for file errors, and every

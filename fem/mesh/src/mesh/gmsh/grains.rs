@@ -1,14 +1,14 @@
 //! Encoding of grain numbers in the elementary tags of volumes.
 //!
-//! In a mesh of R regions, the tetrahedra of grain g (0: no grain) in region r (1 … R, its physical group) form one
-//! volume with the elementary tag g R + r. Without grains this tag is the number of the region.
+//! In a mesh of R regions, the tetrahedra of grain g (0 for the matrix) in region r (1 … R, the number of the physical
+//! group) form one volume with the elementary tag g R + r. In a mesh without grains, this tag is r.
 
 use std::collections::BTreeSet;
 
 use crate::mesh::TetMesh;
 
-/// Returns the elementary tag of each tetrahedron. The error is the number of the first tetrahedron whose tag exceeds
-/// the range of the format.
+/// Returns the elementary tag of each tetrahedron. If a tag exceeds the range of the format, the error is the number of
+/// the first tetrahedron with such a tag.
 pub(super) fn tags(mesh: &TetMesh) -> Result<Vec<i32>, usize> {
     let regions = mesh.regions.len() as u64;
     let tag = |(tet, &region): (usize, &u16)| {

@@ -5,7 +5,7 @@ use std::fmt;
 use crate::mesh::TetMesh;
 use crate::mesh::cavities::Cavity;
 
-/// Maximum number of entities that a note lists.
+/// Largest number of entities that a note lists.
 const LISTED: usize = 5;
 
 /// An imported mesh with notes.
@@ -13,7 +13,7 @@ const LISTED: usize = 5;
 pub struct Imported {
     /// The mesh.
     pub mesh: TetMesh,
-    /// Notes for the author of the file.
+    /// Notes for the author of the mesh file.
     pub notes: Vec<ImportNote>,
 }
 
@@ -28,7 +28,7 @@ pub enum ImportNote {
         /// Total number of tetrahedra in the mesh.
         of: usize,
     },
-    /// Volumes without elements, or cavities inside the mesh.
+    /// Volumes of the geometry are without elements, or the mesh encloses cavities.
     Missing {
         /// Elementary tags of the volumes of the geometry that have neither a physical group nor elements.
         volumes: Vec<i32>,
@@ -93,7 +93,7 @@ impl fmt::Display for ImportNote {
     }
 }
 
-/// Joins the first [`LISTED`] items of a list; appends "and others" if there are more.
+/// Joins the first [`LISTED`] items of a list as text; appends "and others" if there are more items.
 fn listed(items: impl ExactSizeIterator<Item = String>) -> String {
     let more = items.len() > LISTED;
     let mut text = items.take(LISTED).collect::<Vec<_>>().join(", ");

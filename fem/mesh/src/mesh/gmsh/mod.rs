@@ -1,7 +1,7 @@
 //! Reader and writer of Gmsh's MSH files: reads versions 2.2 and 4.1, ASCII and binary, and writes 4.1 ASCII.
 //!
-//! Gmsh is an external program; none of its code is linked. Of a second-order mesh, only the corners and the mid-edge
-//! nodes of curved edges are read: a simulation adds the other mid-edge nodes itself.
+//! Gmsh is an external program; none of its code is linked. From a second-order mesh, only the corners and the mid-edge
+//! nodes of curved edges are read, because a simulation adds the other mid-edge nodes.
 //!
 //! # Reference
 //! C. Geuzaine and J.-F. Remacle, Gmsh reference manual, "MSH file format" and "MSH file format
@@ -52,12 +52,13 @@ pub fn read(path: impl AsRef<Path>, names: &GmshNames) -> Result<TetMesh, MeshEr
 
 /// Reads a MSH file, repairs it where possible, checks the mesh, and returns notes for the author of the file.
 ///
-/// Reads tetrahedra of order 1 and 2 (types 4 and 11) in the physical volumes listed in `names`, and triangles (types
-/// 2 and 9) in the physical surfaces listed in `names`; `regions` are sorted by name. Nodes keep the order of the
-/// file; nodes without a tetrahedron are removed. Tetrahedra are sorted by their tags. Orientations are corrected
-/// to positive volumes and outward triangles. Edges of second-order tetrahedra that are not straight become
-/// [`TetMesh::edge_points`]; tetrahedra folded by these edges are straightened ([`ImportNote::Straightened`]). Grain
-/// numbers are read from elementary tags if these follow the scheme of [`write()`], and mixtures from element data.
+/// The mesh contains the tetrahedra of order 1 and 2 (types 4 and 11) in the physical volumes that `names` lists, and
+/// the triangles (types 2 and 9) in the physical surfaces that `names` lists. The regions of the mesh are sorted by
+/// name. Nodes keep the order of the file; nodes without a tetrahedron are removed. Tetrahedra are sorted by their
+/// tags. Orientations are corrected to positive volumes and outward triangles. Edges of second-order tetrahedra that
+/// are not straight become [`TetMesh::edge_points`]; tetrahedra folded by these edges are straightened
+/// ([`ImportNote::Straightened`]). Grain numbers are read from elementary tags if these follow the scheme of
+/// [`write()`], and mixtures from element data.
 ///
 /// # Errors
 /// [`MeshError::Io`] if the file cannot be read; [`MeshError::File`], with line (ASCII) or section and byte (binary),
@@ -66,8 +67,8 @@ pub fn import(path: impl AsRef<Path>, names: &GmshNames) -> Result<Imported, Mes
     import_with(path.as_ref(), names, Contents::grains)
 }
 
-/// Imports a file like [`import`]; `grains` returns the grain number of each tetrahedron, derived from the contents of
-/// the file.
+/// Imports a file like [`import`]. `grains` is a function that derives the grain number of each tetrahedron from the
+/// contents of the file.
 fn import_with(
     path: &Path,
     names: &GmshNames,

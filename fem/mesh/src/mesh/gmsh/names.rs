@@ -41,7 +41,7 @@ impl fmt::Display for PhysicalGroup {
 #[serde(from = "OneOrSeveral", into = "OneOrSeveral")]
 pub struct PhysicalGroups(Vec<PhysicalGroup>);
 
-/// Representation in case files: one group or a list of groups.
+/// Form in which case files contain physical groups: one group or a list of groups.
 #[derive(Clone, Serialize, Deserialize)]
 #[serde(untagged)]
 enum OneOrSeveral {
@@ -88,8 +88,8 @@ impl<G: Into<PhysicalGroup>, const N: usize> From<[G; N]> for PhysicalGroups {
 
 /// Mapping of the physical groups of a file to the regions and surfaces of the mesh.
 ///
-/// An empty map includes all groups of its dimension, under the names in the file (or their numbers, if they have no
-/// name).
+/// An empty map stands for all groups of its dimension. The regions or surfaces then have the names of the groups in
+/// the file, or their numbers if the groups have no names.
 ///
 /// # Example
 /// ```
@@ -103,9 +103,9 @@ impl<G: Into<PhysicalGroup>, const N: usize> From<[G; N]> for PhysicalGroups {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GmshNames {
-    /// Physical volumes of each region, by region name.
+    /// For each region name, the physical volumes of the file that form this region.
     pub regions: BTreeMap<String, PhysicalGroups>,
-    /// Physical surfaces of each surface, by surface name.
+    /// For each surface name, the physical surfaces of the file that form this surface.
     pub surfaces: BTreeMap<String, PhysicalGroups>,
 }
 

@@ -9,8 +9,9 @@ pub(super) const EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [2, 3
 /// of the edge. The factor exceeds the rounding error of coordinates written with 16 digits.
 const STRAIGHT: f64 = 1e-12;
 
-/// Returns the curved edges with their mid-edge points (mm), sorted by nodes; `tets` yields the corners and mid-edge
-/// nodes of each tetrahedron. The error is an edge that has different mid-edge nodes in two tetrahedra.
+/// Returns the curved edges with their mid-edge points (mm), sorted by nodes. `tets` yields the corners and the
+/// mid-edge nodes of each tetrahedron. If an edge has different mid-edge nodes in two tetrahedra, the error is this
+/// edge.
 pub(super) fn curved_edges<'a>(
     points: &[Point],
     tets: impl Iterator<Item = (&'a [u32; 4], &'a [u32; 6])>,
@@ -31,7 +32,7 @@ pub(super) fn curved_edges<'a>(
     all.retain(|&(edge, point)| {
         let [p, q] = edge.map(|node| points[node as usize]);
         let deviation = norm(sub(point, middle(points, edge)));
-        // a point that is not finite is kept, so that the validation of the mesh rejects it
+        // do not drop a point that is not finite, so that the validation of the mesh reports this point
         deviation.is_nan() || deviation > STRAIGHT * norm(sub(q, p))
     });
     Ok(all)

@@ -2,12 +2,12 @@
 
 /// An error at a position in the file.
 pub(super) struct Fault {
-    /// Position: line (ASCII), or section and byte (binary).
+    /// Position in the file: line (ASCII), or section and byte (binary).
     pub(super) place: String,
     pub(super) message: String,
 }
 
-/// The supported major versions of the format.
+/// The supported major versions of the MSH format.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Version {
     V2,
@@ -150,7 +150,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// Reads the rest of the line and returns it without the line break.
+    /// Reads the rest of the line and returns its bytes without the line break.
     fn line(&mut self) -> Option<&'a [u8]> {
         let rest = &self.bytes[self.at..];
         if rest.is_empty() {
@@ -161,7 +161,7 @@ impl<'a> Source<'a> {
         Some(&rest[..length])
     }
 
-    /// Reads the rest of the line as text.
+    /// Reads the rest of the current line as text.
     pub(super) fn text_line(&mut self) -> Result<String, Fault> {
         match self.line() {
             Some(line) => Ok(String::from_utf8_lossy(line).trim().to_string()),
@@ -215,7 +215,7 @@ impl<'a> Source<'a> {
     pub(super) fn text<T: std::str::FromStr>(&mut self, what: &str) -> Result<T, Fault> {
         let word = self.word()?;
         word.parse().map_err(|_| {
-            // the cursor is directly after the word, so the error reports the correct line
+            // create the error while the cursor is directly after the word, so that the error reports the correct line
             self.fault(format!("`{word}` is not a valid value for {what}"))
         })
     }

@@ -22,7 +22,8 @@ pub(super) fn straighten(mesh: &mut TetMesh) -> Vec<u32> {
     let mut straightened = Vec::new();
     loop {
         let is_folded = |tet: &usize| match mesh.middles(*tet) {
-            // NaN does not count as folded here: the validation of the mesh rejects such points later
+            // a determinant of NaN does not count as folded, because the validation of the mesh rejects such points
+            // later
             Some(middles) => Jacobian::of(&mesh.corners(*tet), &middles).lowest <= 0.0,
             None => false,
         };

@@ -13,7 +13,7 @@ pub(super) fn parametric_nodes(source: &mut Source, contents: &mut Contents) -> 
     read_nodes(source, contents, |source| {
         let dimension = source.int("an entity's dimension")?;
         source.int("an entity's tag")?;
-        // a node on a curve has one parameter, a node on a surface has two, any other node has none
+        // a node on a curve has one parameter, a node on a surface has two parameters, and all other nodes have none
         for _ in 0..if dimension < 3 { dimension } else { 0 } {
             source.real("a parametric coordinate")?;
         }
@@ -60,7 +60,7 @@ pub(super) fn elements(source: &mut Source, contents: &mut Contents) -> Result<(
             let (mut groups, mut entity) = (Vec::new(), 0);
             for k in 0..tags {
                 let value = source.int("an element's tag")?;
-                // the first tag is the physical group (0: no group), the second the elementary entity
+                // the first tag is the physical group (0 for no group), the second tag the elementary entity
                 match k {
                     0 if value != 0 => groups.push(value),
                     1 => entity = value,

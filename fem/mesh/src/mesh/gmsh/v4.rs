@@ -12,14 +12,14 @@ pub(super) fn entities(source: &mut Source, contents: &mut Contents) -> Result<(
     for (dimension, &count) in (0..).zip(&counts) {
         for _ in 0..count {
             let entity = source.int("an entity's tag")?;
-            // a point has coordinates, any other entity has a bounding box (two points)
+            // skip the coordinates of a point, or the bounding box (two points) of any other entity
             source.point()?;
             if dimension > 0 {
                 source.point()?;
             }
             let groups = source.size("an entity's number of physical groups")?;
             let groups = (0..groups)
-                // the sign of a group number is the orientation of the entity
+                // the sign of a group number, which gives the orientation of the entity, is not used
                 .map(|_| Ok(source.int("a physical group")?.saturating_abs()))
                 .collect::<Result<Vec<i32>, Fault>>()?;
             let groups = contents.group_set(groups);

@@ -11,18 +11,18 @@ use crate::mesh::TetMesh;
 use crate::mesh::topology::edge_index;
 use crate::mesh::vector::Point;
 
-/// Physical group number of the first surface; regions are numbered from 1.
+/// Number of the physical group of the first surface. The physical groups of regions are numbered from 1.
 const FIRST_SURFACE: i32 = 11;
 
 /// Writes a mesh as MSH 4.1 ASCII and returns the numbers of its physical groups.
 ///
-/// Each region becomes one physical group of volumes (1, 2, … in their order), and each surface becomes one surface
-/// entity and group (from 11: bottom, top, side, then the other surfaces by name), with names and bounding boxes. Each
-/// grain g (0: no grain) in region r of R regions becomes one volume entity with elementary tag g R + r, from which
-/// [`read`](super::read) recovers the grain numbers. The elements of each volume entity are one block, numbered in the
-/// order of the tetrahedra of the mesh. A mesh with curved edges is written with second-order elements. Mixtures are
-/// written as element data of all elements, zero on triangles. Reading the file returns an identical mesh, to the last
-/// bit.
+/// Each region becomes one physical group of volumes; these groups are numbered 1, 2, … in the order of the regions.
+/// Each surface becomes one surface entity and one physical group, numbered from 11: bottom, top, side, then the other
+/// surfaces by name. Groups have names, and entities have bounding boxes. Each grain g (0 for the matrix) in region r
+/// of R regions becomes one volume entity with the elementary tag g R + r, from which [`read`](super::read) computes
+/// the grain numbers. The elements of each volume entity are one block, numbered in the order of the tetrahedra of the
+/// mesh. A mesh with curved edges is written with second-order elements. Mixtures are written as element data of all
+/// elements; the data of triangles are zero. Reading the file returns an identical mesh, to the last bit.
 ///
 /// # Errors
 /// [`MeshError`] if the mesh is not valid ([`TetMesh::validate`]) or the file cannot be written.
@@ -62,7 +62,7 @@ fn ordered_surfaces(mesh: &TetMesh) -> Vec<(&str, &[[u32; 3]])> {
     let rank = |name: &str| ["bottom", "top", "side"].iter().position(|&n| n == name).unwrap_or(3);
     let mut surfaces: Vec<_> =
         mesh.surfaces.iter().map(|(name, faces)| (name.as_str(), faces.as_slice())).collect();
-    // the sort is stable: other surfaces stay sorted by name
+    // the sort is stable, so that all other surfaces stay sorted by name
     surfaces.sort_by_key(|&(name, _)| rank(name));
     surfaces
 }
@@ -84,7 +84,7 @@ fn text(
     }
     out.push_str("$EndPhysicalNames\n");
 
-    // bounding box and region of each volume
+    // bounding box and region of each volume entity, by elementary tag
     let mut volumes: BTreeMap<i32, (BoundingBox, u16)> = BTreeMap::new();
     for ((tet, &tag), &region) in mesh.tets.iter().zip(tags).zip(&mesh.region_of) {
         let (bounds, _) = volumes.entry(tag).or_insert((EMPTY_BOX, region));
@@ -101,7 +101,7 @@ fn text(
     }
     out.push_str("$EndEntities\n");
 
-    // all nodes are written as one block: Gmsh does not require that a node lies on the entity of its block
+    // write all nodes as one block, because Gmsh does not require that a node lies on the entity of its block
     let curved = !mesh.edge_points.is_empty();
     let edges = if curved { mesh.all_edges() } else { Vec::new() };
     let corners = mesh.nodes.len();
@@ -118,7 +118,7 @@ fn text(
     let triangles = surfaces.iter().map(|(_, faces)| faces.len()).sum::<usize>();
     let elements = triangles + mesh.tets.len();
     writeln!(out, "$Elements\n{} {elements} 1 {elements}", volumes.len() + faces)?;
-    // writes the tag, the corners, and the mid-edge nodes of second-order elements
+    // writes one element: its tag, its corners, and the mid-edge nodes if the element is of second order
     let element = |out: &mut String, tag: usize, nodes: &[u32], sides: &[[usize; 2]]| {
         write!(out, "{tag}")?;
         nodes.iter().try_for_each(|node| write!(out, " {}", node + 1))?;
@@ -139,7 +139,7 @@ fn text(
             element(&mut out, tag, nodes, &second_order::EDGES[..3])?;
         }
     }
-    // one block per volume; element numbers follow the order of the tetrahedra
+    // write one block per volume entity; element numbers follow the order of the tetrahedra of the mesh
     let mut by_volume: Vec<usize> = (0..mesh.tets.len()).collect();
     by_volume.sort_by_key(|&tet| tags[tet]);
     for block in by_volume.chunk_by(|&a, &b| tags[a] == tags[b]) {

@@ -19,7 +19,7 @@ mod read;
 
 pub use read::read;
 
-/// A triangle (mm), counter-clockwise seen from outside.
+/// Corners of a triangle (mm), counter-clockwise seen from outside the body.
 pub type Triangle = [[f64; 3]; 3];
 
 /// Returns the surface of the whole body, with normals pointing outwards.
@@ -65,7 +65,7 @@ pub fn enclosed_volume(surface: &[Triangle]) -> f64 {
     surface.iter().map(|&[a, b, c]| dot(a, cross(b, c)) / 6.0).sum()
 }
 
-/// Writes triangles as binary STL, in mm and single precision; the header, which contains `title`, is truncated to 80
+/// Writes triangles as binary STL, in mm and single precision; the header contains `title` and is truncated to 80
 /// bytes.
 ///
 /// # Errors

@@ -10,7 +10,8 @@ use fem_file::read_regular;
 const HEAD: usize = 84;
 const TRIANGLE: usize = 50;
 
-/// Reads the triangles of an STL file, binary or ASCII, in the unit of the file; several solids are read as one.
+/// Reads the triangles of an STL file, binary or ASCII, in the unit of the file. The triangles of several solids are
+/// returned as one list.
 ///
 /// A file is binary if its length matches its number of triangles, even if its title begins with `solid`.
 ///
@@ -60,7 +61,7 @@ pub fn read(path: impl AsRef<Path>) -> Result<Vec<[[f64; 3]; 3]>, MeshError> {
 fn binary(bytes: &[u8]) -> Option<Vec<[Point; 3]>> {
     let count = u32::from_le_bytes(bytes.get(HEAD - 4..HEAD)?.try_into().ok()?) as usize;
     let body = &bytes[HEAD..];
-    // some programs append a line break (up to two bytes)
+    // some programs append a line break of one or two bytes
     if body.len() < TRIANGLE * count || body.len() > TRIANGLE * count + 2 {
         return None;
     }

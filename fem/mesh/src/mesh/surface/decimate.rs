@@ -14,20 +14,21 @@ use crate::mesh::vector::{Point, add, cross, dot, norm, scale, sub};
 
 /// Minimum number of triangles of a decimated surface: the number of faces of an icosahedron.
 const LEAST_TRIANGLES: usize = 20;
-/// Weight of the squared distance from the midpoint of the edge, relative to the trace of the quadric. In flat regions
-/// and along ridges the quadric is singular, so this term determines the new point.
+/// Weight of the squared distance of the new point from the midpoint of the edge, relative to the trace of the quadric.
+/// In flat regions and along ridges the quadric is singular, so that this additional term determines the new point.
 const MIDDLE: f64 = 1e-3;
-/// A collapse is skipped if the cosine of the rotation of a triangle's normal is below this value.
+/// A collapse is skipped if it would rotate the normal of a triangle by an angle whose cosine is below this value.
 const LEAST_COSINE: f64 = 0.2;
-/// Minimum shape measure of a triangle after a collapse (1 for an equilateral triangle), unless the triangle was
-/// worse before.
+/// A collapse is skipped if the shape measure of a triangle (1 for an equilateral triangle) would fall below this
+/// value, unless the triangle already has a smaller shape measure.
 const LEAST_SHAPE: f64 = 0.15;
 
 /// Reduces the number of triangles of a surface by `factor`, but not below 20 triangles.
 ///
 /// Edges collapse in the order of their quadric error. A collapse that would change the topology, flip a triangle or
-/// create a sliver is skipped: a closed surface stays closed, but `factor` may not be reached. Finally the surface
-/// is scaled about its centroid to its original volume. A factor of at most 1 returns the surface unchanged.
+/// create a very thin triangle is skipped. A closed surface therefore stays closed, but `factor` may not be reached.
+/// Finally the surface is scaled about its centroid to its original volume. A factor of at most 1 returns the surface
+/// unchanged.
 ///
 /// # Example
 /// ```
@@ -57,8 +58,8 @@ pub fn decimated(surface: &Surface, factor: f64) -> Surface {
     }
 }
 
-/// Sum of squared distances (mm²) from the planes of triangles, weighted by the areas of the triangles (mm²):
-/// xᵀ A x + 2 b·x + c.
+/// Quadric xᵀ A x + 2 b·x + c: the sum of the squared distances (mm²) of a point x from the planes of triangles,
+/// weighted by the areas of the triangles (mm²).
 #[derive(Clone, Copy, Debug)]
 struct Quadric {
     a: Matrix3<f64>,
@@ -92,7 +93,8 @@ impl Quadric {
         Quadric { a: self.a + other.a, b: self.b + other.b, c: self.c + other.c }
     }
 
-    /// Returns the point that replaces an edge and the error of this point. The point minimises the quadric.
+    /// Returns the point that replaces an edge, and the error of this point. The point minimises the quadric plus a
+    /// small term that draws the point to the midpoint of the edge.
     fn minimum(&self, ends: [Point; 2]) -> (Point, f64) {
         let middle = Vector3::from(scale(add(ends[0], ends[1]), 0.5));
         let weight = MIDDLE * self.a.trace();
@@ -100,14 +102,14 @@ impl Quadric {
         let solved = matrix.cholesky().map(|factor| factor.solve(&(weight * middle - self.b)));
         let x = solved.unwrap_or(middle);
         let error = x.dot(&(self.a * x)) + 2.0 * self.b.dot(&x) + self.c;
-        // in flat regions the quadric error is zero; the added term makes the shortest edges collapse first
+        // in flat regions the quadric error is zero; with the added term, the shortest edges collapse first
         let edge = sub(ends[1], ends[0]);
         (x.into(), error.max(0.0) + 1e-9 * self.a.trace() * dot(edge, edge))
     }
 }
 
-/// An edge that may collapse. `versions` are the versions of its end points when the error was computed; an entry
-/// with outdated versions is skipped.
+/// An edge that may collapse. `versions` are the versions of the end points at the time when the error was computed. A
+/// candidate with outdated versions is skipped.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Candidate {
     error: f64,
@@ -132,20 +134,20 @@ impl Ord for Candidate {
     }
 }
 
-/// State of the decimation of a surface.
+/// State of the decimation of a surface, in which edges collapse one after the other.
 struct Collapse {
-    /// Coordinates relative to `origin`, since quadrics lose precision far from the origin.
+    /// Coordinates of the points relative to `origin`, because quadrics lose precision far from the origin.
     points: Vec<Point>,
     origin: Point,
-    /// Triangles; `None` for a triangle that has collapsed.
+    /// Corners of each triangle; `None` for a triangle that has collapsed.
     triangles: Vec<Option<[u32; 3]>>,
-    /// Number of remaining triangles.
+    /// Number of triangles that have not collapsed.
     remaining: usize,
     /// Indices of the triangles at each point.
     around: Vec<Vec<u32>>,
     quadrics: Vec<Quadric>,
     versions: Vec<u32>,
-    /// Points that must not move, because the surface around them is not a disc.
+    /// Whether each point must not move, because the surface around this point is not a disc.
     is_locked: Vec<bool>,
     queue: BinaryHeap<Reverse<Candidate>>,
 }
@@ -193,7 +195,8 @@ impl Collapse {
         self.triangles_at(point).flat_map(|(_, t)| t).filter(|&other| other != point).collect()
     }
 
-    /// Returns whether the triangles at a point form one closed fan.
+    /// Returns whether the surface around a point is a disc, i.e. whether the triangles at the point form one closed
+    /// fan.
     fn is_disc(&self, point: u32) -> bool {
         let next: Vec<[u32; 2]> =
             self.triangles_at(point).map(|(_, t)| opposite(t, point)).collect();
@@ -239,8 +242,8 @@ impl Collapse {
         }
     }
 
-    /// Checks the link condition: the ends have exactly two common neighbours, and these two neighbours are not joined
-    /// by triangles at both ends.
+    /// Checks the link condition, i.e. that a collapse of the edge does not change the topology: the ends of the edge
+    /// have exactly two common neighbours, and these two neighbours are not joined by triangles at both ends.
     fn keeps_topology(&self, [a, b]: [u32; 2]) -> bool {
         let opposite_corners: BTreeSet<u32> = self
             .triangles_at(a)
@@ -258,7 +261,7 @@ impl Collapse {
         !(joins(a) && joins(b))
     }
 
-    /// Returns whether moving both ends to `target` neither flips a triangle nor creates a sliver.
+    /// Returns whether moving both ends to `target` neither flips a triangle nor creates a very thin triangle.
     fn keeps_shape(&self, [a, b]: [u32; 2], target: Point) -> bool {
         let keeps = |end: u32, other: u32| {
             self.triangles_at(end).filter(|(_, t)| !t.contains(&other)).all(|(_, t)| {

@@ -12,12 +12,12 @@ use std::collections::HashMap;
 
 use super::Surface;
 
-/// Minimum distance of a surface point from both ends of its grid edge, relative to the length of the edge; it
-/// prevents degenerate triangles.
+/// Smallest distance of a surface point from both ends of its grid edge, relative to the length of the edge. This
+/// minimum prevents degenerate triangles.
 const LEAST_SHARE: f64 = 0.05;
-/// The six tetrahedra of a cell. Each tetrahedron has the corners of a path along three edges, from the lowest corner
-/// of the cell to the highest corner: the order of the axes of the path, and whether the tetrahedron has a positive
-/// volume.
+/// The six tetrahedra of a cell. The corners of a tetrahedron are the corners on a path of three edges from the lowest
+/// corner of the cell to the highest corner. An entry contains the order of the axes along the path, and whether the
+/// volume of the tetrahedron is positive.
 const PATHS: [([usize; 3], bool); 6] = [
     ([0, 1, 2], true),
     ([1, 2, 0], true),
@@ -26,17 +26,18 @@ const PATHS: [([usize; 3], bool); 6] = [
     ([2, 1, 0], false),
     ([1, 0, 2], false),
 ];
-/// Even permutations of four corners; entry k begins with corner k.
+/// Even permutations of the four corners of a tetrahedron; entry k begins with corner k.
 const FIRST: [[usize; 4]; 4] = [[0, 1, 2, 3], [1, 0, 3, 2], [2, 3, 0, 1], [3, 2, 1, 0]];
-/// Even permutations of four corners; each entry begins with a different pair of corners.
+/// Even permutations of the four corners of a tetrahedron; each entry begins with a different pair of corners.
 const PAIRS: [[usize; 4]; 6] =
     [[0, 1, 2, 3], [0, 2, 3, 1], [0, 3, 1, 2], [1, 2, 0, 3], [1, 3, 2, 0], [2, 3, 0, 1]];
 
-/// Returns the surface that encloses all negative values of a grid, in units of grid cells, relative to the first
-/// grid point. Values outside the grid count as positive: where a value on the boundary of the grid is negative, the
-/// surface lies half a cell outside the grid.
+/// Returns the surface that encloses all negative values of a grid, in units of grid cells, relative to the first grid
+/// point. Values outside the grid count as positive. Therefore, where a value on the boundary of the grid is negative,
+/// the surface lies half a cell outside the grid.
 pub(crate) fn isosurface(size: [usize; 3], value: &dyn Fn([usize; 3]) -> f64) -> Surface {
-    // the grid is padded by one layer on each side; an empty grid has no value to copy into the padding
+    // the grid is padded by one layer on each side with copies of its outermost values, which an empty grid does not
+    // have
     if size.contains(&0) {
         return Surface::default();
     }
@@ -78,7 +79,8 @@ pub(crate) fn isosurface(size: [usize; 3], value: &dyn Fn([usize; 3]) -> f64) ->
 
 /// The surface under construction and the grid edges on which its points lie.
 struct Points {
-    /// Index into the points of the surface of each grid edge, given by its two grid indices in the padded grid.
+    /// Index of the surface point on each grid edge. An edge is given by the two indices of its ends in the padded
+    /// grid.
     on_edges: HashMap<[usize; 2], u32>,
     surface: Surface,
     /// Size of the padded grid.
@@ -86,7 +88,8 @@ struct Points {
 }
 
 impl Points {
-    /// Returns the index of the surface point on a grid edge; the ends are given by grid index and value.
+    /// Returns the index of the surface point on a grid edge. Each end of the edge is given by its grid index and its
+    /// value.
     fn on_edge(&mut self, a: (usize, f64), b: (usize, f64)) -> u32 {
         let [low, high] = if a.0 < b.0 { [a, b] } else { [b, a] };
         let share = (low.1 / (low.1 - high.1)).clamp(LEAST_SHARE, 1.0 - LEAST_SHARE);
@@ -171,7 +174,7 @@ mod tests {
         assert_eq!(surface.open_edges(), 0);
         let expected = PI / 6.0 * 512.0 + 1.5 * PI / 4.0 * 64.0 + 0.75 * 8.0 + 0.125;
         assert!((surface.volume() / expected - 1.0).abs() < 0.07, "{}", surface.volume());
-        // a checkerboard of cubes that meet at edges and corners
+        // a checkerboard: the cubes of negative values meet only at edges and corners
         let board = |at: [usize; 3]| if at.iter().sum::<usize>() % 2 == 0 { -1.0 } else { 1.0 };
         let surface = isosurface([5; 3], &board);
         assert_eq!(surface.open_edges(), 0);

@@ -15,7 +15,7 @@ use fem_image::DisjointSets;
 pub use decimate::decimated;
 pub(crate) use isosurface::isosurface;
 
-/// Factors of the two steps of each pass of Taubin's smoothing: a shrinking step and an expanding step.
+/// Factors of the two steps of each pass of Taubin's smoothing filter: a shrinking step and an expanding step.
 const SHRINK: f64 = 0.5;
 const GROW: f64 = -0.53;
 
@@ -47,7 +47,7 @@ impl Surface {
         let mut surface = Surface::default();
         for triangle in triangles {
             let corners = triangle.map(|point| {
-                // adding 0 turns −0 into 0, so that both have the same key
+                // adding 0 turns −0 into 0, so that −0 and 0 have the same key
                 let key = point.map(|x| (x + 0.0).to_bits());
                 *number.entry(key).or_insert_with(|| {
                     surface.points.push(point);
@@ -67,8 +67,8 @@ impl Surface {
         self.triangles[triangle].map(|corner| self.points[corner as usize])
     }
 
-    /// Counts the edges that are not traversed equally often in both directions by the triangles: 0 for a closed
-    /// surface.
+    /// Returns the number of edges that the triangles do not traverse equally often in both directions. The number is 0
+    /// for a closed surface.
     pub fn open_edges(&self) -> usize {
         let mut passes: BTreeMap<[u32; 2], i32> = BTreeMap::new();
         for &[a, b, c] in &self.triangles {
@@ -127,8 +127,8 @@ impl Surface {
         scale(sum, 1.0 / self.volume())
     }
 
-    /// Smooths the surface with `passes` passes of Taubin's filter, which nearly preserves the volume, and then
-    /// scales it about its centroid to the original volume.
+    /// Smooths the surface with `passes` passes of Taubin's filter, which nearly preserves the volume, and then scales
+    /// the surface about its centroid to the original volume.
     pub fn smoothed(&self, passes: usize) -> Surface {
         let mut neighbours: Vec<Vec<u32>> = vec![Vec::new(); self.points.len()];
         for &[a, b, c] in &self.triangles {
@@ -156,7 +156,7 @@ impl Surface {
         if ratio.is_finite() && ratio > 0.0 { smooth.scaled(ratio.cbrt()) } else { self.clone() }
     }
 
-    /// Scales the surface about its centroid.
+    /// Returns the surface scaled about its centroid by a factor.
     pub fn scaled(&self, factor: f64) -> Surface {
         let centre = self.centroid();
         let points =

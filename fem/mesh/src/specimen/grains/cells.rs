@@ -3,7 +3,7 @@
 use crate::mesh::groups::Groups;
 use crate::mesh::vector::Point;
 
-/// Approximate number of cells per grain.
+/// Approximate number of cells of the grid per grain.
 const CELLS: f64 = 4.0;
 
 /// A grid of cells; each cell lists the grains whose bounding boxes intersect it.
@@ -35,8 +35,8 @@ impl Cells {
         }
         let extent: Point = std::array::from_fn(|k| (high[k] - low[k]).max(f64::MIN_POSITIVE));
         let volume: f64 = extent.iter().product();
-        // at most about 256 cells along the longest side, so that a flat arrangement of grains does not need too
-        // many cells
+        // limit the number of cells along the longest side to about 256, so that grains in a flat arrangement do not
+        // need too many cells
         let longest = extent.iter().copied().fold(0.0, f64::max);
         let width = (volume / (CELLS * boxes.len() as f64)).cbrt().max(longest / 256.0);
         let count = extent.map(|x| ((x / width).ceil() as usize).clamp(1, 257));

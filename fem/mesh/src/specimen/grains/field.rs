@@ -18,11 +18,12 @@ pub trait GrainField: Sync {
         0
     }
 
-    /// Returns the number of the grain that contains a point, or 0.
+    /// Returns the number of the grain that contains a point, or 0 in the matrix.
     fn grain_at(&self, x: [f64; 3]) -> u32;
 
-    /// Returns the signed distance to a grain's surface (mm), negative inside. The distance is exact, or smooth near
-    /// the surface and a bound with the correct sign farther away.
+    /// Returns the signed distance to a grain's surface (mm), negative inside. The distance is exact in some
+    /// implementations. In all other implementations, the distance is smooth near the surface; farther away, the sign
+    /// is correct, but the magnitude may be too large.
     fn distance(&self, grain: u32, x: [f64; 3]) -> f64;
 
     /// Returns the volume of a grain inside the cylinder (mm³), which a mesh should reproduce.
@@ -31,8 +32,8 @@ pub trait GrainField: Sync {
     /// Appends, in increasing order, all grains that may be closer than `reach` mm to a point.
     fn near(&self, x: [f64; 3], reach: f64, found: &mut Vec<u32>);
 
-    /// Returns whether a grain may be closer than `reach` mm to a point. A field with exact distances can thereby
-    /// exclude a grain for all points of a ball at once.
+    /// Returns whether a grain may be closer than `reach` mm to a point. `false` excludes the grain for all points of
+    /// the ball with the radius `reach` around the point. Fields without exact distances always return `true`.
     fn reaches(&self, _grain: u32, _x: [f64; 3], _reach: f64) -> bool {
         true
     }
@@ -41,14 +42,14 @@ pub trait GrainField: Sync {
     /// resolution.
     fn resolution_mm(&self) -> f64;
 
-    /// Returns the signed distance (mm) if it is less than `limit`, else `None`; may be faster than
-    /// [`distance`](Self::distance).
+    /// Returns the signed distance to a grain's surface (mm) if the distance is less than `limit`, otherwise `None`.
+    /// This function may be faster than [`distance`](Self::distance).
     fn distance_below(&self, grain: u32, x: [f64; 3], limit: f64) -> Option<f64> {
         Some(self.distance(grain, x)).filter(|&distance| distance < limit)
     }
 
-    /// Returns the signed distance (mm) and its gradient. The default implementation computes the gradient by central
-    /// differences over `step` mm to both sides.
+    /// Returns the signed distance to a grain's surface (mm) and its gradient. The default implementation computes the
+    /// gradient by central differences over `step` mm to both sides.
     fn distance_and_gradient(&self, grain: u32, x: [f64; 3], step: f64) -> (f64, [f64; 3]) {
         let gradient = std::array::from_fn(|k| {
             let (mut plus, mut minus) = (x, x);

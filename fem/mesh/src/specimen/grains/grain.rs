@@ -8,7 +8,7 @@ use crate::mesh::vector::{norm, scale, sub};
 /// A grain with exact volume and exact signed distance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grain {
-    /// A point inside the grain (mm), the centre of the bounding sphere.
+    /// A point inside the grain (mm), which is the centre of the grain's bounding sphere.
     pub centre: [f64; 3],
     /// Shape of the grain.
     pub shape: GrainShape,
@@ -82,8 +82,8 @@ impl Grain {
         self.nearest_below_mm(point, f64::INFINITY).map_or(f64::INFINITY, |(distance, _)| distance)
     }
 
-    /// Returns the signed distance (mm) and its gradient. To save time, may return `None` if the distance is not less
-    /// than `limit`.
+    /// Returns the signed distance to the grain's surface (mm) and its gradient. To save time, the result may be `None`
+    /// if the distance is not less than `limit`.
     pub(crate) fn nearest_below_mm(&self, point: [f64; 3], limit: f64) -> Option<(f64, [f64; 3])> {
         match &self.shape {
             GrainShape::Sphere { radius_mm } => {

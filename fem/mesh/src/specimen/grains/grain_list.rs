@@ -1,4 +1,4 @@
-//! Analytic grains in a cylinder, indexed by a grid of cells.
+//! Spheres and polyhedra in a cylinder. A grid of cells finds the grains near a point.
 
 use super::cells::Cells;
 use super::field::GrainField;
@@ -7,10 +7,10 @@ use crate::mesh::Surface;
 use crate::mesh::surface::isosurface;
 use crate::mesh::vector::Point;
 
-/// Number of grid cells across a grain for the extraction of its surface.
+/// Number of cells across a grain in the grid from which the surface of the grain is extracted.
 const SURFACE_CELLS: usize = 32;
-/// Number of samples along each axis of a grain's bounding box. The samples estimate the volume of a grain that extends
-/// beyond the cylinder.
+/// The volume inside the cylinder of a grain that extends beyond the cylinder is estimated with this number of sample
+/// points along each axis of the grain's bounding box.
 const CUT_SAMPLES: usize = 64;
 
 /// A list of spheres and polyhedra in a cylinder: a [`GrainField`] with exact distances.
@@ -32,8 +32,8 @@ pub struct GrainList {
 }
 
 impl GrainList {
-    /// Creates a list of grains in a cylinder with its bottom at z = 0 and its axis on z (mm). For a grain that
-    /// extends beyond the cylinder, only the volume inside counts, estimated by samples.
+    /// Creates a list of grains in a cylinder with its bottom at z = 0 and its axis on z (mm). For a grain that extends
+    /// beyond the cylinder, only the volume inside the cylinder counts. This volume is estimated by sample points.
     pub fn new(grains: Vec<Grain>, radius_mm: f64, height_mm: f64) -> GrainList {
         let volumes_mm3 =
             grains.iter().map(|grain| volume_inside(grain, radius_mm, height_mm)).collect();
@@ -92,7 +92,7 @@ impl GrainField for GrainList {
     }
 
     fn reaches(&self, grain: u32, x: [f64; 3], reach: f64) -> bool {
-        // the margin covers the rounding of distances
+        // the factor allows for the rounding errors of distances
         self.distance_below(grain, x, (1.0 + 1e-9) * reach).is_some()
     }
 

@@ -26,14 +26,14 @@ impl Phases {
         self.names[self.of_grain(grain)] == VOID
     }
 
-    /// Returns the number of phases that have grains, voids excluded.
+    /// Returns the number of phases that have grains, without the phase of voids.
     pub(crate) fn solid(&self) -> usize {
         let is_solid = |phase: &usize| self.names[*phase] != VOID && self.of_grain.contains(phase);
         (0..self.names.len()).filter(is_solid).count()
     }
 
-    /// Returns the regions of a mesh whose tetrahedra have the given labels (grain numbers; 0: matrix). If the mesh
-    /// has mixtures (`mixed`), phases without a labelled tetrahedron also become regions.
+    /// Returns the regions of a mesh whose tetrahedra have the given labels (grain numbers; 0 for the matrix). If the
+    /// mesh has mixtures (`mixed`), a phase also becomes a region if no tetrahedron has the label of one of its grains.
     pub(crate) fn regions(&self, labels: &[u32], mixed: bool) -> Regions {
         let mut is_present = vec![false; self.names.len()];
         for &label in labels.iter().filter(|label| **label > 0) {
@@ -54,7 +54,7 @@ impl Phases {
         regions
     }
 
-    /// Returns the region of a label (grain number; 0: matrix).
+    /// Returns the region of a label (grain number; 0 for the matrix).
     pub(crate) fn region_of(&self, label: u32, regions: &Regions) -> u16 {
         if label == 0 { 0 } else { regions.of_phase[self.of_grain(label)] }
     }

@@ -4,8 +4,8 @@ use crate::mesh::vector::{Point, add, cross, dot, mean, norm, scale, sub};
 
 /// Two points are identical if their distance is at most this factor times the size of the polyhedron.
 const SAME: f64 = 1e-10;
-/// Factor on the distance to the bounding box before this distance is compared with a limit: in spite of rounding, the
-/// product does not exceed the distance to the polyhedron.
+/// Factor by which the distance to the bounding box is multiplied before it is compared with a limit. In spite of
+/// rounding errors, the product does not exceed the distance to the polyhedron.
 const ROUNDING: f64 = 1.0 - 1e-12;
 
 /// A bounded convex polyhedron, stored as a list of faces.
@@ -127,10 +127,10 @@ impl ConvexPolyhedron {
         self.corners().map(|p| norm(sub(p, from))).fold(0.0, f64::max)
     }
 
-    /// Returns the volume; 0 for an empty polyhedron.
+    /// Returns the volume of the polyhedron; 0 for an empty polyhedron.
     pub fn volume(&self) -> f64 {
         let Some(apex) = self.faces.first().map(|face| face.corners[0]) else { return 0.0 };
-        // sum of the pyramids with a common apex and one face as base each
+        // add up the volumes of pyramids that have a common apex and one face each as base
         self.faces
             .iter()
             .map(|face| (face.offset - dot(face.normal, apex)) * face.area() / 3.0)
@@ -142,12 +142,13 @@ impl ConvexPolyhedron {
         self.faces.iter().map(Facet::area).sum()
     }
 
-    /// Returns the signed distance to the surface, negative inside.
+    /// Returns the signed distance from a point to the surface, negative inside.
     pub fn signed_distance(&self, point: [f64; 3]) -> f64 {
         self.nearest_below(point, f64::INFINITY).map_or(f64::INFINITY, |(distance, _)| distance)
     }
 
-    /// Returns the signed distance and its gradient. May return `None` if the distance is not less than `limit`.
+    /// Returns the signed distance to the surface and its gradient. The result may be `None` if the distance is not
+    /// less than `limit`.
     pub(crate) fn nearest_below(&self, point: Point, limit: f64) -> Option<(f64, Point)> {
         let [low, high] = self.bounds;
         let beside = |k: usize| (low[k] - point[k]).max(point[k] - high[k]).max(0.0);
@@ -157,7 +158,7 @@ impl ConvexPolyhedron {
         let (mut highest, mut top) = (f64::NEG_INFINITY, self.faces.first()?);
         for face in &self.faces {
             let height = face.height(point);
-            // the distance to the plane of a face is a lower bound of the distance to the body
+            // return early: the distance to the plane of a face is a lower bound of the distance to the body
             if height >= limit {
                 return None;
             }
@@ -168,8 +169,8 @@ impl ConvexPolyhedron {
         if highest <= 0.0 {
             return Some((highest, top.normal));
         }
-        // the nearest point lies on a face whose outer side shows to the point, mostly on the face whose plane is
-        // farthest from the point
+        // the nearest point of the body lies on a face whose outer side faces the point; in most cases, this is the
+        // face whose plane is farthest from the point
         let (mut distance, mut foot) = top.nearest(point);
         if distance > highest {
             for face in &self.faces {
@@ -230,7 +231,7 @@ fn around(normal: Point, points: Vec<Point>, same: f64) -> Vec<Point> {
         return Vec::new();
     }
     let centre = mean(points.iter().copied());
-    // any direction that is not parallel to the normal defines a basis of the plane
+    // choose a coordinate axis that is not parallel to the normal, to construct a basis of the plane
     let smallest = (0..3).min_by(|&a, &b| normal[a].abs().total_cmp(&normal[b].abs()));
     let mut start = [0.0; 3];
     start[smallest.unwrap_or(0)] = 1.0;

@@ -9,17 +9,17 @@
 //! H. Zhao, "A fast sweeping method for eikonal equations", Math. Comp. 74 (2005) 603–627,
 //! doi:10.1090/S0025-5718-04-01678-3.
 
-/// Ratio of the central difference of the smoothed fraction (over two voxels) to the slope of the smoothed fraction at
-/// the surface. The ratio is 0.75 for surfaces normal to an axis and 0.9 for surfaces normal to a diagonal.
+/// Ratio of two slopes of the smoothed fraction at the surface: the central difference over two voxels, divided by the
+/// exact slope. The ratio is 0.75 for surfaces normal to an axis and 0.9 for surfaces normal to a diagonal.
 const SLOPE: f32 = 0.85;
-/// Number of rounds of eight sweeps; one round is enough for convex bodies.
+/// Number of rounds of eight sweeps, in which the distances are computed. One round is enough for convex bodies.
 const ROUNDS: usize = 2;
-/// Number of Newton steps to reach a volume.
+/// Number of Newton steps that shift the distances until the enclosed volume is correct.
 const STEPS: usize = 6;
-/// Maximum shift of the surface (voxels).
+/// Largest distance (voxels) by which the surface is shifted to correct the enclosed volume.
 const MAX_SHIFT: f32 = 1.0;
 
-/// Values on a box of voxels; x varies fastest.
+/// One value for each voxel in a box of voxels; x varies fastest.
 #[derive(Clone, Debug)]
 pub(super) struct Patch {
     /// Index of the first voxel in the image.
@@ -53,7 +53,7 @@ impl Patch {
         self.sweep(&is_initial);
     }
 
-    /// Smooths the values along an axis with the weights ¼, ½, ¼; outside the box the outermost value is repeated.
+    /// Smooths the values along an axis with the weights ¼, ½, ¼. Outside the box, the outermost value is repeated.
     fn smooth(&mut self, axis: usize) {
         let (stride, count) = (self.strides()[axis], self.size[axis]);
         if count < 2 {
@@ -74,9 +74,9 @@ impl Patch {
         }
     }
 
-    /// Initialises the distances: the distance to the surface at each voxel with a neighbour on the other side of the
-    /// surface, and a large value with the correct sign elsewhere. Returns,
-    /// for each voxel, whether its distance was computed here.
+    /// Initialises the distances. A voxel with a neighbour on the other side of the surface gets its distance to the
+    /// surface; all other voxels get a large value with the correct sign. Returns, for each voxel, whether its distance
+    /// was computed.
     fn crossings(&mut self) -> Vec<bool> {
         let far = self.size.iter().sum::<usize>() as f32;
         let strides = self.strides();
@@ -109,7 +109,7 @@ impl Patch {
     /// Shifts all distances by one value of at most one voxel, so that the region of negative distance has a given
     /// volume (voxels).
     pub(super) fn enclose(&mut self, volume: f64) {
-        // fraction of a voxel inside the surface, if the surface is flat in the voxel
+        // volume inside the surface if all distances are shifted; in each voxel, the surface is assumed to be flat
         let within = |shift: f32| -> f64 {
             let share = |&value: &f32| f64::from((0.5 + shift - value).clamp(0.0, 1.0));
             self.values.iter().map(share).sum()
@@ -126,7 +126,7 @@ impl Patch {
         self.values.iter_mut().for_each(|value| *value -= shift);
     }
 
-    /// Computes the distances of all other voxels by fast sweeping.
+    /// Computes the distances of all voxels that `crossings` has not computed, by fast sweeping.
     fn sweep(&mut self, is_initial: &[bool]) {
         let ([nx, ny, nz], strides) = (self.size, self.strides());
         let order = |count: usize, reverse: bool, k: usize| if reverse { count - 1 - k } else { k };
@@ -148,7 +148,7 @@ impl Patch {
         }
     }
 
-    /// Updates the distance of a voxel by Godunov's upwind scheme for |∇d| = 1.
+    /// Updates the distance d of a voxel by Godunov's upwind scheme for |∇d| = 1.
     fn update(&mut self, at: usize, voxel: [usize; 3], strides: [usize; 3]) {
         let mut smallest = [f32::INFINITY; 3];
         for axis in 0..3 {
@@ -208,7 +208,7 @@ impl Patch {
 mod tests {
     use super::*;
 
-    /// Returns the fraction of a voxel inside a ball, by 8³ samples.
+    /// Returns the fraction of a voxel that lies inside a ball, estimated by 8³ samples.
     fn share(voxel: [usize; 3], centre: [f64; 3], radius: f64) -> f32 {
         let n = 8;
         let inside = (0..n * n * n).filter(|c| {
@@ -232,22 +232,22 @@ mod tests {
         }
         patch.fractions_to_distances();
         let (rms, near, far) = errors(&patch, centre, radius);
-        // the smoothing shrinks a ball of radius R by σ² / R with σ² = ½ voxel²: 0.08 voxels
+        // the smoothing, whose variance is σ² = ½ voxel², shrinks this ball by σ² / R = 0.08 voxels
         assert!(rms < 0.15 && near < 0.3, "{rms} {near}");
         assert!(far < 0.5, "{far}");
-        // the correction of the volume compensates this shift
+        // the correction of the volume removes this shift of the surface
         let volume = 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
         patch.enclose(volume);
         let shifted = errors(&patch, centre, radius);
         assert!(shifted.0 < 0.6 * rms && shifted.0 < 0.06, "{rms} {shifted:?}");
-        // the correction also compensates any other constant shift
+        // the correction of the volume also removes any other constant shift of the distances
         patch.values.iter_mut().for_each(|value| *value += 0.4);
         patch.enclose(volume);
         assert!((errors(&patch, centre, radius).0 - shifted.0).abs() < 1e-3);
     }
 
-    /// Returns the root mean square error of the distances at the surface of a ball, and the largest errors near the
-    /// surface and far from it (voxels).
+    /// Returns the root mean square error of the distances at the surface of a ball, the largest error near the
+    /// surface, and the largest error far from the surface (voxels).
     fn errors(patch: &Patch, centre: [f64; 3], radius: f64) -> (f64, f64, f64) {
         let (mut near, mut far, mut squares, mut count) = (0.0_f64, 0.0_f64, 0.0, 0.0);
         for a in 0..20 {

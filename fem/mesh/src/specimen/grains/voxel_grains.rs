@@ -8,7 +8,7 @@ use crate::mesh::Surface;
 use crate::mesh::surface::isosurface;
 use fem_image::{Cylinder, Volume};
 
-/// Margin around a grain's bounding box within which distances are stored (voxels).
+/// Width of the margin around a grain's bounding box in which distances are also stored (voxels).
 const MARGIN: usize = 3;
 
 /// Grains of a segmented image: a [`GrainField`] with distances accurate to a fraction of a voxel.
@@ -27,7 +27,7 @@ pub struct VoxelGrains<'a> {
     volumes_mm3: Vec<f64>,
     /// Volume of each grain (mm³), including parts outside the cylinder.
     whole_mm3: Vec<f64>,
-    /// Fraction of each grain's volume inside the cylinder.
+    /// For each grain, the fraction of its volume that lies inside the cylinder.
     inside: Vec<f64>,
     phases: Vec<String>,
     /// Phase of each grain, an index into `phases`.
@@ -35,9 +35,10 @@ pub struct VoxelGrains<'a> {
 }
 
 impl<'a> VoxelGrains<'a> {
-    /// Creates grains from labels (0: matrix; grains from 1) and the solid fraction of each voxel, in [0, 1]. Without
-    /// solid fractions, labelled voxels count as entirely solid. `cylinder` is the position of the specimen in the
-    /// image: the centre of its bottom becomes the origin, and only the part of each grain inside the cylinder counts.
+    /// Creates grains from labels (0 for the matrix; grains are numbered from 1) and the solid fraction of each voxel,
+    /// in [0, 1]. Without solid fractions, labelled voxels count as entirely solid. `cylinder` is the position of the
+    /// specimen in the image: the centre of its bottom becomes the origin, and only the part of each grain inside the
+    /// cylinder counts.
     ///
     /// # Panics
     /// If the two volumes have different shapes or do not have one value per voxel.
@@ -110,8 +111,8 @@ impl<'a> VoxelGrains<'a> {
         }
     }
 
-    /// Assigns phases to the grains. `names` are the names of the phases; `phase_of` lists grain numbers with phases
-    /// (indices into `names`). A grain that is not listed belongs to the first phase.
+    /// Assigns phases to the grains. `names` contains the names of the phases; `phase_of` lists pairs of a grain number
+    /// and a phase (an index into `names`). A grain that is not listed belongs to the first phase.
     ///
     /// # Panics
     /// If `names` is empty, or a phase index is out of range.
@@ -136,8 +137,8 @@ impl<'a> VoxelGrains<'a> {
     }
 
     /// Replaces the volumes of grains (mm³) by more accurate volumes, such as the volumes of
-    /// [`Region`](fem_image::Region). Sums of solid fractions in [0, 1] are less accurate, because blur spreads part
-    /// of a grain beyond the adjacent voxels, and noise clipped at 0 and 1 does not average out. The fraction of a
+    /// [`Region`](fem_image::Region). Sums of solid fractions, which are clipped to [0, 1], are less accurate: blur
+    /// spreads part of a grain beyond the adjacent voxels, and clipped noise does not average out. The fraction of a
     /// grain inside the cylinder does not change, and a grain that is not listed keeps its volume. Distances are
     /// shifted so that the surface of each grain encloses the new volume.
     pub fn with_volumes(mut self, volumes_mm3: impl IntoIterator<Item = (u32, f64)>) -> Self {
@@ -162,7 +163,8 @@ impl<'a> VoxelGrains<'a> {
         let index = |at: [usize; 3]| at[0] + size[0] * (at[1] + size[1] * at[2]);
         let mut surface = isosurface(size, &|at| f64::from(patch.values[index(at)]));
         if surface.triangles.is_empty() {
-            // the smoothing of distances has removed a grain of few voxels: extract the surface of its labels instead
+            // the smoothing of distances has removed this grain, which has few voxels: extract the surface of its
+            // labelled voxels instead
             surface = isosurface(size, &|at| {
                 let voxel: [usize; 3] = std::array::from_fn(|k| at[k] + patch.low[k]);
                 let [nx, ny, _] = self.labels.shape;
@@ -227,7 +229,8 @@ impl GrainField for VoxelGrains<'_> {
     }
 
     fn near(&self, x: [f64; 3], reach: f64, found: &mut Vec<u32>) {
-        // the labels serve as spatial index: a grain closer than `reach` has a voxel in this box
+        // the labels serve as a spatial index: a grain that is closer than `reach` has a voxel in the box around the
+        // point
         let at = self.voxels(x);
         let reach = reach / self.labels.voxel_mm + 1.0;
         let first = found.len();
@@ -278,7 +281,7 @@ fn boxes(labels: &Volume<u32>) -> Vec<Option<[[usize; 3]; 2]>> {
     boxes
 }
 
-/// Returns the part of a voxel's solid fraction that belongs to a grain.
+/// Returns the share of a voxel's solid fraction that counts as volume of a grain.
 fn share(labels: &Volume<u32>, solid: Option<&Volume<f32>>, grain: u32, at: [usize; 3]) -> f32 {
     let [nx, ny, _] = labels.shape;
     let index = at[0] + nx * (at[1] + ny * at[2]);

@@ -8,7 +8,7 @@ use crate::mesh::groups::Groups;
 /// Adjacency of a mesh: the neighbours of each tetrahedron, and the tetrahedra of each node.
 pub(super) struct Adjacency<'a> {
     mesh: &'a TetMesh,
-    /// Inner faces, each as the pair of tetrahedra that share it.
+    /// Inner faces. Each face is given by the pair of tetrahedra that share the face.
     faces: &'a [[u32; 2]],
     /// Inner faces of each tetrahedron, as indices into `faces`; [`NONE`] for a boundary face.
     faces_of: Vec<[u32; 4]>,
@@ -16,9 +16,9 @@ pub(super) struct Adjacency<'a> {
     tets_of: Groups,
 }
 
-/// Maximum number of passes of [`Adjacency::drop_spikes`].
+/// Largest number of passes over all tetrahedra in [`Adjacency::drop_spikes`].
 const SPIKE_PASSES: usize = 4;
-/// Marks a boundary face in `faces_of`.
+/// Placeholder in `faces_of` for a face on the boundary.
 const NONE: u32 = u32::MAX;
 
 impl<'a> Adjacency<'a> {
@@ -38,7 +38,7 @@ impl<'a> Adjacency<'a> {
         Self { mesh, faces, faces_of, tets_of }
     }
 
-    /// Iterates over the inner faces of a tetrahedron, each with the tetrahedron on its other side.
+    /// Iterates over the inner faces of a tetrahedron; each face comes with the tetrahedron on its other side.
     fn around(&self, tet: u32) -> impl Iterator<Item = (u32, u32)> + '_ {
         self.faces_of[tet as usize].iter().filter(|&&face| face != NONE).map(move |&face| {
             let [a, b] = self.faces[face as usize];
@@ -50,7 +50,7 @@ impl<'a> Adjacency<'a> {
     /// tetrahedra.
     fn component(&self, labels: &[u32], tet: u32, smallest: usize) -> Option<Vec<u32>> {
         let alike = |other: u32| labels[other as usize] == labels[tet as usize];
-        // most tetrahedra have enough neighbours of the same label
+        // shortcut: most tetrahedra have so many neighbours of the same label that no search is needed
         if 1 + self.around(tet).filter(|&(_, other)| alike(other)).count() >= smallest {
             return None;
         }
@@ -71,8 +71,8 @@ impl<'a> Adjacency<'a> {
     }
 
     /// Relabels connected components of a grain with fewer than `smallest` tetrahedra as matrix, and then components of
-    /// matrix with fewer than `smallest` tetrahedra as an adjacent grain. No small component remains, since each
-    /// component of matrix joins a grain that is large enough. Returns the number of changed labels.
+    /// matrix with fewer than `smallest` tetrahedra as an adjacent grain. Afterwards no small component is left,
+    /// because each small component of matrix joins a grain that is large enough. Returns the number of changed labels.
     pub(super) fn drop_small_components(&self, labels: &mut [u32], smallest: usize) -> usize {
         let mut changed = 0;
         for of_grain in [true, false] {
@@ -84,7 +84,7 @@ impl<'a> Adjacency<'a> {
                 let members = self.component(labels, tet, smallest)?;
                 let faces = members.iter().flat_map(|&member| self.around(member));
                 let outside = faces.filter(|&(_, other)| labels[other as usize] != label);
-                // of several adjacent grains, the grain behind the face with the largest index is chosen
+                // if several grains are adjacent, choose the grain behind the face with the largest index
                 let (_, beside) = outside.max()?;
                 Some((tet, if of_grain { 0 } else { labels[beside as usize] }))
             };
@@ -97,9 +97,9 @@ impl<'a> Adjacency<'a> {
     }
 
     /// Separates pairs of grains that share nodes and for which `is_parted` returns `true`. At each node, grains are
-    /// visited in decreasing order of their number of tetrahedra. A grain is retained if it need not be separated from
-    /// a grain retained before; otherwise its tetrahedra at the node become matrix. Returns the number of changed
-    /// labels.
+    /// visited in decreasing order of their number of tetrahedra. A grain stays at the node if it need not be separated
+    /// from any grain that was visited before and stays. Otherwise the grain's tetrahedra at the node become matrix.
+    /// Returns the number of changed labels.
     pub(super) fn separate_grains(
         &self,
         labels: &mut [u32],
@@ -110,7 +110,7 @@ impl<'a> Adjacency<'a> {
             if claims.len() < 2 {
                 return Vec::new();
             }
-            // ties are resolved in favour of the smaller grain number
+            // if two grains have the same number of tetrahedra, the smaller grain number comes first
             claims.sort_unstable_by_key(|&(grain, count)| (std::cmp::Reverse(count), grain));
             let mut staying: Vec<u32> = Vec::new();
             for &(grain, _) in &claims {
@@ -150,9 +150,9 @@ impl<'a> Adjacency<'a> {
         claims
     }
 
-    /// Relabels each tetrahedron that has at least three faces in common with tetrahedra of one other label: on the
-    /// interface, such a tetrahedron would become flat. Repeats until no label changes, at most [`SPIKE_PASSES`] times.
-    /// Returns the number of changed labels.
+    /// Relabels each tetrahedron that has at least three faces in common with tetrahedra of one other label. Such a
+    /// tetrahedron would become flat when its nodes move onto the interface. Passes are repeated until no label
+    /// changes, but at most [`SPIKE_PASSES`] times. Returns the number of changed labels.
     pub(super) fn drop_spikes(&self, labels: &mut [u32]) -> usize {
         let mut changed = 0;
         for _ in 0..SPIKE_PASSES {
@@ -237,7 +237,8 @@ mod tests {
                 let changed = drop_small_components(&mut expected, &faces, smallest);
                 assert_eq!(adjacency.drop_small_components(&mut labels, smallest), changed);
                 assert_eq!(labels, expected);
-                // after the separation no node belongs to two grains, and a second separation changes nothing
+                // after the separation, no node belongs to two grains, and a second separation does not change any
+                // label
                 adjacency.separate_grains(&mut labels, |_, _| true);
                 let mut grain_of = vec![0; mesh.nodes.len()];
                 for (tet, &label) in mesh.tets.iter().zip(&labels).filter(|(_, label)| **label > 0)

@@ -8,24 +8,25 @@ use crate::mesh::vector::{Point, add, norm, scale};
 use crate::mesh::{Mixture, TetMesh};
 use crate::specimen::grains::{GrainField, Phases};
 
-/// Number of Newton steps for the offsets that preserve the grains' volumes.
+/// Number of Newton steps that determine the offset of each grain surface. The offset corrects the volume of the grain.
 const CORRECTIONS: usize = 3;
-/// Maximum offset, relative to the width of a sample.
+/// Largest offset of a grain surface, relative to the width of a sample (edge length of a cube with the volume of a
+/// sample).
 const LARGEST_OFFSET: f64 = 0.5;
 /// A tetrahedron with a grain fraction above this value becomes grain. A tetrahedron with a grain fraction below one
 /// minus this value becomes matrix.
 const WHOLE: f64 = 0.999;
-/// Step of the finite differences of distances, relative to the width of a sample.
+/// Step of the finite differences that give the gradients of signed distances, relative to the width of a sample.
 const STEP: f64 = 0.05;
-/// Minimum length of the mean of the unit normals in a tetrahedron; if the mean is shorter, the interface has no
-/// direction.
+/// Smallest length of the mean of the unit normals in a tetrahedron. If the mean is shorter, the normals have no common
+/// direction, and the interface gets no normal.
 const DIRECTED: f64 = 0.3;
-/// Number of rounds that correct the factors of grains in a mesh with several phases.
+/// Number of rounds in which the factors of the grain fractions are corrected in a mesh with several phases.
 const ROUNDS: usize = 6;
-/// Bounds of the correction of a factor in one round.
+/// In one round, a factor is multiplied by a number between these bounds.
 const FACTORS: [f64; 2] = [0.5, 2.0];
 
-/// Mixtures of a mesh that does not resolve the grains.
+/// Mixtures of matrix and grain in the tetrahedra of a mesh that does not resolve the grains.
 pub(super) struct Mixed {
     /// Mixture of each tetrahedron; here, `region` is the index of a phase.
     pub(super) mixture: Vec<Mixture>,
@@ -40,7 +41,7 @@ pub(super) struct Mixed {
 struct Share {
     grain: u32,
     fraction: f64,
-    /// Derivative of the fraction with respect to the offset (1/mm).
+    /// Derivative of the fraction with respect to the offset of the grain surface (1/mm).
     slope: f64,
 }
 
@@ -48,8 +49,9 @@ struct Share {
 /// inside a grain gets the grain's label. A tetrahedron that contains several phases besides the matrix gets the
 /// largest of these phases.
 ///
-/// Each sample contributes the fraction of its width that lies inside the grain. One offset per grain, and finally
-/// one factor per grain, preserve the grain's volume.
+/// Each sample point represents an interval across the grain surface, and contributes the fraction of this interval
+/// that lies inside the grain. The volume of each grain is preserved by an offset of its surface, and finally by a
+/// factor of its fractions.
 pub(super) fn mix(
     mesh: &TetMesh,
     field: &dyn GrainField,
@@ -94,7 +96,7 @@ pub(super) fn mix(
         }
         for grain in (0..grains).filter(|&grain| mixes[grain]) {
             if collected[grain] == 0.0 {
-                // no sample is inside the grain: widen the samples
+                // the grain is so small that no sample lies inside the grain: use wider samples
                 spread[grain] = 4.0;
             } else if slopes[grain] > 0.0 {
                 let missing = field.volume_mm3(grain as u32 + 1) - collected[grain];
@@ -146,9 +148,9 @@ pub(super) fn mix(
 
 /// Content of a tetrahedron: matrix and one other phase.
 struct Filling {
-    /// Grains of the phase and their volume fractions.
+    /// Numbers of the grains of the phase, with their volume fractions.
     grains: Vec<(u32, f64)>,
-    /// Sum of the volume fractions.
+    /// Sum of the volume fractions of `grains`.
     total: f64,
     /// Index of the phase.
     phase: usize,
@@ -157,7 +159,8 @@ struct Filling {
 }
 
 impl Filling {
-    /// Assigns the fractions of all phases to the largest phase, so that the fraction of the matrix is correct.
+    /// Creates the content of a tetrahedron. The fractions of all phases are assigned to the phase with the largest
+    /// fraction, so that the fraction of the matrix is correct.
     fn new(shares: &[Share], factors: &[f64], phases: &Phases) -> Filling {
         let mut grains: Vec<(u32, f64)> = shares
             .iter()
@@ -172,7 +175,7 @@ impl Filling {
         for &(grain, fraction) in &grains {
             of_phase[phases.of_grain(grain)] += fraction;
         }
-        // the first of several phases with equal fractions is chosen
+        // in reverse order, so that the first of several phases with equal fractions is chosen
         let phases_by_share = (0..of_phase.len()).rev();
         let phase =
             phases_by_share.max_by(|&a, &b| of_phase[a].total_cmp(&of_phase[b])).unwrap_or(0);
@@ -188,9 +191,9 @@ impl Filling {
     }
 }
 
-/// Returns one factor per grain for the fractions. The factors preserve the volumes of grains, although each
-/// tetrahedron stores only one phase besides the matrix. The result has the factors of the round with the
-/// smallest error of the phase volumes.
+/// Returns, for each grain, a factor by which the fractions of the grain are multiplied. The factors preserve the
+/// volumes of grains, although each tetrahedron stores only one phase besides the matrix. The returned factors are the
+/// factors of the round with the smallest error of the phase volumes.
 fn corrected(
     field: &dyn GrainField,
     phases: &Phases,
@@ -219,7 +222,8 @@ fn corrected(
         }
         for (k, factor) in factors.iter_mut().enumerate().filter(|(_, factor)| **factor > 0.0) {
             let [least, most] = FACTORS;
-            // the factor of a grain without a tetrahedron increases in each round until the grain has a tetrahedron
+            // the factor of a grain that is the largest phase in no tetrahedron increases in each round, until the
+            // grain has a tetrahedron
             *factor *= (field.volume_mm3(k as u32 + 1) / achieved[k]).clamp(least, most);
         }
     }

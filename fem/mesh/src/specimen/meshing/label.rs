@@ -15,17 +15,17 @@ pub enum FractionTarget {
     /// The exact volume of the grains divided by the volume of the mesh.
     #[default]
     GrainVolume,
-    /// A given volume fraction of the mesh.
+    /// A given fraction of the volume of the mesh.
     Fraction(f64),
-    /// No target: the fraction that results from the sample points.
+    /// No target; the fraction results from the sample points.
     Uncorrected,
 }
 
 /// Settings of the labelling of tetrahedra.
 ///
-/// A tetrahedron becomes grain if at least 8 of its 15 sample points lie in grains; it gets the label of the grain
-/// that contains most of these points. A connected component of one or two tetrahedra gets the label of an adjacent
-/// component.
+/// A tetrahedron becomes grain if at least 8 of its 15 sample points lie in grains; it gets the label of the grain that
+/// contains most of these points. A connected component of one or two tetrahedra with equal labels gets the label of an
+/// adjacent component.
 ///
 /// On a coarse mesh the labelled fraction, and therefore the stiffness, would vary by several percent between
 /// microstructures. By default, all grain surfaces are shifted outwards by a common offset so that the labelled
@@ -35,7 +35,7 @@ pub enum FractionTarget {
 pub struct Labelling {
     /// Target of the labelled volume fraction.
     pub target: FractionTarget,
-    /// Minimum number of tetrahedra of a connected component; smaller components are relabelled.
+    /// Connected components of equal labels with fewer than this number of tetrahedra are relabelled.
     pub smallest_component: usize,
     /// Whether grains that share nodes are separated, so that no node belongs to two grains.
     ///
@@ -53,23 +53,23 @@ impl Default for Labelling {
 /// Result of a labelling.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LabelReport {
-    /// Target volume fraction of all grains.
+    /// Volume fraction of all grains that the labelling should reach.
     pub asked_fraction: f64,
-    /// Labelled volume fraction without the common offset.
+    /// Volume fraction of the labelled tetrahedra if the grain surfaces are not shifted.
     pub uncorrected_fraction: f64,
-    /// Labelled volume fraction.
+    /// Volume fraction of the tetrahedra that are labelled as grain.
     pub achieved_fraction: f64,
-    /// Common offset by which all grain surfaces were shifted outwards (mm).
+    /// Distance by which all grain surfaces were shifted outwards, to reach the target (mm).
     pub offset_mm: f64,
     /// Exact and labelled volume of each grain.
     pub grains: Vec<GrainVolume>,
     /// Number of tetrahedra whose label changed because they belonged to a small component or joined two grains.
     pub relabelled_tets: usize,
-    /// For each tetrahedron, the fraction of its samples that lie in grains (without offset).
+    /// For each tetrahedron, the fraction of its sample points that lie in grains whose surfaces are not shifted.
     pub grain_fraction: Vec<f64>,
 }
 
-/// Exact and labelled volume of one grain.
+/// Exact volume of a grain, and volume of the tetrahedra with the label of the grain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GrainVolume {
     /// Exact volume (mm³).
@@ -108,8 +108,8 @@ impl fmt::Display for LabelReport {
 
 /// Labels the tetrahedra with the default [`Labelling`].
 ///
-/// Sets `region_of`, `grain_of` and `regions`: `matrix`, then the phases of the grains, here `grain` (only `matrix`
-/// if no tetrahedron belongs to a grain).
+/// Sets `region_of`, `grain_of` and `regions` of the mesh. The regions are `matrix` and `grain`; if no tetrahedron
+/// belongs to a grain, the only region is `matrix`.
 ///
 /// # Example
 /// ```
@@ -176,8 +176,8 @@ impl Labelling {
                 } else {
                     high = tried.1;
                 }
-                // small components are relabelled, so the fraction is not exactly monotonic in the offset: use the best
-                // result
+                // because small components are relabelled, the fraction is not exactly monotonic in the offset: use the
+                // best result so far
                 if (tried.0 - asked_fraction).abs() < (best.0 - asked_fraction).abs() {
                     best = tried;
                 }

@@ -34,12 +34,12 @@ pub use report::{MeshReport, MeshedGrain, MeshedPhase};
 /// Settings for meshing a cylinder with grains.
 ///
 /// The lattice of [`CylinderLattice`] is labelled, and its nodes are moved onto the interfaces of the grains that are
-/// meshed conformingly. The contacts and the volumes of these grains are preserved. Grains too small for a conforming
-/// mesh become volume fractions of tetrahedra.
+/// meshed conformingly. The contacts and the volumes of these grains are preserved. Grains that are too small for a
+/// conforming mesh are represented by the volume fraction of grain in each tetrahedron.
 ///
-/// Grains of the phase [`VOID`](fem_image::VOID) are meshed conformingly in every mode except [`GrainMode::Whole`].
-/// The tetrahedra of voids are removed from the mesh, together with parts that no face connects with the body. A void
-/// too small to have a tetrahedron counts as matrix.
+/// Grains of the phase [`VOID`](fem_image::VOID) are meshed conformingly in every mode except [`GrainMode::Whole`]. The
+/// tetrahedra of voids are removed from the mesh, together with parts that no face connects with the body. A void that
+/// is too small to have a tetrahedron counts as matrix.
 ///
 /// # Example
 /// ```
@@ -59,20 +59,20 @@ pub struct Meshing {
     /// Representation of grains in the mesh.
     #[serde(default)]
     pub mode: GrainMode,
-    /// Smallest diameter of a grain in multiples of the spacing at which [`GrainMode::Auto`] meshes the grain
-    /// conformingly.
+    /// [`GrainMode::Auto`] meshes a grain conformingly if the diameter of the grain is at least this multiple of the
+    /// spacing.
     #[serde(default = "default_elements_across")]
     pub elements_across: f64,
-    /// Minimum dihedral angle when nodes are moved (degrees), from 1 to 25.
+    /// Smallest dihedral angle that the movement of nodes may cause (degrees), from 1 to 25.
     #[serde(default = "default_min_dihedral")]
     pub min_dihedral_deg: f64,
-    /// Whether edges on interfaces and on a round wall are curved, for quadratic elements. Grain volumes are preserved by
-    /// the curved mesh if `true`, else by the straight mesh.
+    /// Whether edges on interfaces and on a round wall are curved, for quadratic elements. If `true`, the grain volumes
+    /// are exact in the mesh with curved edges, otherwise in the mesh with straight edges.
     #[serde(default = "default_curved")]
     pub curved: bool,
-    /// Position of the wall. Edges on the wall of [`Wall::Round`] are curved if `curved` is `true`, those of
-    /// [`Wall::Curved`] always; the prisms [`Wall::Inscribed`] and [`Wall::EqualArea`] have straight walls. The volume
-    /// and the end areas of [`Wall::EqualArea`] are those of the cylinder, so that it suits linear elements.
+    /// Position of the wall. Edges on the wall of [`Wall::Round`] are curved if `curved` is `true`; edges on the wall
+    /// of [`Wall::Curved`] are always curved. The prisms [`Wall::Inscribed`] and [`Wall::EqualArea`] have straight
+    /// walls. [`Wall::EqualArea`] has the volume and the end areas of the cylinder and is suitable for linear elements.
     #[serde(default = "default_wall")]
     pub wall: Wall,
 }
@@ -131,7 +131,8 @@ pub enum MeshingError {
 }
 
 impl Meshing {
-    /// Creates settings for a spacing (mm): mode [`GrainMode::Auto`], curved edges, and default values otherwise.
+    /// Creates settings for a spacing (mm), with the mode [`GrainMode::Auto`], curved edges, and default values of all
+    /// other settings.
     pub fn new(spacing_mm: f64) -> Meshing {
         Meshing {
             spacing_mm,
@@ -208,7 +209,8 @@ impl Meshing {
         };
         let mut labels = conforming.labels(&mesh);
         if self.mode == GrainMode::Auto {
-            // a grain without a tetrahedron is too small for a conforming mesh and becomes a volume fraction
+            // a grain that gets no tetrahedron is too small for a conforming mesh and is represented by volume
+            // fractions
             let mut is_meshed = vec![false; modes.len()];
             labels.iter().filter(|&&l| l > 0).for_each(|&l| is_meshed[l as usize - 1] = true);
             let lost = numbers().zip(&mut modes).zip(is_meshed).filter(|(_, is_meshed)| !is_meshed);
@@ -288,8 +290,8 @@ impl Meshing {
         Ok(Meshed { mesh, report })
     }
 
-    /// Returns the mode of one grain. Voids are meshed conformingly wherever possible, since the surface of a void is
-    /// part of the surface of the body.
+    /// Returns the representation of one grain in the mesh. Voids are meshed conformingly wherever possible, because
+    /// the surface of a void is part of the surface of the body.
     fn mode_of(&self, grains: &dyn GrainField, phases: &Phases, grain: u32) -> GrainMode {
         match self.mode {
             GrainMode::Auto | GrainMode::Fraction if phases.is_void(grain) => GrainMode::Conforming,
@@ -301,7 +303,7 @@ impl Meshing {
         }
     }
 
-    /// Returns the diameter of the sphere of equal volume, divided by the spacing.
+    /// Returns the diameter of the sphere with the volume of the grain, divided by the spacing.
     fn across(&self, grains: &dyn GrainField, grain: u32) -> f64 {
         (6.0 / PI * grains.volume_mm3(grain)).cbrt() / self.spacing_mm
     }

@@ -6,9 +6,10 @@ use super::mode::GrainMode;
 use crate::mesh::{Quality, TetMesh};
 use fem_image::VOID;
 
-/// Relative error of the volume of the grains or of the mesh above which the report warns.
+/// The report warns if the relative error of the volume of the grains or of the mesh exceeds this value.
 const LARGEST_ERROR: f64 = 0.005;
-/// Relative error of the volume of voids above which the report warns; the smallest voids are never resolved.
+/// The report warns if the relative error of the volume of voids exceeds this value. The limit is large because the
+/// smallest voids are never resolved.
 const LARGEST_VOID_ERROR: f64 = 0.05;
 
 /// Accuracy of the mesh of a specimen.
@@ -16,22 +17,22 @@ const LARGEST_VOID_ERROR: f64 = 0.05;
 pub struct MeshReport {
     /// Quality of the tetrahedra, computed with straight edges.
     pub quality: Quality,
-    /// Vertices − edges + faces − tetrahedra; 1 for a body without holes.
+    /// Euler characteristic of the mesh, vertices − edges + faces − tetrahedra; 1 for a body without holes.
     pub euler_characteristic: i64,
     /// Exact volume fraction of the grains, according to the [`GrainField`](crate::GrainField).
     pub asked_fraction: f64,
     /// Volume fraction of the grains in the mesh; an element that is partly grain counts with its grain fraction.
     pub achieved_fraction: f64,
-    /// Relative error of the volume of the mesh with respect to the cylinder, before voids are removed; straight
-    /// edges cut off volume at the wall.
+    /// Relative error of the volume of the mesh with respect to the cylinder, before voids are removed. Straight edges
+    /// at the wall make the volume too small.
     pub volume_error: f64,
-    /// Results per grain, from number 1; voids are grains of the phase `void`.
+    /// Results for each grain; the first entry belongs to grain number 1. Voids are grains of the phase `void`.
     pub grains: Vec<MeshedGrain>,
     /// Results per phase.
     pub phases: Vec<MeshedPhase>,
     /// Root mean square distance of conforming interfaces from the exact interfaces (mm); 0 without interfaces.
     pub interface_rms_mm: f64,
-    /// Maximum distance of a wall node from the cylinder (mm); a prism has such a distance.
+    /// Largest distance of a wall node from the cylinder (mm). The distance is not zero if the mesh is a prism.
     pub wall_error_mm: f64,
     /// Number of edges that stayed straight because a curved edge would have folded a tetrahedron.
     pub straightened_edges: usize,
@@ -40,9 +41,9 @@ pub struct MeshReport {
     /// Number of tetrahedra that contain several phases besides the matrix; each of these
     /// tetrahedra stores only its largest phase.
     pub multiphase_tets: usize,
-    /// Number of removed tetrahedra in voids.
+    /// Number of tetrahedra that were removed because they lie in voids.
     pub void_tets: usize,
-    /// Number of removed tetrahedra outside voids: no face connects these tetrahedra with the body.
+    /// Number of tetrahedra outside voids that were removed because no face connects them with the body.
     pub loose_tets: usize,
 }
 
@@ -53,9 +54,9 @@ pub struct MeshedPhase {
     pub name: String,
     /// Number of grains of the phase.
     pub grains: usize,
-    /// Exact volume of the phase's grains (mm³).
+    /// Exact total volume of the phase's grains (mm³).
     pub asked_mm3: f64,
-    /// Volume of the phase's grains in the mesh (mm³), mixtures included; for voids the removed volume.
+    /// Volume of the phase's grains in the mesh (mm³), mixtures included. For voids, this is the removed volume.
     pub achieved_mm3: f64,
 }
 
@@ -65,7 +66,7 @@ impl MeshedPhase {
         self.name == VOID
     }
 
-    /// Sums up number and volumes of the grains of each phase.
+    /// Returns the number and the total volumes of the grains of each phase.
     pub(super) fn sums(names: Vec<String>, grains: &[MeshedGrain]) -> Vec<MeshedPhase> {
         let empty = |name| MeshedPhase { name, grains: 0, asked_mm3: 0.0, achieved_mm3: 0.0 };
         let mut phases: Vec<MeshedPhase> = names.into_iter().map(empty).collect();
@@ -86,7 +87,7 @@ pub struct MeshedGrain {
     pub asked_mm3: f64,
     /// Volume of the grain in the mesh (mm³), mixtures included.
     pub achieved_mm3: f64,
-    /// Diameter of the sphere of equal volume, divided by the spacing.
+    /// Diameter of the sphere with the volume of the grain, divided by the spacing.
     pub elements_across: f64,
     /// Representation of the grain in the mesh; never [`GrainMode::Auto`].
     pub mode: GrainMode,
@@ -102,7 +103,7 @@ impl MeshedGrain {
 }
 
 impl MeshReport {
-    /// Returns the number of grains, voids excluded, that have no volume in the mesh.
+    /// Returns the number of grains (without voids) that have no volume in the mesh.
     pub fn lost_grains(&self) -> usize {
         self.solid_grains()
             .filter(|grain| grain.asked_mm3 > 0.0 && grain.achieved_mm3 == 0.0)
@@ -114,7 +115,7 @@ impl MeshReport {
         self.grains.iter().filter(|grain| !self.phases[grain.phase].is_void())
     }
 
-    /// Returns the number of grains, voids excluded, that are meshed in this mode.
+    /// Returns the number of grains (without voids) that are meshed in this mode.
     pub fn grains_in(&self, mode: GrainMode) -> usize {
         self.solid_grains().filter(|grain| grain.mode == mode).count()
     }
@@ -125,8 +126,8 @@ impl MeshReport {
         voids.map(|phase| phase.asked_mm3 - phase.achieved_mm3).sum()
     }
 
-    /// Returns the median absolute relative error of the volumes of grains with more than `elements_across` elements
-    /// across, or `None` without such grains.
+    /// Returns the median of the absolute relative errors of grain volumes, over the grains whose diameter exceeds
+    /// `elements_across` times the spacing; `None` if there are no such grains.
     pub fn median_volume_error(&self, elements_across: f64) -> Option<f64> {
         let resolved = self.grains.iter().filter(|grain| grain.elements_across > elements_across);
         let mut errors: Vec<f64> = resolved.map(|grain| grain.volume_error().abs()).collect();
@@ -155,7 +156,7 @@ impl MeshReport {
             warnings
                 .push(format!("the Euler characteristic is {euler}, not 1: the body has holes"));
         }
-        // volumes are compared instead of fractions: the mesh may lack part of the cylinder, and the same grains then
+        // compare volumes instead of fractions: if the mesh lacks a part of the cylinder, grains with correct volumes
         // have a larger fraction
         for phase in self.phases.iter().filter(|phase| !phase.is_void()) {
             let (asked, achieved) = (phase.asked_mm3, phase.achieved_mm3);

@@ -3,7 +3,7 @@
 use crate::mesh::vector::{Point, mean, norm, sub};
 use crate::specimen::grains::GrainField;
 
-/// Number of samples per tetrahedron.
+/// Number of sample points per tetrahedron.
 pub(super) const SAMPLES: usize = 15;
 /// Barycentric coordinates of a sample near a corner: the coordinate for this corner and the coordinate for each of the
 /// other corners.
@@ -16,8 +16,8 @@ const FACE: [f64; 2] = [0.04, 0.32];
 const EDGE: [f64; 2] = [0.42, 0.08];
 
 /// Returns fifteen interior points of equal weight in barycentric coordinates: the centroid, four near the corners,
-/// four near the faces, six near the edges. The points and the tetrahedron have equal first and second moments, so that
-/// a plane cuts off the correct fraction of the samples on average.
+/// four near the faces, six near the edges. The points and the tetrahedron have equal first and second moments.
+/// Therefore, on average, the fraction of the samples on one side of a plane equals the fraction of the volume.
 pub(super) fn samples() -> [[f64; 4]; SAMPLES] {
     let mut points = [[0.25; 4]; SAMPLES];
     let mut next = 1;
@@ -39,7 +39,7 @@ pub(super) fn samples() -> [[f64; 4]; SAMPLES] {
     points
 }
 
-/// The samples of a tetrahedron, and the grains that may be closer than `band` mm to the tetrahedron.
+/// The sample points of a tetrahedron, and the grains near the tetrahedron.
 pub(super) struct Sampled {
     pub(super) points: [Point; SAMPLES],
     pub(super) grains: Vec<u32>,
@@ -61,8 +61,8 @@ impl Sampled {
         Sampled { points, grains, centre, size }
     }
 
-    /// Returns, for each sample closer than `band` mm to a grain, the signed distance to the nearest grain
-    /// and the grain's number, sorted by distance.
+    /// Returns, for each sample point that is closer than `band` mm to a grain, the signed distance to the nearest
+    /// grain and the number of this grain. The list is sorted by distance.
     pub(super) fn nearest(&self, field: &dyn GrainField, band: f64) -> Vec<(f64, u32)> {
         let reaches = |grain: &u32| field.reaches(*grain, self.centre, self.size + band);
         let grains: Vec<u32> = self.grains.iter().copied().filter(reaches).collect();
@@ -85,8 +85,8 @@ impl Sampled {
     }
 }
 
-/// Returns the grain that contains most samples, if at least half of all samples have a distance of less than
-/// `offset` mm to a grain; else 0. `near` is the result of [`Sampled::nearest`].
+/// Returns the grain that contains most samples. Returns 0 if fewer than half of all samples have a signed distance of
+/// less than `offset` mm to a grain. `near` is the result of [`Sampled::nearest`].
 pub(super) fn majority(near: &[(f64, u32)], offset: f64) -> u32 {
     let inside = near.partition_point(|&(distance, _)| distance < offset);
     if 2 * inside < SAMPLES {
@@ -95,7 +95,8 @@ pub(super) fn majority(near: &[(f64, u32)], offset: f64) -> u32 {
     let mut grains: Vec<u32> = near[..inside].iter().map(|&(_, grain)| grain).collect();
     grains.sort_unstable();
     let runs = grains.chunk_by(|a, b| a == b);
-    // the longest run; the first of several equally long runs
+    // choose the grain with the most sample points: the longest run of equal numbers, or the first of several equally
+    // long runs
     runs.rev().max_by_key(|run| run.len()).map_or(0, |run| run[0])
 }
 

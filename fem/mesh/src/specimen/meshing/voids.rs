@@ -12,7 +12,7 @@ pub(super) struct Carved {
     pub(super) stays: Vec<bool>,
     /// Number of tetrahedra in voids.
     pub(super) void_tets: usize,
-    /// Number of removed tetrahedra outside voids: no face connects these tetrahedra with the body.
+    /// Number of tetrahedra outside voids that were removed because no face connects them with the body.
     pub(super) loose_tets: usize,
 }
 
@@ -55,7 +55,8 @@ pub(super) fn carve(mesh: &mut TetMesh, is_void: &[bool]) -> Option<Carved> {
     Some(Carved { stays, void_tets, loose_tets: loose })
 }
 
-/// Marks the tetrahedra of the largest part outside the voids that is connected through faces.
+/// Returns a mark for each tetrahedron of the largest part outside the voids. A part consists of tetrahedra that are
+/// connected through faces.
 fn largest_part(mesh: &TetMesh, is_void: &[bool]) -> Vec<bool> {
     let mut parts = DisjointSets::new(mesh.tets.len());
     for [a, b] in mesh.neighbours() {

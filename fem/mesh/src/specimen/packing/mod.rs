@@ -14,14 +14,14 @@ use crate::specimen::grains::Grain;
 use relax::Spheres;
 use shape::{draw_facets, grow};
 
-/// Maximum deviation of a drawn radius from the median, in standard deviations of the logarithm.
+/// Largest deviation of the logarithm of a drawn radius from its median, in standard deviations.
 const TAIL: f64 = 2.5;
-/// Maximum number of relaxation sweeps before a packing fails.
+/// Largest number of relaxation sweeps. If spheres overlap after these sweeps, the packing fails.
 const SWEEPS: usize = 5000;
-/// Maximum volume fraction in the relaxation of spheres that polyhedra will replace; the polyhedra then grow to the
+/// Largest volume fraction at which spheres are relaxed if polyhedra will replace them. The polyhedra then grow to the
 /// requested fraction.
 const RELAXED: f64 = 0.45;
-/// Limit of the number of grains; a larger number is reported as a likely error in the units.
+/// Largest number of grains of a packing; a larger number is reported as a likely error in the units.
 const MAX_GRAINS: f64 = 1e5;
 /// Maximum number of facets; a polyhedron with more facets hardly differs from a sphere.
 const MAX_FACETS: usize = 200;
@@ -30,8 +30,8 @@ const MAX_FACETS: usize = 200;
 ///
 /// Sizes are lognormal in each class: one class gives a unimodal, two classes a bimodal distribution. Spheres are
 /// placed at random and pushed apart. For polyhedra, each sphere is then replaced by a polyhedron bounded by random
-/// facets and by the radical planes to its neighbours, moved back by half the film thickness. All grains lie entirely
-/// inside the cylinder. All radii are scaled by one factor to reach the volume fraction.
+/// facets and by the radical planes to its neighbours, each moved towards the sphere by half the film thickness. All
+/// grains lie entirely inside the cylinder. All radii are scaled by one factor to reach the volume fraction.
 ///
 /// The same seed gives the same grains (generator: xoshiro256++).
 ///
@@ -86,7 +86,7 @@ pub enum GrainForm {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SizeClass {
-    /// Median radius of the spheres (mm), before they are scaled to the volume fraction.
+    /// Median radius of the spheres (mm), before all radii are scaled to reach the volume fraction.
     pub median_radius_mm: f64,
     /// Standard deviation of the logarithm of the radius; radii beyond 2.5 standard deviations are redrawn.
     pub spread: f64,
@@ -110,7 +110,7 @@ fn default_film() -> f64 {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PackingError {
-    /// A field is out of range.
+    /// A field of the settings is out of range.
     #[error("{field} = {value}; {help}")]
     Field {
         /// Name of the field.
@@ -133,7 +133,7 @@ pub enum PackingError {
         /// Height of the cylinder (mm).
         height_mm: f64,
     },
-    /// The sizes require too many grains.
+    /// The sizes are so small that too many grains would be required.
     #[error("the sizes require about {count:.1e} grains, more than 1e5; increase median_radius_mm")]
     TooMany {
         /// Approximate number of grains.
@@ -264,13 +264,13 @@ impl Packing {
         if count > MAX_GRAINS { Err(PackingError::TooMany { count }) } else { Ok(()) }
     }
 
-    /// Divides a total volume among the size classes.
+    /// Divides a total volume among the size classes in proportion to their shares.
     fn volumes(&self, all: f64) -> impl Iterator<Item = f64> {
         let shares: f64 = self.sizes.iter().map(|class| class.share).sum();
         self.sizes.iter().map(move |class| all * (class.share / shares))
     }
 
-    /// Draws radii class by class, then scales all radii by one factor so that the total volume is exact.
+    /// Draws radii class by class, then scales all radii by one factor so that the total volume equals `volume`.
     fn draw_radii<R: Rng>(&self, volume: f64, rng: &mut R) -> Result<Vec<f64>, PackingError> {
         let mut radii = Vec::new();
         for (class, wanted) in self.sizes.iter().zip(self.volumes(volume)) {
@@ -287,7 +287,7 @@ impl Packing {
                 if (radius.ln() - logarithm).abs() > TAIL * class.spread + 1e-12 {
                     continue;
                 }
-                // the last grain is used only if it reduces the error of the volume
+                // add the last grain only if the grain reduces the error of the volume
                 if !radii.is_empty() && drawn + 0.5 * ball(radius) > wanted {
                     break;
                 }
@@ -301,7 +301,7 @@ impl Packing {
     }
 }
 
-/// Returns the volume of a sphere.
+/// Returns the volume of a sphere with the given radius.
 fn ball(radius: f64) -> f64 {
     4.0 / 3.0 * PI * radius.powi(3)
 }

@@ -4,11 +4,12 @@ use std::collections::HashMap;
 
 use crate::mesh::vector::{Point, add, norm, scale, sub};
 
-/// Excess of the distance to which an overlapping pair is moved apart, relative to the required distance. The excess
-/// makes the relaxation end after finitely many sweeps.
+/// An overlapping pair is moved apart to the required distance times (1 + `CUSHION`). Without this excess, the
+/// relaxation would not end after finitely many sweeps.
 const CUSHION: f64 = 1e-4;
 
-/// Spheres in a cylinder (mm), with a minimum gap between each other and half this gap to the surface of the cylinder.
+/// Spheres in a cylinder (mm). The required gap between two spheres is `gap`, and half of it between a sphere and the
+/// surface of the cylinder.
 pub(super) struct Spheres {
     pub(super) centres: Vec<Point>,
     pub(super) radii: Vec<f64>,
@@ -28,7 +29,7 @@ impl Spheres {
             for i in 0..self.centres.len() {
                 self.hold_inside(i);
             }
-            // the wall may have pushed spheres into each other again; the next sweep detects this
+            // moving spheres into the cylinder may have caused new overlaps, which the next sweep detects
             if !overlapping {
                 return true;
             }
@@ -36,7 +37,7 @@ impl Spheres {
         false
     }
 
-    /// Returns the factor on all radii with which no spheres overlap.
+    /// Returns the factor by which all radii must be multiplied so that no spheres overlap.
     pub(super) fn shrinkage(&self) -> f64 {
         self.close_pairs()
             .into_iter()
@@ -47,7 +48,7 @@ impl Spheres {
             .fold(1.0, f64::min)
     }
 
-    /// Moves two spheres apart if the spheres are too close; returns whether the spheres were too close.
+    /// Moves two spheres apart if they are closer than the required gap; returns whether they were closer.
     fn move_apart(&mut self, i: usize, j: usize) -> bool {
         let apart = sub(self.centres[j], self.centres[i]);
         let distance = norm(apart);
@@ -60,7 +61,7 @@ impl Spheres {
             false => [0.0, 0.0, 1.0],
         };
         let push = needed * (1.0 + CUSHION) - distance;
-        // the smaller sphere is moved farther
+        // move the smaller sphere farther than the larger sphere
         let fraction = self.radii[j] / (self.radii[i] + self.radii[j]);
         self.centres[i] = add(self.centres[i], scale(direction, -push * fraction));
         self.centres[j] = add(self.centres[j], scale(direction, push * (1.0 - fraction)));

@@ -11,20 +11,21 @@ use super::relax::Spheres;
 use crate::mesh::vector::{Point, add, dot, norm, scale, sub};
 use crate::specimen::grains::{ConvexPolyhedron, Grain, GrainShape};
 
-/// Number of random directions drawn per facet; the direction farthest from the previous facets is chosen.
+/// Number of random directions that are drawn per facet. The direction that is farthest from the previous facets is
+/// chosen.
 const CANDIDATES: usize = 8;
 /// Range of the distances of facets from the centre, relative to the radius of the sphere.
 const FACET: std::ops::Range<f64> = 0.8..1.0;
-/// Number of sides of the prism, inscribed in the cylinder, that contains all polyhedra.
+/// Number of sides of a prism that is inscribed in the cylinder and contains all polyhedra.
 const WALL: usize = 64;
-/// Final width of the interval in the search for the growth factor of the facets.
+/// The search for the growth factor of the facets ends when its interval is narrower than this width.
 const TOLERANCE: f64 = 1e-9;
 /// Maximum number of steps of the Illinois method, which narrows the interval before the bisection.
 const MOST_STEPS: usize = 20;
-/// Maximum growth factor of the facets' distances, to reach the requested volume.
+/// Largest factor by which the distances of facets from the centre are multiplied to reach the requested volume.
 const MOST_GROWTH: f64 = 4.0;
 
-/// Facets of one grain: unit normal, and distance from the centre.
+/// Facets of one grain. Each facet is given by its unit normal and its distance from the centre.
 type Facets = Vec<(Point, f64)>;
 
 /// Draws random facets for every sphere.
@@ -51,8 +52,9 @@ pub(super) fn draw_facets<R: Rng>(radii: &[f64], facets: usize, rng: &mut R) -> 
 
 /// Scales the distances of all facets by one factor so that the polyhedra have the requested total volume.
 ///
-/// Two neighbours stay on different sides of their radical plane, each at half a gap from the plane, so they cannot
-/// overlap. The error is the largest possible volume (mm³).
+/// Two neighbours stay on different sides of their radical plane, each at least half a gap away from the plane.
+/// Therefore they cannot overlap. If the requested volume cannot be reached, the error is the largest possible volume
+/// (mm³).
 pub(super) fn grow(spheres: &Spheres, facets: &[Facets], volume: f64) -> Result<Vec<Grain>, f64> {
     let missing = |growth: f64| {
         volume - polyhedra(spheres, facets, growth).iter().map(Grain::volume_mm3).sum::<f64>()
@@ -62,8 +64,8 @@ pub(super) fn grow(spheres: &Spheres, facets: &[Facets], volume: f64) -> Result<
         return Err(most);
     }
     let [too_small, large_enough] = bracket(missing, [0.0, MOST_GROWTH], [volume, volume - most]);
-    // the bisection starts from the whole interval, so that the result does not depend on the bracket; outside the
-    // bracket the sign is known without building polyhedra
+    // the bisection starts from the whole interval, so that its result does not depend on the bracket; outside the
+    // bracket, the sign is known without the construction of polyhedra
     let (mut low, mut high) = (0.0, MOST_GROWTH);
     let mut middle = 0.5 * (low + high);
     while high - low > TOLERANCE {
@@ -112,7 +114,7 @@ fn bracket(value: impl Fn(f64) -> f64, mut ends: [f64; 2], mut values: [f64; 2])
     ends
 }
 
-/// Returns the polyhedra of all spheres, with facet distances multiplied by `growth`.
+/// Returns the polyhedra that replace the spheres; the distances of the facets are multiplied by `growth`.
 fn polyhedra(spheres: &Spheres, facets: &[Facets], growth: f64) -> Vec<Grain> {
     let half = 0.5 * spheres.gap;
     let near = Near::new(spheres);
@@ -170,12 +172,13 @@ impl Near {
         point.map(|x| (x / self.width).floor() as i64)
     }
 
-    /// Cuts the polyhedron of sphere `i` with the radical planes between the sphere and its neighbours (planes of equal
-    /// power with respect to both spheres). Each plane is moved towards the sphere by half the gap.
+    /// Cuts the polyhedron of sphere `i` with the radical planes between this sphere and its neighbours. All points of
+    /// a radical plane have the same power with respect to both spheres. Each plane is moved towards the sphere by half
+    /// the gap.
     fn cut(&self, body: &mut ConvexPolyhedron, spheres: &Spheres, i: usize) {
         let (centre, radius) = (spheres.centres[i], spheres.radii[i]);
         let mut reach = body.reach(centre);
-        // the radical plane of a sphere at a distance above `far` does not intersect the body
+        // the radical plane to a sphere whose distance exceeds `far` does not intersect the polyhedron
         let edge = reach + 0.5 * spheres.gap;
         let far = edge + (edge * edge + self.largest * self.largest).sqrt();
         let (low, high) = (self.cell(centre.map(|x| x - far)), self.cell(centre.map(|x| x + far)));

@@ -14,20 +14,20 @@ use fem_image::{Cylinder, Volume};
 use tomography::ScanGeometry;
 use voxelize::{Grid, mixed};
 
-/// Spectrum of the beam. Each entry is one photon energy: fraction of the photons, and attenuation relative to the
-/// attenuation of the middle energy.
+/// Spectrum of the beam. Each entry describes one photon energy by its fraction of all photons, and by its attenuation
+/// relative to the attenuation of the middle energy.
 const BEAM: [(f64, f64); 3] = [(0.3, 1.6), (0.4, 1.0), (0.3, 0.7)];
-/// Line integral of the attenuation of the matrix along the specimen's diameter (dimensionless).
+/// Line integral of the attenuation along the diameter of a specimen of matrix (dimensionless).
 const MATRIX: f64 = 1.0;
 /// Grey value of air.
 const AIR: f32 = 8000.0;
 /// Difference of the grey values of matrix and air.
 const CONTRAST: f32 = 20000.0;
-/// Cell size of the texture (voxels).
+/// Edge length of the cells of the random texture (voxels).
 const TEXTURE_CELL: f64 = 4.0;
 /// Expected photon count above which the normal distribution replaces the Poisson distribution.
 const NORMAL_COUNT: f64 = 1000.0;
-/// Limit of the number of voxels; a larger number is reported as a likely error in the units.
+/// Largest number of voxels of a scan; a larger number is reported as a likely error in the units.
 const MAX_VOXELS: f64 = 1.0e9;
 
 /// A parallel-beam scanner with a polychromatic source, a photon-counting detector with blur and non-uniform gain,
@@ -49,7 +49,7 @@ const MAX_VOXELS: f64 = 1.0e9;
 pub struct Scanner {
     /// Edge length of a voxel (mm).
     pub voxel_mm: f64,
-    /// Random seed of noise, rings and texture.
+    /// Seed of the random noise, ring artefacts and texture.
     #[serde(default)]
     pub seed: u64,
     /// Width of the air around the cylinder (voxels).
@@ -58,7 +58,7 @@ pub struct Scanner {
     /// Inclination of the specimen's axis: displacement along x and y per mm along z.
     #[serde(default)]
     pub lean: [f64; 2],
-    /// Number of projection directions over 180°; with 0, the number is the width of a slice in voxels.
+    /// Number of projection directions over 180°. The value 0 stands for the width of a slice in voxels.
     #[serde(default)]
     pub projections: usize,
     /// Expected photon count of a detector pixel without specimen.
@@ -73,10 +73,11 @@ pub struct Scanner {
     /// Standard deviation of the Gaussian blur (voxels).
     #[serde(default = "default_blur")]
     pub blur: f64,
-    /// Standard deviation of the relative gains of the detector pixels, which cause ring artefacts.
+    /// Standard deviation of the relative gains of the detector pixels. Different gains cause ring artefacts.
     #[serde(default = "default_rings")]
     pub rings: f64,
-    /// Maximum relative variation of the attenuation by unresolved texture.
+    /// Largest relative change of the attenuation by random texture. The texture represents structures that the scanner
+    /// does not resolve.
     #[serde(default = "default_texture")]
     pub texture: f64,
 }
@@ -114,9 +115,9 @@ fn default_texture() -> f64 {
 pub struct Scan {
     /// Grey values, integers from 0 to 65535.
     pub grey: Volume<f32>,
-    /// Number of the grain that contains the centre of each voxel, or 0.
+    /// For each voxel, the number of the grain that contains the centre of the voxel, or 0.
     pub labels: Volume<u32>,
-    /// Position of the specimen in the volume.
+    /// Position of the specimen in the scanned volume.
     pub cylinder: Cylinder,
 }
 
@@ -194,8 +195,8 @@ impl Scanner {
         }
     }
 
-    /// Scans a cylinder (mm) with its bottom at z = 0 and its axis on z; in the image the axis is inclined by `lean`.
-    /// The same seed gives the same volume for any number of threads.
+    /// Scans a cylinder (mm) with its bottom at z = 0 and its axis on z; in the image, the axis of the cylinder is
+    /// inclined by `lean`. The same seed gives the same volume for any number of threads.
     ///
     /// # Errors
     /// [`ScanError`] if a setting is out of range, or the cylinder has too many or too few voxels.
@@ -214,7 +215,7 @@ impl Scanner {
         }
         let across =
             |length: f64| (length / self.voxel_mm - 1e-9).ceil() + 2.0 * self.margin as f64;
-        // an inclined specimen needs a wider volume; both directions of a slice are widened, since slices are square
+        // an inclined specimen needs wider slices; widen both edges of a slice, because slices are square
         let slope = self.lean[0].hypot(self.lean[1]);
         let (sin, cos) = slope.atan().sin_cos();
         let width = across(2.0 * radius_mm + height_mm * sin);

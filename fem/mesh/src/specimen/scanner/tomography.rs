@@ -9,11 +9,12 @@ use std::f64::consts::PI;
 /// Projection directions and detector of a scanner, for slices of `width` × `width` pixels.
 pub(super) struct ScanGeometry {
     width: usize,
-    /// Cosine and sine of each direction.
+    /// Cosine and sine of each projection direction.
     directions: Vec<[f32; 2]>,
-    /// For each row of pixels, the range within the circle that the scanner covers: first pixel, and last pixel + 1.
+    /// For each row of pixels, the range of pixels in the circle that the scanner covers: first pixel, and last pixel +
+    /// 1.
     rows: Vec<[usize; 2]>,
-    /// Coefficients of the ramp filter at distances of 0, 1, 2, … detector pixels.
+    /// Coefficients of the ramp filter for distances of 0, 1, 2, … detector pixels.
     ramp: Vec<f32>,
 }
 
@@ -61,7 +62,7 @@ impl ScanGeometry {
         }
     }
 
-    /// Returns the line integrals (in pixels) of two maps at once: one detector row per direction.
+    /// Returns the line integrals (in pixels) of two maps at once, as one detector row per direction.
     pub(super) fn project(&self, maps: &[[f32; 2]]) -> Vec<[f32; 2]> {
         let mut all = vec![[0.0; 2]; self.projections() * self.width];
         for (row, &direction) in all.chunks_mut(self.width).zip(&self.directions) {

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use crate::specimen::grains::GrainField;
 use fem_image::Cylinder;
 
-/// Number of voxels along x that share one search for nearby grains.
+/// Number of consecutive voxels along x for which nearby grains are searched only once.
 const RUN: usize = 8;
 
 /// A voxel grid around a cylinder: the centre of voxel (i, j, k) is `(i + ½, j + ½, k + ½) · voxel_mm` in the image.
@@ -21,8 +21,8 @@ impl Grid {
         self.cylinder.to_specimen(at.map(|x| x * self.voxel_mm))
     }
 
-    /// Returns, for each voxel, the number of the grain at its centre (or 0) and the volume fractions of
-    /// matrix and grain.
+    /// Returns, for each voxel, the number of the grain at the centre of the voxel (or 0) and the volume fractions of
+    /// matrix and grain in the voxel.
     pub(super) fn fill(
         &self,
         field: &dyn GrainField,
@@ -112,7 +112,7 @@ impl Grid {
         }
     }
 
-    /// Multiplies the values by 1 + `amplitude` times a smooth noise in [−1, 1] with cells of `cell` voxels.
+    /// Multiplies each value by 1 + `amplitude` · n, where n is a smooth noise in [−1, 1] with cells of `cell` voxels.
     pub(super) fn texture(&self, values: &mut [[f32; 2]], amplitude: f64, cell: f64, seed: u64) {
         if amplitude <= 0.0 {
             return;
@@ -129,7 +129,8 @@ impl Grid {
     }
 }
 
-/// Returns the value of a noise field in [−1, 1]: random at integer coordinates, linearly interpolated between them.
+/// Returns the value of a noise field in [−1, 1]. The values at integer coordinates are random; between these
+/// coordinates, values are interpolated linearly.
 fn noise(x: [f64; 3], seed: u64) -> f64 {
     let cell = x.map(|x| x.floor());
     let t: [f64; 3] = std::array::from_fn(|k| x[k] - cell[k]);

@@ -12,7 +12,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::mesh::Surface;
 
-/// Relative tolerance of the radius when a circle is tested for a point.
+/// Relative tolerance of the radius in the test whether a point lies in a circle.
 const ROUNDING: f64 = 1e-12;
 
 /// Returns the smallest cylinder with axis along z that contains all points of the surfaces, enlarged by `margin_mm`
@@ -31,7 +31,7 @@ const ROUNDING: f64 = 1e-12;
 pub fn enclosing_cylinder(surfaces: &[Surface], margin_mm: f64) -> Option<Cylinder> {
     let points = || surfaces.iter().flat_map(|surface| &surface.points);
     let mut plan: Vec<[f64; 2]> = points().map(|&[x, y, _]| [x, y]).collect();
-    // for points in random order, the nested loops take linear time on average
+    // with the points in random order, the nested loops take linear time on average
     plan.shuffle(&mut Xoshiro256PlusPlus::seed_from_u64(1));
     let Circle { centre, radius } = least_circle(&plan)?;
     let bottom = points().map(|p| p[2]).fold(f64::INFINITY, f64::min);

@@ -10,7 +10,7 @@ use crate::mesh::{Surface, stl};
 
 /// A grain read from a file.
 pub(super) struct NamedSurface {
-    /// Name of the file; for a file with several parts, also the number of the part.
+    /// Name of the file, followed by the number of the part if the file has several parts.
     pub(super) name: String,
     /// Surface of the grain, with normals pointing outwards.
     pub(super) surface: Surface,
@@ -97,7 +97,7 @@ pub enum SurfaceImportError {
     Overlap {
         /// Number of pairs that overlap.
         pairs: usize,
-        /// Total overlap volume divided by the volume of all grains.
+        /// Total volume of the overlaps, divided by the volume of all grains.
         share: f64,
         /// Name of one grain of the pair with the largest overlap.
         first: String,
@@ -106,7 +106,7 @@ pub enum SurfaceImportError {
         /// Overlap volume of the pair with the largest overlap, divided by the volume of the smaller grain.
         share_of_smaller: f64,
     },
-    /// Shrinking does not separate two grains.
+    /// Two grains are too close to each other, and shrinking does not separate them.
     #[error(
         "shrinking to a fifth of their size does not bring {first} and {second} {least_mm} mm apart: if one grain lies inside \
          the other grain, remove one of them; otherwise use a smaller least_distance_mm"
@@ -130,9 +130,9 @@ pub enum SurfaceImportError {
         size_mm: f64,
         /// Spacing of the mesh (mm).
         spacing_mm: f64,
-        /// The given length of one unit of the files, `unit_mm` (mm).
+        /// The setting `unit_mm`: the length of one unit of the files (mm).
         unit_mm: f64,
-        /// A unit length that would be plausible (mm).
+        /// A length of the unit that would be plausible (mm), if any.
         likely_mm: Option<f64>,
     },
 }
@@ -140,8 +140,7 @@ pub enum SurfaceImportError {
 /// Returns the STL files of a folder, sorted by the last number in their names, or the file itself if `path` is a
 /// file.
 ///
-/// # Errors
-/// If a folder cannot be read or has no STL file.
+/// # Errors [`SurfaceImportError`] if a folder cannot be read or has no STL file.
 pub(super) fn files(path: &Path) -> Result<Vec<PathBuf>, SurfaceImportError> {
     if !path.is_dir() {
         return Ok(vec![path.to_owned()]);

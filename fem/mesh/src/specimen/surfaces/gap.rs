@@ -32,7 +32,7 @@ impl ScaledSurface<'_> {
         in_box && self.tree.below(before, 0.0).is_some()
     }
 
-    /// Returns a corner of a triangle of the scaled surface, or `None` for an empty surface.
+    /// Returns any corner of the scaled surface, or `None` for a surface without triangles.
     fn a_corner(&self) -> Option<Point> {
         let mut index = 0;
         loop {
@@ -44,7 +44,7 @@ impl ScaledSurface<'_> {
         }
     }
 
-    /// Returns a box of the tree (0: the root) and its scaled bounds.
+    /// Returns the box of the tree with the given index (0 for the root), and its scaled bounds.
     fn part(&self, index: usize) -> Option<(TreePart<'_>, [Point; 2])> {
         let part = self.tree.part(index)?;
         let bounds = part.bounds.map(|x| self.scaled(x));
@@ -55,14 +55,15 @@ impl ScaledSurface<'_> {
 /// Accuracy of the search for the smallest distance.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Search {
-    /// Compute the smallest distance.
+    /// The search must find the smallest distance.
     Least,
-    /// Only decide whether the distance is below the limit; the returned distance may not be the smallest.
+    /// The search only decides whether the distance is below the limit. The returned distance need not be the smallest
+    /// distance.
     Any,
 }
 
-/// Returns the smallest distance of two surfaces if it is below `limit`, else `None`; 0 if the surfaces intersect or
-/// one surface lies inside the other surface.
+/// Returns the smallest distance between two surfaces if the distance is below `limit`, otherwise `None`. The distance
+/// is 0 if the surfaces intersect or one surface lies inside the other surface.
 pub(super) fn gap_below(
     a: &ScaledSurface<'_>,
     b: &ScaledSurface<'_>,
@@ -108,7 +109,7 @@ pub(super) fn gap_below(
             (Some((_, p_bounds)), Some((_, q_bounds))) => box_gap(p_bounds, q_bounds),
             _ => f64::INFINITY,
         };
-        // the closer pair is pushed last and visited first
+        // push the closer pair of boxes last, so that this pair is visited first
         let is_sorted = distance(&pairs[0]) >= distance(&pairs[1]);
         stack.extend(if is_sorted { pairs } else { [pairs[1], pairs[0]] });
     }
@@ -126,7 +127,7 @@ pub(super) fn box_gap([low, high]: [Point; 2], [other_low, other_high]: [Point; 
     norm(std::array::from_fn(|k| (low[k] - other_high[k]).max(other_low[k] - high[k]).max(0.0)))
 }
 
-/// Returns the distance between two triangles, or `limit` if the distance is not smaller.
+/// Returns the distance between two triangles, or `limit` if the distance is not smaller than `limit`.
 fn triangle_gap(one: [Point; 3], other: [Point; 3], limit: f64) -> f64 {
     let bounds = |[a, b, c]: [Point; 3]| {
         let low = std::array::from_fn(|k| f64::min(a[k], b[k]).min(c[k]));

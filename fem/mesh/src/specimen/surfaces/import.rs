@@ -1,8 +1,7 @@
 //! Import of grains from STL files: reading, checks, smoothing, decimation, separation, and an enclosing cylinder.
 //!
-//! # Reference
-//! The processing steps are the same as in Segmentflow: marching cubes, smoothing, decimation, isotropic shrinking of
-//! grains that are too close to each other, and a cylinder around the grains.
+//! # Reference The processing steps after marching cubes are the steps of Segmentflow: smoothing, decimation, isotropic
+//! shrinking of grains that are too close to each other, and a cylinder around the grains.
 
 use std::path::PathBuf;
 
@@ -17,12 +16,12 @@ use super::separate::{Separated, least_gap_mm, separated};
 use super::surface_grains::{SurfaceError, SurfaceGrains};
 use crate::mesh::{Surface, decimated};
 
-/// Maximum total overlap, relative to the volume of all grains; smoothing and decimation cause small overlaps of
-/// touching grains.
+/// Largest accepted total overlap, relative to the volume of all grains. Small overlaps must be accepted, because
+/// smoothing and decimation cause them between touching grains.
 const MOST_OVERLAP: f64 = 0.01;
-/// Maximum overlap of one pair of grains, relative to the volume of the smaller grain.
+/// Largest accepted overlap of one pair of grains, relative to the volume of the smaller grain.
 const MOST_OVERLAP_OF_ONE: f64 = 0.5;
-/// Relative loss of total volume by shrinking above which the import warns.
+/// The import warns if shrinking reduces the total volume of the grains by more than this relative amount.
 const MOST_LOSS: f64 = 0.01;
 /// Plausible range of the specimen's size, in multiples of the spacing; outside this range the unit is probably wrong.
 const SPACINGS: [f64; 2] = [1.0, 2000.0];
@@ -78,16 +77,16 @@ pub struct SurfaceImport {
     /// Length of one unit of the files (mm).
     #[serde(default = "one")]
     pub unit_mm: f64,
-    /// Axis of the specimen in the coordinates of the files.
+    /// Axis of the files' coordinates that is the axis of the specimen.
     #[serde(default)]
     pub axis: SurfaceAxis,
     /// Number of passes of Taubin's smoothing filter before decimation.
     #[serde(default)]
     pub smoothing_passes: usize,
-    /// Factor by which the number of triangles is reduced.
+    /// Factor by which decimation reduces the number of triangles.
     #[serde(default = "one")]
     pub decimation: f64,
-    /// Minimum distance between grains (mm), reached by shrinking grains; 0 disables shrinking.
+    /// Required distance between grains (mm). Grains that are closer are shrunk; 0 disables shrinking.
     #[serde(default)]
     pub least_distance_mm: f64,
     /// Margin between the grains and the enclosing cylinder (mm).
@@ -209,7 +208,7 @@ impl SurfaceImport {
     }
 }
 
-/// Returns the total overlap volume of the grains (mm³).
+/// Returns the total volume of the overlaps of grains (mm³).
 ///
 /// # Errors
 /// [`SurfaceImportError::Overlap`] if the total overlap exceeds 1 % of the volume of all grains, or the overlap of one
@@ -241,23 +240,23 @@ fn checked_overlap(surfaces: &[Surface], names: &[String]) -> Result<f64, Surfac
 /// Grains from STL files, in a cylinder with its bottom at z = 0 and its axis on z.
 #[derive(Clone, Debug)]
 pub struct ImportedSurfaces {
-    /// Name of each grain: its file; for a file with several grains, also the number of the part.
+    /// Name of each grain: the name of its file, followed by the number of the part if the file has several grains.
     pub names: Vec<String>,
     /// Surfaces of the grains (mm), in the coordinates of the specimen.
     pub surfaces: Vec<Surface>,
     /// Cylinder of the specimen (mm), in the coordinates of the files after the rotation of the axis.
     pub cylinder: Cylinder,
-    /// Number of triangles in the files.
+    /// Number of triangles in the files, before processing.
     pub triangles_read: usize,
     /// Volume of the grains before processing (mm³).
     pub volume_read_mm3: f64,
     /// Number of surfaces whose normals pointed inwards and were reversed.
     pub turned: usize,
-    /// Factor by which shrinking has scaled each grain; 1 for a grain that was not shrunk.
+    /// Factor by which each grain was scaled to separate the grains; 1 for a grain that was not shrunk.
     pub factors: Vec<f64>,
-    /// Total overlap volume of the grains (mm³), estimated by samples.
+    /// Total volume of the overlaps of grains (mm³), estimated by sample points.
     pub overlap_mm3: f64,
-    /// Smallest distance between two grains (mm), 0 if two grains intersect; `None` for a single grain.
+    /// Smallest distance between any two grains (mm); 0 if two grains intersect, `None` if there is only one grain.
     pub least_gap_mm: Option<f64>,
 }
 
@@ -307,7 +306,7 @@ impl ImportedSurfaces {
         Err(SurfaceImportError::Unit { size_mm, spacing_mm, unit_mm, likely_mm })
     }
 
-    /// Returns a summary of the imported grains.
+    /// Returns a summary of the imported grains, as text.
     pub fn in_words(&self) -> String {
         let [radius_mm, height_mm] = self.size_mm();
         let triangles: usize = self.surfaces.iter().map(|surface| surface.triangles.len()).sum();

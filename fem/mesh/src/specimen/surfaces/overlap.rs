@@ -8,7 +8,8 @@ use super::triangle_tree::TriangleTree;
 use crate::mesh::Surface;
 use crate::mesh::vector::Point;
 
-/// Number of samples along each axis of the intersection of two grains' bounding boxes.
+/// The overlap of two grains is estimated in the intersection of their bounding boxes, with this number of sample
+/// points along each axis.
 const SAMPLES: usize = 10;
 /// Two surfaces intersect if their distance is below this value times the size of the first grain.
 const TOUCHING: f64 = 1e-9;
@@ -18,7 +19,7 @@ const TOUCHING: f64 = 1e-9;
 pub(super) struct Overlap {
     /// Indices of the two grains.
     pub(super) grains: [usize; 2],
-    /// Volume shared by both grains (mm³), estimated by samples.
+    /// Volume that both grains have in common (mm³), estimated by sample points.
     pub(super) volume_mm3: f64,
 }
 
@@ -37,7 +38,8 @@ pub(super) fn overlaps(surfaces: &[Surface]) -> Vec<Overlap> {
     near_pairs(&trees, 0.0).par_iter().filter_map(overlap).collect()
 }
 
-/// Returns the volume shared by two surfaces, estimated by samples in the intersection of their bounding boxes.
+/// Returns the volume that lies inside both surfaces, estimated by sample points in the intersection of their bounding
+/// boxes.
 fn shared_volume(one: &TriangleTree, other: &TriangleTree) -> f64 {
     let ([low, high], [other_low, other_high]) = (one.bounds(), other.bounds());
     let from: Point = std::array::from_fn(|k| low[k].max(other_low[k]));

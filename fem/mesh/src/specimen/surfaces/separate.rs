@@ -8,20 +8,21 @@ use crate::mesh::Surface;
 use crate::mesh::vector::Point;
 use crate::specimen::grains::Cells;
 
-/// Minimum scaling factor; if this factor does not separate two grains, one grain lies inside the other grain.
+/// Smallest scaling factor. If two grains are still too close with this factor, one grain probably lies inside the
+/// other grain.
 const LEAST_FACTOR: f64 = 0.2;
-/// Number of bisection steps for a scaling factor.
+/// Number of bisection steps in the search for a scaling factor.
 const HALVINGS: usize = 30;
-/// Minimum shrinking per round of two grains that are too close. Convex grains need two rounds; with this minimum, the
-/// iteration also ends for other grains.
+/// Two grains that are too close are shrunk by at least this relative amount per round. Convex grains need two rounds;
+/// with this minimum, the iteration also ends for grains that are not convex.
 const LEAST_STEP: f64 = 1e-6;
 
-/// Surfaces with a minimum distance.
+/// Surfaces that were scaled until each pair has the required distance.
 #[derive(Clone, Debug)]
 pub struct Separated {
-    /// The scaled surfaces, in the original order.
+    /// The scaled surfaces, in the order in which they were given.
     pub surfaces: Vec<Surface>,
-    /// Scaling factor of each surface; 1 if the surface was far enough from all others.
+    /// Scaling factor of each surface; 1 if the surface was far enough from all other surfaces.
     pub factors: Vec<f64>,
 }
 
@@ -41,7 +42,8 @@ pub struct SeparateError {
 }
 
 /// Scales closed surfaces about their centroids until each pair is at least `least_mm` apart. A surface that is far
-/// enough from all others is not changed; both surfaces of a pair that is too close are scaled by the same factor.
+/// enough from all other surfaces is not changed; both surfaces of a pair that is too close are scaled by the same
+/// factor.
 ///
 /// # Errors
 /// [`SeparateError`] for the first pair that would have to shrink to less than a fifth of its size.

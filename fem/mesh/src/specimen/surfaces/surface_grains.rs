@@ -7,8 +7,8 @@ use crate::mesh::Surface;
 use crate::mesh::vector::Point;
 use crate::specimen::grains::{Cells, GrainField};
 
-/// Number of samples along each axis of a grain's bounding box. The samples estimate the volume of a grain that extends
-/// beyond the cylinder.
+/// The volume inside the cylinder of a grain that extends beyond the cylinder is estimated with this number of sample
+/// points along each axis of the grain's bounding box.
 const CUT_SAMPLES: usize = 48;
 
 /// Closed surfaces in a cylinder: a [`GrainField`] with exact distances to their triangles.
@@ -61,9 +61,9 @@ pub enum SurfaceError {
 }
 
 impl SurfaceGrains {
-    /// Creates grains from their surfaces, in a cylinder with its bottom at z = 0 and its axis on z (mm). Surfaces
-    /// with normals pointing inwards are reversed. For a grain that extends beyond the cylinder, only the volume
-    /// inside counts, estimated by samples.
+    /// Creates grains from their surfaces, in a cylinder with its bottom at z = 0 and its axis on z (mm). Surfaces with
+    /// normals pointing inwards are reversed. For a grain that extends beyond the cylinder, only the volume inside the
+    /// cylinder counts. This volume is estimated by sample points.
     ///
     /// # Errors
     /// [`SurfaceError`] for the first surface that is not closed or has no volume.

@@ -10,11 +10,11 @@ use std::collections::HashMap;
 use crate::mesh::Surface;
 use crate::mesh::vector::{Point, add, cross, dot, norm, scale, sub};
 
-/// Maximum number of triangles per leaf.
+/// Largest number of triangles in a leaf of the tree.
 const LEAF: usize = 4;
 
-/// The triangles of a surface with pseudonormals, which determine the sign of the distance, and a tree of bounding
-/// boxes.
+/// The triangles of a surface, and a tree of their bounding boxes. Each triangle has pseudonormals, which determine the
+/// sign of the distance.
 #[derive(Clone, Debug)]
 pub(super) struct TriangleTree {
     triangles: Vec<Triangle>,
@@ -30,11 +30,11 @@ pub(super) struct Triangle {
     face: Point,
     /// Pseudonormals of the edges 01, 12, 20.
     edges: [Point; 3],
-    /// Pseudonormals of the corners.
+    /// Angle-weighted pseudonormals of the corners.
     at_corners: [Point; 3],
 }
 
-/// A bounding box of a tree with its children or triangles.
+/// A box of the tree, with its two child boxes or, for a leaf, its triangles.
 pub(super) struct TreePart<'a> {
     pub(super) bounds: [Point; 2],
     /// Indices of the two child boxes; `None` for a leaf.
@@ -43,8 +43,8 @@ pub(super) struct TreePart<'a> {
     pub(super) triangles: &'a [Triangle],
 }
 
-/// A bounding box. In a leaf, `first` is the index of its first triangle; otherwise `first` is the index of its
-/// second child, and the first child is the next node.
+/// A bounding box. In a leaf, `first` is the index of the first triangle. In a box with children, `first` is the index
+/// of the second child; the first child is the next node.
 #[derive(Clone, Copy, Debug)]
 struct Node {
     low: Point,
@@ -99,7 +99,7 @@ impl TriangleTree {
         self.nodes.first().map_or([[0.0; 3]; 2], |root| [root.low, root.high])
     }
 
-    /// Returns the box with an index (0: the root), or `None` if there is no such box.
+    /// Returns the box with the given index (0 for the root), or `None` if there is no such box.
     pub(super) fn part(&self, index: usize) -> Option<TreePart<'_>> {
         let node = self.nodes.get(index)?;
         let (first, count) = (node.first as usize, node.count as usize);
@@ -111,7 +111,7 @@ impl TriangleTree {
         })
     }
 
-    /// Appends the tree of a range of triangles in depth-first order.
+    /// Builds the tree of a range of triangles and appends its boxes to `nodes` in depth-first order.
     fn divide(&mut self, from: usize, to: usize) {
         let part = &mut self.triangles[from..to];
         let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
@@ -183,7 +183,7 @@ impl Node {
 }
 
 impl Triangle {
-    /// Returns the point of a triangle that is nearest to `x`.
+    /// Returns the point of a triangle with the given corners that is nearest to `x`.
     pub(super) fn nearest_point(corners: [Point; 3], x: Point) -> Point {
         let none = [[0.0; 3]; 3];
         Triangle { corners, face: [0.0; 3], edges: none, at_corners: none }.nearest(x).0

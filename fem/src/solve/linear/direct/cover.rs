@@ -1,9 +1,10 @@
 //! The minimum vertex cover of a bipartite graph.
 
-/// Marks a vertex without a partner in the matching, or a vertex that has not been visited.
+/// Placeholder for the partner of a vertex that is not matched, and for the root of a vertex that has not been visited.
 const FREE: u32 = u32::MAX;
 
-/// Returns the smallest set of vertices that contains an end of every edge, as left and right vertices.
+/// Returns a smallest set of vertices that contains an end of every edge: the left vertices of the set, and its right
+/// vertices.
 ///
 /// `edges[l]` contains the right neighbours of left vertex l. `right` is the number of right vertices. By König's
 /// theorem, the cover follows from a maximum matching: (L ∖ Z) ∪ (R ∩ Z), where L and R are all left and right vertices,
@@ -56,7 +57,7 @@ fn augment(
     partner_of_right: &mut [u32],
     seen: &mut [u32],
 ) {
-    // (left vertex, index of the next edge to try)
+    // one entry per left vertex of the path: the vertex, and the index of the next of its edges to try
     let mut path: Vec<(u32, usize)> = vec![(root, 0)];
     while let Some(&mut (l, ref mut next)) = path.last_mut() {
         let Some(&r) = edges[l as usize].get(*next) else {

@@ -14,23 +14,23 @@ use super::super::in_memory::Nodal;
 use crate::error::FemError;
 use crate::operator::{Graph, NONE, Tangent, Unknowns};
 
-/// Structure of the matrix and of its factor, shared by all steps and all runs on a discretisation.
+/// Sparsity structure of the matrix and of its factor, shared by all steps and all runs on a discretisation.
 #[derive(Debug)]
 pub(crate) struct Symbolic {
-    /// (node, component) of each equation.
+    /// (node, component) of each equation; the components 0 to 3 are u_x, u_y, u_z, φ.
     value_of: Vec<(u32, u32)>,
     /// Offsets of the columns in `row` and `source`; length: number of equations + 1.
     start: Vec<u32>,
     /// Row indices of the entries of the lower triangle, column by column.
     row: Vec<u32>,
-    /// Position of each entry in the blocks of the tangent: 16 × block + 4 × i + j.
+    /// Position of each entry in the tangent: 16 × block + 4 × i + j for entry (i, j) of a 4 × 4 block.
     source: Vec<u32>,
     /// Structure of the factor.
     factor: SymbolicCholesky<u32>,
 }
 
 impl Symbolic {
-    /// Computes the structure. The unknowns must be numbered in a fill-reducing order.
+    /// Computes the sparsity structure. The unknowns must be numbered in a fill-reducing order.
     pub(crate) fn new(graph: &Graph, unknowns: &Unknowns) -> Result<Self, FemError> {
         let n = unknowns.count;
         let mut value_of = vec![(0, 0); n];
@@ -60,7 +60,8 @@ impl Symbolic {
         let failed = |error| FemError::factorisation(n, error);
         let lower = SymbolicSparseColMatRef::new_checked(n, n, &start, None, &row);
         let upper = lower.transpose().to_col_major().map_err(failed)?;
-        // always use supernodes, even where simplicial factors are faster: only supernodal factors support pivoting
+        // always use supernodal factors, even where simplicial factors are faster, because only supernodal factors
+        // support pivoting
         let params = CholeskySymbolicParams {
             supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
             ..Default::default()
@@ -84,7 +85,8 @@ impl Symbolic {
         self.value_of.len()
     }
 
-    /// Returns the entries of the matrix, converted by `from`. Constrained unknowns get a unit row and column.
+    /// Returns the entries of the matrix, converted to the type `T` by `from`. Constrained unknowns get a unit row and
+    /// column.
     pub(super) fn entries<T>(
         &self,
         tangent: &Tangent,
@@ -120,11 +122,11 @@ impl Symbolic {
 
 /// Factor of the matrix.
 pub(super) enum Factor {
-    /// There is no factor.
+    /// No factor has been computed, or the factorisation failed.
     Absent,
-    /// L D Lᵀ without pivoting, in single precision.
+    /// Factor L D Lᵀ without pivoting, in single precision.
     Single(Vec<f32>),
-    /// L B Lᵀ with Bunch–Kaufman pivoting inside the supernodes, in double precision.
+    /// Factor L B Lᵀ with Bunch–Kaufman pivoting inside the supernodes, in double precision.
     Pivoted { values: Vec<f64>, subdiagonal: Vec<f64>, forward: Vec<u32>, inverse: Vec<u32> },
 }
 

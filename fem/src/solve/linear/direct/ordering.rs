@@ -1,8 +1,8 @@
 //! Fill-reducing order of the nodes: geometric nested dissection.
 //!
 //! A plane divides the nodes into two parts. The separator is the smallest set of nodes whose removal cuts every edge
-//! across the plane; the separator is eliminated last. Both parts are divided recursively, down to small parts, which
-//! are ordered by minimum degree. The unknowns of a node are numbered consecutively.
+//! across the plane; the separator is eliminated last. Both parts are divided recursively. Parts that are too small to
+//! be divided are ordered by minimum degree. The unknowns of a node are numbered consecutively.
 //!
 //! References: George, SIAM J. Numer. Anal. 10 (1973) 345, doi:10.1137/0710032; the smallest separator of a cut is a
 //! vertex cover of a bipartite graph, found by a matching (Pothen & Fan, ACM Trans. Math. Softw. 16 (1990) 303,
@@ -18,7 +18,8 @@ use crate::operator::Graph;
 
 /// Largest number of nodes of a part that is not divided further.
 const LEAF: usize = 100;
-/// Positions of the cutting planes that are compared: fractions of the nodes on the lower side.
+/// Positions of the planes that are compared as cuts through a part. A position is the fraction of the part's nodes on
+/// the lower side of the plane.
 const CUTS: [f64; 5] = [0.42, 0.46, 0.5, 0.54, 0.58];
 
 /// Returns the nodes in the order of elimination.
@@ -38,9 +39,10 @@ const SEPARATOR: u8 = 3;
 struct Dissection<'a> {
     graph: &'a Graph,
     points: &'a [[f64; 3]],
-    /// Side of each node in the current cut: `OUT`, `LEFT`, `RIGHT` or `SEPARATOR`.
+    /// Side of the current cutting plane on which each node lies: `OUT` (not in this part), `LEFT`, `RIGHT` or
+    /// `SEPARATOR`.
     side: Vec<u8>,
-    /// Number of each node within its side.
+    /// Index of each node among the nodes of its side.
     local: Vec<u32>,
     order: Vec<u32>,
 }
@@ -53,8 +55,8 @@ impl Dissection<'_> {
         let mut best: Option<(f64, [Vec<u32>; 3])> = None;
         for axis in 0..3 {
             let mut sorted = part.clone();
-            // nodes with equal coordinates along the axis are ordered by the other coordinates, so that a cut through
-            // them is plane too
+            // order nodes with equal coordinates along the axis by their other coordinates, so that a cut between such
+            // nodes is plane, too
             let key = |n: u32| [0, 1, 2].map(|k| self.points[n as usize][(axis + k) % 3]);
             sorted.sort_unstable_by(|&a, &b| {
                 let (p, q) = (key(a), key(b));

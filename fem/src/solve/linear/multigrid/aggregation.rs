@@ -1,4 +1,4 @@
-//! Aggregation of nodes, and the near null space on the aggregates.
+//! Aggregation of nodes, and the near null space (rigid-body modes) on the aggregates.
 //!
 //! Reference: Vaněk, Mandel & Brezina, Computing 56 (1996) 179, doi:10.1007/BF02238511.
 
@@ -6,14 +6,15 @@ use super::block_csr::BlockCsr;
 
 /// Number of coarse unknowns per aggregate: one for each rigid-body mode.
 pub(crate) const MODES: usize = 6;
-/// Threshold of strong coupling between nodes i and j of the mesh: ‖A_ij‖² > `STRONG`² ‖A_ii‖ ‖A_jj‖.
+/// Threshold of strong coupling: nodes i and j of the mesh are strongly coupled if ‖A_ij‖² > `STRONG`² ‖A_ii‖ ‖A_jj‖,
+/// where A_ij is a block of the matrix.
 const STRONG: f64 = 0.08;
 /// Threshold of strong coupling between aggregates, on coarser levels.
 ///
-/// An aggregate couples with about fifty aggregates, mostly more weakly than a node with a node. With the threshold of
-/// the nodes, the next aggregates would have only four members. The coarser levels would then have dense matrices and
-/// cost more than the finest level, in particular on large meshes. The number of iterations is the same with both
-/// thresholds.
+/// An aggregate is coupled to about fifty other aggregates. This coupling is mostly weaker than the coupling of two
+/// nodes of the mesh. With the threshold of the nodes, the next aggregates would have only four members. The coarser
+/// levels would then have dense matrices and cost more than the finest level, in particular on large meshes. The number
+/// of iterations is the same with both thresholds.
 const STRONG_BELOW: f64 = 0.02;
 const NONE: u32 = u32::MAX;
 
@@ -50,8 +51,8 @@ pub(super) fn aggregates<const R: usize>(
             count += 1;
         }
     }
-    // a remaining node joins the aggregate of its most strongly coupled neighbour that got an aggregate in the first
-    // pass
+    // assign each remaining node to the aggregate of its most strongly coupled neighbour; only neighbours that got an
+    // aggregate in the first pass count
     let before = aggregate_of.clone();
     for i in (0..n).filter(|&i| before[i] == NONE) {
         let joined = near(i)
@@ -76,10 +77,10 @@ pub(super) fn aggregates<const R: usize>(
     (aggregate_of, count as usize)
 }
 
-/// Near null space on the nodes of one level: the value of each mode at each node.
+/// Near null space (rigid-body modes) on the nodes of one level: the value of each mode at each node.
 pub(super) type Modes<const R: usize> = Vec<[[f64; MODES]; R]>;
 
-/// Returns the tentative prolongation T and the modes on the aggregates.
+/// Returns the tentative prolongation T and the values of the modes on the aggregates.
 ///
 /// The columns of T on one aggregate are orthonormal and span the near null space on the nodes of the aggregate.
 pub(super) fn tentative<const R: usize>(
@@ -100,7 +101,8 @@ pub(super) fn tentative<const R: usize>(
         };
         for k in 0..MODES {
             let whole = dot(&block, k, k).sqrt();
-            // Gram–Schmidt loses digits in one pass, and none in two passes
+            // after one pass of Gram–Schmidt, rounding errors leave the columns not quite orthogonal; after two passes,
+            // the columns are orthogonal
             for _ in 0..2 {
                 for l in 0..k {
                     let share = dot(&block, l, k);
@@ -111,7 +113,8 @@ pub(super) fn tentative<const R: usize>(
                 }
             }
             let rest = dot(&block, k, k).sqrt();
-            // a mode that depends linearly on the previous modes (few nodes, or constrained nodes) is set to zero
+            // set a mode to zero if it depends linearly on the previous modes, as on an aggregate of few nodes or of
+            // constrained nodes
             let scale = if rest > 1e-6 * whole { 1.0 / rest } else { 0.0 };
             coarse[k][k] = if scale > 0.0 { rest } else { 0.0 };
             for &n in nodes {

@@ -24,18 +24,19 @@ use crate::parallel::Halo;
 
 /// Largest number of unknowns of the coarsest level, which is solved directly.
 const COARSEST: usize = 900;
-/// Limit of levels between the finest and the coarsest level.
+/// Largest number of levels between the finest and the coarsest level.
 const MOST_LEVELS: usize = 12;
 /// Degree of the Chebyshev smoother, which is applied before and after the coarse correction.
 const DEGREE: usize = 3;
 
-/// Matrix of one level, with the transfer to the aggregates of its nodes.
+/// Matrix of one level, with the transfer between the nodes of the level and their aggregates, the nodes of the next
+/// coarser level.
 #[derive(Debug)]
 pub(crate) struct Aggregation<const R: usize> {
     pub(crate) matrix: Assembled<R>,
     pub(crate) prolong: BlockCsr<f32, R, MODES>,
     pub(crate) restrict: BlockCsr<f32, MODES, R>,
-    /// Halo of the aggregates.
+    /// Halo of the aggregates: which ranks share which aggregate.
     coarse: Arc<Halo>,
 }
 
@@ -57,7 +58,7 @@ impl<const R: usize> Grid for Aggregation<R> {
     }
 }
 
-/// Dense factor of the coarsest matrix; every rank has the whole factor.
+/// Dense factor of the matrix of the coarsest level. Every rank stores the whole factor.
 #[derive(Debug)]
 pub(crate) struct DenseFactor {
     pub(crate) factor: nalgebra::Cholesky<f64, Dyn>,
@@ -78,7 +79,7 @@ impl Preconditioner for DenseFactor {
     }
 }
 
-/// Hierarchy in the memory of this process.
+/// Multigrid hierarchy in the memory of this process.
 pub(crate) type AmgInMemory = Amg<Aggregation<3>, Aggregation<MODES>, DenseFactor>;
 
 /// Data of a coarser level, created from the next finer level.
@@ -88,8 +89,8 @@ struct Coarser {
     nodes: CoarseNodes,
 }
 
-/// Creates the hierarchy of a symmetric positive definite matrix on nodes at `points`, mm. Constrained values must have
-/// unit rows and columns. With several ranks, `matrix` is this rank's contribution to the matrix.
+/// Creates the multigrid hierarchy of a symmetric positive definite matrix on nodes at `points`, mm. Constrained values
+/// must have unit rows and columns. With several ranks, `matrix` is this rank's contribution to the matrix.
 pub(super) fn amg(
     matrix: &BlockCsr<f64, 3, 3>,
     points: &[[f64; 3]],
@@ -109,7 +110,8 @@ pub(super) fn amg(
     Amg { fine, coarse, last: DenseFactor { factor: factorise(&next), nodes: next.nodes } }
 }
 
-/// Creates one level, and the data of the next coarser level. `modes` has one entry per node that this rank owns.
+/// Creates one level, and the data from which the next coarser level is created. `modes` has one entry per node that
+/// this rank owns.
 fn coarsen<const R: usize>(
     matrix: &BlockCsr<f64, R, R>,
     modes: &Modes<R>,
@@ -125,7 +127,8 @@ fn coarsen<const R: usize>(
     let mut assembled = Assembled::new(matrix, &diagonal, halo);
     let (vectors, residual) = (InMemory::new(halo), vec![[0.0; R]; matrix.rows()]);
     let smoother = Smoother::measured(&vectors, &mut assembled, DEGREE, &residual);
-    // smoothed prolongation P = (I − ω D⁻¹ A) T
+    // smoothed prolongation P = (I − ω D⁻¹ A) T from the matrix A, its diagonal blocks D and the tentative prolongation
+    // T
     let omega = 4.0 / (3.0 * smoother.largest);
     let mut prolong = product(matrix, &plain, &first, halo);
     for row in 0..owned {
@@ -159,7 +162,7 @@ fn coarsen<const R: usize>(
             }
         }
     }
-    // each node is restricted by the rank that owns it
+    // only the rank that owns a node adds the node to the coarse matrix
     let restrict = match ranks.is_alone() {
         true => transposed.narrow(),
         false => prolong.first_rows(owned).transpose().narrow(),
@@ -172,8 +175,8 @@ fn coarsen<const R: usize>(
     (AmgLevel { grid, level }, Coarser { matrix: coarse, modes: coarse_modes, nodes })
 }
 
-/// Returns the rows of A T at the nodes that this rank owns. `tentative` contains the rows of T at the same nodes.
-/// Column numbers are numbers of aggregates over all ranks.
+/// Returns the rows of the product of the matrix A and the tentative prolongation T, for the nodes that this rank owns.
+/// `tentative` contains the rows of T for these nodes. Column numbers are numbers of aggregates over all ranks.
 fn product<const R: usize>(
     matrix: &BlockCsr<f64, R, R>,
     tentative: &BlockCsr<f64, R, MODES>,
@@ -191,7 +194,8 @@ fn product<const R: usize>(
     completed(&partial, halo)
 }
 
-/// Returns three translations and three rotations at the nodes that this rank owns, zero in constrained values.
+/// Returns three translations and three rotations at the nodes that this rank owns. Constrained values of these modes
+/// are zero.
 fn rigid_body_modes(points: &[[f64; 3]], free: &[[bool; 4]], halo: &Halo) -> Modes<3> {
     let sum = |k: usize| halo.own_of(points).map(|p| p[k]).sum::<f64>();
     let mut sums = [sum(0), sum(1), sum(2), halo.own_of(points).count() as f64];
@@ -216,8 +220,8 @@ fn rigid_body_modes(points: &[[f64; 3]], free: &[[bool; 4]], halo: &Halo) -> Mod
         .collect()
 }
 
-/// Returns the dense factor of the coarsest matrix, gathered from all ranks. The diagonal is shifted until the matrix
-/// is positive definite.
+/// Returns the dense factor of the matrix of the coarsest level, which is gathered from all ranks. The diagonal of this
+/// matrix is increased until the matrix is positive definite.
 fn factorise(coarsest: &Coarser) -> nalgebra::Cholesky<f64, Dyn> {
     let Coarser { matrix, nodes, .. } = coarsest;
     let n = MODES * nodes.all();

@@ -9,7 +9,7 @@ use super::block_csr::{BlockCsr, inverse};
 use super::matrix::{Matrix, Relaxation};
 use crate::parallel::Halo;
 
-/// Matrix, or this rank's contribution to the matrix, with the inverses of its diagonal blocks.
+/// Matrix of a level, or this rank's contribution to this matrix, with the inverses of the diagonal blocks.
 #[derive(Debug)]
 pub(crate) struct Assembled<const R: usize> {
     pub(crate) matrix: BlockCsr<f32, R, R>,
@@ -57,7 +57,8 @@ impl<const R: usize> Matrix for Assembled<R> {
     }
 }
 
-/// Computes [`Matrix::relax`] in the memory of this process; `scale(node, r)` returns the values of D⁻¹ r at a node.
+/// Computes [`Matrix::relax`] in the memory of this process. `scale(node, r)` returns the values of D⁻¹ r at a node,
+/// where D is the (block) diagonal of the matrix.
 pub(super) fn relax<T: Real, const R: usize>(
     Relaxation { momentum, weight }: Relaxation,
     scale: impl Fn(usize, &[T; R]) -> [T; R] + Sync,

@@ -12,7 +12,7 @@ pub(crate) struct BlockCsr<T, const R: usize, const C: usize> {
     pub(crate) start: Vec<u32>,
     /// Block column of each block.
     pub(crate) column: Vec<u32>,
-    /// Entries of each block, row by row.
+    /// The blocks. The entries of a block are stored row by row.
     pub(crate) block: Vec<[[T; C]; R]>,
 }
 
@@ -24,7 +24,7 @@ impl<T: Copy, const R: usize, const C: usize> BlockCsr<T, R, C> {
         self.start.len() - 1
     }
 
-    /// Iterates over the entries of a row: (column, block).
+    /// Iterates over the blocks of a block row, each with its block column.
     pub(super) fn row(&self, row: usize) -> impl Iterator<Item = (usize, &[[T; C]; R])> {
         let range = self.start[row] as usize..self.start[row + 1] as usize;
         self.column[range.clone()].iter().map(|&c| c as usize).zip(&self.block[range])
@@ -83,7 +83,7 @@ impl<const R: usize, const C: usize> BlockCsr<f64, R, C> {
         product
     }
 
-    /// Returns the sparsity structure of the product, with zero blocks.
+    /// Returns the sparsity structure of the product with another matrix, as a matrix of zero blocks.
     fn structure_of_product<const K: usize>(
         &self,
         other: &BlockCsr<f64, C, K>,
@@ -93,7 +93,7 @@ impl<const R: usize, const C: usize> BlockCsr<f64, R, C> {
             .into_par_iter()
             .map(|first| {
                 let (mut ends, mut column) = (Vec::new(), Vec::new());
-                // number of the last row in which each column occurred
+                // for each column, the index of the last row that has an entry in this column
                 let mut seen = vec![usize::MAX; other.columns];
                 for row in first..self.rows().min(first + ROWS) {
                     for (middle, _) in self.row(row) {
@@ -120,7 +120,7 @@ impl<const R: usize, const C: usize> BlockCsr<f64, R, C> {
         BlockCsr { columns: other.columns, start, column, block }
     }
 
-    /// Converts to single precision.
+    /// Converts the matrix to single precision.
     pub(super) fn narrow(&self) -> BlockCsr<f32, R, C> {
         BlockCsr {
             columns: self.columns,
@@ -130,7 +130,7 @@ impl<const R: usize, const C: usize> BlockCsr<f64, R, C> {
         }
     }
 
-    /// Returns the first `rows` rows.
+    /// Returns a matrix of the first `rows` block rows.
     pub(super) fn first_rows(&self, rows: usize) -> Self {
         let end = self.start[rows] as usize;
         Self {
@@ -148,7 +148,7 @@ impl<const R: usize, const C: usize> BlockCsr<f64, R, C> {
 }
 
 impl<const R: usize, const C: usize> BlockCsr<f32, R, C> {
-    /// Computes A x, and passes each row of y with the same row of A x to `into`, which updates the row of y.
+    /// Computes A x and updates y row by row: `into` gets each row of y and the corresponding row of A x.
     pub(super) fn apply(
         &self,
         x: &[[f32; C]],
@@ -195,7 +195,7 @@ pub(super) fn inverse<const R: usize>(block: &[[f64; R]; R]) -> [[f64; R]; R] {
     let mut b: [[f64; R]; R] = std::array::from_fn(|i| std::array::from_fn(|j| f64::from(i == j)));
     let mut dropped = [false; R];
     for k in 0..R {
-        // the blocks are definite: diagonal pivots are stable
+        // diagonal pivots are stable because the blocks are definite
         let pivot = a[k][k];
         if pivot.abs() <= 1e-12 * size || !pivot.is_finite() {
             dropped[k] = true;

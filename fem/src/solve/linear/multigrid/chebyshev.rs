@@ -10,18 +10,20 @@ use nalgebra::DMatrix;
 use super::super::vectors::{LanczosVectors, Vectors};
 use super::matrix::{Matrix, Preconditioner, Relaxation, Vector};
 
-/// The smoother reduces error components whose eigenvalues exceed this fraction of the largest eigenvalue.
+/// The smoother reduces the components of the error that belong to eigenvalues above this fraction of the largest
+/// eigenvalue.
 const SHARE: f64 = 0.1;
 /// Number of steps of Lanczos' iteration.
 const LANCZOS_STEPS: usize = 12;
-/// Safety factor of the largest eigenvalue, because Lanczos' iteration underestimates it.
+/// Safety factor by which the estimate of the largest eigenvalue is multiplied: Lanczos' iteration underestimates this
+/// eigenvalue.
 const MARGIN: f64 = 1.1;
 
-/// Chebyshev polynomial for the matrix of one level.
+/// Chebyshev smoother for the matrix of one level: the coefficients of its steps, and a work vector.
 #[derive(Debug)]
 pub(crate) struct Smoother<S: Vectors> {
     pub(crate) degree: usize,
-    /// Upper bound of the eigenvalues of D⁻¹ A.
+    /// Upper bound of the eigenvalues of D⁻¹ A, where D is the (block) diagonal of the matrix A.
     pub(crate) largest: f64,
     /// Work vector.
     step: S::Owned,
@@ -42,7 +44,7 @@ impl<S: Vectors> Smoother<S> {
         Self { degree, largest, step: vectors.zero(like) }
     }
 
-    /// Creates a smoother from a given bound of the eigenvalues, `largest`; `step` is a work vector.
+    /// Creates a smoother for eigenvalues up to the given bound `largest`; `step` is a work vector.
     pub(crate) fn new(degree: usize, largest: f64, step: S::Owned) -> Self {
         Self { degree, largest, step }
     }
@@ -64,7 +66,7 @@ impl<S: Vectors> Smoother<S> {
     }
 }
 
-/// Coefficients of the steps of a Chebyshev polynomial.
+/// Returns the coefficients of the smoothing steps that apply a Chebyshev polynomial.
 fn relaxations(largest: f64, degree: usize) -> impl Iterator<Item = Relaxation> {
     let (low, high) = (SHARE * largest, largest);
     let (centre, half) = (0.5 * (high + low), 0.5 * (high - low));
@@ -92,11 +94,11 @@ fn largest_eigenvalue<M: Matrix<Space: LanczosVectors>>(
 ) -> f64 {
     let [mut d, mut before, mut v, mut w] = [(); 4].map(|()| vectors.zero(like));
     let (v, w) = (v.borrow_mut(), w.borrow_mut());
-    // a deterministic start vector that varies from node to node, like the eigenvectors of the largest eigenvalues
+    // choose a deterministic start vector that varies from node to node, as eigenvectors of the largest eigenvalues do
     vectors.fill(d.borrow_mut(), |i| ((i as f64) * 1.7 + 0.3).sin());
     let mut lanczos = Lanczos::default();
     loop {
-        // v = D⁻¹ d; the sum in w is not used
+        // compute v = D⁻¹ d; w receives a sum that is not used
         matrix.relax(Relaxation { momentum: 0.0, weight: 1.0 }, d.borrow(), v, w);
         let size = vectors.dot(d.borrow(), v).sqrt();
         if lanczos.is_done(size) {
@@ -113,7 +115,8 @@ fn largest_eigenvalue<M: Matrix<Space: LanczosVectors>>(
     }
 }
 
-/// Tridiagonal matrix of Lanczos' iteration. Its largest eigenvalue converges to the largest eigenvalue of D⁻¹ A.
+/// Tridiagonal matrix that Lanczos' iteration builds. The largest eigenvalue of this matrix converges to the largest
+/// eigenvalue of D⁻¹ A.
 #[derive(Debug, Default)]
 struct Lanczos {
     diagonal: Vec<f64>,
@@ -126,8 +129,8 @@ impl Lanczos {
         size.is_nan() || size == 0.0 || self.diagonal.len() == LANCZOS_STEPS
     }
 
-    /// Adds a Lanczos vector v, given by its norm `size` before normalisation and by `product` = vᵀ A v. Returns the
-    /// coefficient of the previous vector in the recurrence of the next vector.
+    /// Adds a row and a column for a Lanczos vector v, given by its norm `size` before normalisation and by `product` =
+    /// vᵀ A v. Returns the coefficient with which the previous vector occurs in the recurrence for the next vector.
     fn push(&mut self, size: f64, product: f64) -> f64 {
         let first = self.diagonal.is_empty();
         self.diagonal.push(product);
@@ -138,7 +141,7 @@ impl Lanczos {
         size
     }
 
-    /// Returns the upper bound of the eigenvalues.
+    /// Returns the upper bound of the eigenvalues of D⁻¹ A.
     fn bound(&self) -> f64 {
         if self.diagonal.is_empty() {
             return MARGIN;

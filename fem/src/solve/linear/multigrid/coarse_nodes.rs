@@ -9,15 +9,15 @@ use crate::parallel::{Halo, Ranks};
 /// matrix rows of this rank. Both groups are sorted by their numbers over all ranks.
 #[derive(Debug)]
 pub(super) struct CoarseNodes {
-    /// First node number of each rank; the last entry is the number of all nodes.
+    /// Number of the first node that each rank owns; the last entry is the number of nodes on all ranks.
     pub(super) first: Vec<usize>,
     /// Numbers (over all ranks) of the nodes of other ranks.
     ghosts: Vec<u32>,
     pub(super) halo: Arc<Halo>,
 }
 
-/// Returns the first node number of each rank; the last entry is the number of all nodes. `owned` is the number of nodes
-/// that this rank owns.
+/// Returns the number of the first node that each rank owns; the last entry is the number of nodes on all ranks.
+/// `owned` is the number of nodes that this rank owns.
 pub(super) fn first_numbers(ranks: &Ranks, owned: usize) -> Vec<usize> {
     let mut first = vec![0];
     for count in ranks.gather(&[owned as u64]) {
@@ -43,12 +43,12 @@ impl CoarseNodes {
         Self { first, ghosts, halo }
     }
 
-    /// Number of nodes on all ranks.
+    /// Returns the number of nodes on all ranks.
     pub(super) fn all(&self) -> usize {
         self.first[self.first.len() - 1]
     }
 
-    /// Numbers of the nodes that this rank owns.
+    /// Returns the numbers (over all ranks) of the nodes that this rank owns.
     fn owned(&self) -> std::ops::Range<usize> {
         let rank = self.halo.ranks().rank();
         self.first[rank]..self.first[rank + 1]
@@ -68,7 +68,7 @@ impl CoarseNodes {
         BlockCsr { columns: owned.len() + self.ghosts.len(), column, ..rows }
     }
 
-    /// Returns the number over all ranks of each local node.
+    /// Returns, for each local node, its number over all ranks.
     pub(super) fn numbers(&self) -> Vec<u32> {
         self.owned().map(|number| number as u32).chain(self.ghosts.iter().copied()).collect()
     }

@@ -15,9 +15,9 @@ pub(crate) struct Level<S: Vectors, C: Vectors> {
     vectors: S,
     pub(crate) smoother: Smoother<S>,
     residual: S::Owned,
-    /// Right-hand side of the next coarser level.
+    /// Work vector: right-hand side on the next coarser level.
     right: C::Owned,
-    /// Solution of the next coarser level.
+    /// Work vector: solution on the next coarser level.
     correction: C::Owned,
 }
 
@@ -34,8 +34,8 @@ impl<S: Vectors, C: Vectors> Level<S, C> {
         Self { vectors, smoother, residual, right, correction }
     }
 
-    /// Computes x ≈ A⁻¹ b: smoothing, correction by the coarser level, smoothing. `below(b, x)` solves on the coarser
-    /// level, and may overwrite its argument b.
+    /// Computes x ≈ A⁻¹ b in three stages: smoothing, correction by the coarser level, smoothing. `below(b, x)` solves
+    /// on the coarser level, and may overwrite its argument b.
     pub(crate) fn cycle<G: Grid<Matrix: Matrix<Space = S>, Coarse = C>>(
         &mut self,
         grid: &mut G,
@@ -107,22 +107,22 @@ fn coarser<V: Vectors, C, L>(
     }
 }
 
-/// Preconditioner of the tangent: the level of quadratic elements, if the elements are quadratic, and `below`, the
-/// preconditioner on the vertices.
+/// Preconditioner of the tangent, which consists of the level of quadratic elements (if the elements are quadratic) and
+/// of the preconditioner `below` on the vertices.
 #[derive(Debug)]
 pub(crate) struct Multigrid<S: Vectors, P> {
     pub(crate) quadratic: Option<Level<S, S>>,
     pub(crate) below: P,
 }
 
-/// Matrix-free tangent on the free values; rows and columns of constrained values are zero.
+/// Matrix-free tangent A in which the rows and columns of the constrained values are zero.
 pub(crate) trait FreeTangent:
     Matrix + Grid<Matrix = Self, Coarse = <Self as Matrix>::Space>
 {
     /// y = A x.
     fn multiply(&mut self, x: &Vector<Self>, y: &mut Vector<Self>);
 
-    /// Sets the constrained values to zero.
+    /// Sets the constrained values of x to zero.
     fn mask(&self, x: &mut Vector<Self>);
 }
 

@@ -1,5 +1,5 @@
-//! Matrix-free tangent of this rank's elements and of contact, in the memory of this process, with the transfer between
-//! quadratic elements and their vertices.
+//! Matrix-free tangent of this rank's elements and of contact, in the memory of this process. The file also has the
+//! transfer between all nodes of quadratic elements and the vertices.
 
 use std::sync::Arc;
 
@@ -19,25 +19,29 @@ use crate::parallel::Part;
 /// Degree of the Chebyshev smoother of quadratic elements, on the processor and on devices.
 pub(crate) const DEGREE: usize = 3;
 
-/// Tangent on the values that are not constrained.
+/// Matrix-free tangent on the values that are not constrained.
 #[derive(Debug)]
 pub(crate) struct ElementTangent {
     product: Box<dyn Product>,
-    /// Contributions of contact at nodes.
+    /// Contributions of contact to the tangent, at the nodes in contact.
     contact: Vec<NodeBlock>,
     free: Vec<[bool; 4]>,
-    /// Values of the vertices that are free on the linear level; see [`Self::free_vertices`].
+    /// Marks the values of the vertices that are free on the level of linear elements; see [`Self::free_vertices`].
     free_vertices: Vec<[bool; 4]>,
     part: Arc<Part>,
+    /// Whether the laws make the tangent unsymmetric.
+    unsymmetric: bool,
     /// The two vertices of the edge of each midpoint. Midpoints are numbered after the vertices.
     parents: Arc<Vec<[u32; 2]>>,
-    /// Midpoints of each vertex, in increasing order; midpoint 0 is the first node after the vertices.
+    /// For each vertex, the midpoints of its edges in increasing order. Midpoint 0 is the first node after the
+    /// vertices.
     children: Groups,
-    /// 1/|A_ii| when the smoother was measured, zero in constrained values.
+    /// Weights 1/|A_ii| at the time when the largest eigenvalue for the smoother was estimated; zero for constrained
+    /// values.
     weight: Vec<Nodal>,
     /// Work vector for A x.
     product_of_x: Vec<Nodal>,
-    /// Error of the device that had the current tangent.
+    /// Error of the device that stored the current tangent.
     lost: Option<DeviceError>,
 }
 
@@ -56,6 +60,7 @@ impl ElementTangent {
             free: Vec::new(),
             free_vertices: Vec::new(),
             part,
+            unsymmetric: false,
             parents,
             weight: Vec::new(),
             product_of_x: Vec::new(),
@@ -63,7 +68,8 @@ impl ElementTangent {
         }
     }
 
-    /// Linearises the equations and returns the diagonal of the tangent. If a device fails, the processor linearises.
+    /// Linearises the equations of the elements and returns the diagonal of the tangent. If a device fails, the
+    /// processor linearises.
     pub(crate) fn linearise(
         &mut self,
         operator: &dyn Operator,
@@ -72,6 +78,7 @@ impl ElementTangent {
         free: &[[bool; 4]],
     ) -> Result<Vec<Nodal>, Inverted> {
         self.contact = increment.context.contact.to_vec();
+        self.unsymmetric = operator.domain().rule().extra.unsymmetric;
         self.free = free.to_vec();
         self.constrain_vertices();
         loop {
@@ -86,11 +93,12 @@ impl ElementTangent {
         }
     }
 
-    /// Values of the vertices that are free on the linear level.
+    /// Marks the values of the vertices that are free on the level of linear elements.
     ///
     /// The matrix of the linear level contains no constraints of midpoints. A displacement is therefore constrained at
-    /// both vertices of an edge if it is constrained at the midpoint of the edge. Otherwise the matrix of a body that
-    /// only midpoints hold would be singular: the supports against rigid motions of a curved mesh may be midpoints.
+    /// both vertices of an edge if it is constrained at the midpoint of the edge. Otherwise the matrix would be
+    /// singular for a body that is supported only at midpoints. In a curved mesh, the supports against rigid motions
+    /// may be midpoints.
     pub(crate) fn free_vertices(&self) -> &[[bool; 4]] {
         &self.free_vertices
     }
@@ -112,19 +120,19 @@ impl ElementTangent {
         }
     }
 
-    /// Discards the device that had the tangent.
+    /// Discards the device that stored the tangent.
     fn lose(&mut self, error: DeviceError) {
         self.product.leave_device();
         self.lost = Some(error);
     }
 
-    /// Returns the error of the device that had the current tangent, if the device has failed, and clears the error.
+    /// Returns the error of the device that stored the current tangent, if the device has failed, and clears the error.
     /// After a failure, products with the tangent are NaN until [`linearise`](Self::linearise) is called.
     pub(crate) fn take_lost(&mut self) -> Option<DeviceError> {
         self.lost.take()
     }
 
-    /// Returns the tangent of the elements, without contact.
+    /// Returns the product with the tangent of the elements, without contact.
     pub(crate) fn product(&mut self) -> &mut dyn Product {
         self.product.as_mut()
     }
@@ -168,7 +176,8 @@ impl ElementTangent {
         if let Err(error) = self.product.add_linear(out) {
             return self.lose(error);
         }
-        // the values of a midpoint are the mean of the values of its two vertices
+        // with linear shape functions, the values at a midpoint are the mean of the values at the two vertices of its
+        // edge
         let vertices = out.pattern.graph.nodes();
         let halo = &self.part.halo;
         for (node, block) in self.contact.iter().filter(|(node, _)| halo.owns(*node)) {
@@ -190,14 +199,14 @@ impl ElementTangent {
         out.symmetric = self.symmetric();
     }
 
-    /// Whether the contributions of contact on this rank are symmetric.
+    /// Whether the laws and the contributions of contact on this rank are symmetric.
     pub(crate) fn symmetric(&self) -> bool {
         let even = |b: &[[f64; 3]; 3]| (0..3).all(|i| (0..i).all(|j| b[i][j] == b[j][i]));
-        self.contact.iter().all(|(_, block)| even(block))
+        !self.unsymmetric && self.contact.iter().all(|(_, block)| even(block))
     }
 
     /// Creates the multigrid level of quadratic elements for the current tangent; `None` for linear elements. `weight`
-    /// contains 1/|A_ii|.
+    /// contains 1/|A_ii| for the free values.
     pub(crate) fn level(&mut self, weight: &[Nodal]) -> Option<Level<NodalVectors, NodalVectors>> {
         if !self.is_quadratic() {
             return None;
@@ -273,7 +282,8 @@ impl Grid for ElementTangent {
         });
     }
 
-    /// Adds the values of the vertices at the vertices, and the mean of the two vertices of an edge at its midpoint.
+    /// Adds the vertex values `x` to `z`: at each vertex its value, and at each midpoint the mean of the values of the
+    /// two vertices of its edge.
     fn add_prolonged(&mut self, x: &[Nodal], z: &mut [Nodal]) {
         let add = |z: &mut Nodal, free: &[bool; 4], x: Nodal| {
             (0..4).for_each(|k| z[k] += if free[k] { x[k] } else { 0.0 });

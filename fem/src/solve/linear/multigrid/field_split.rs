@@ -17,7 +17,7 @@ use super::matrix::{NodalPreconditioner, Preconditioner};
 use crate::operator::Tangent;
 use crate::parallel::Halo;
 
-/// Degree of the Chebyshev polynomial for the damage block.
+/// Degree of the Chebyshev polynomial that preconditions the damage block.
 const DEGREE: usize = 4;
 
 /// Preconditioners of the displacement block and of the damage block.
@@ -41,13 +41,13 @@ impl<S: Vectors, U: NodalPreconditioner<S>, D: NodalPreconditioner<S>> NodalPrec
 
 /// Conversion between nodal vectors and single-precision vectors of selected consecutive components.
 pub(crate) trait Fields {
-    /// Vectors of all components u_x, u_y, u_z, φ.
+    /// Type of the vectors of all components u_x, u_y, u_z, φ.
     type Nodal: Vectors;
-    /// Vectors of the selected components.
+    /// Type of the single-precision vectors of the selected components.
     type Space: Vectors;
 
-    /// Copies the selected components of `r`, divided by their largest absolute value, to `out`. This scale is stored;
-    /// it is 1 if all values are zero.
+    /// Copies the selected components of `r`, divided by their largest absolute value, to `out`. The divisor (*scale*)
+    /// is stored; it is 1 if all values are zero.
     fn narrow(
         &mut self,
         r: &<Self::Nodal as Vectors>::Vector,
@@ -58,7 +58,7 @@ pub(crate) trait Fields {
     fn widen(&self, x: &<Self::Space as Vectors>::Vector, z: &mut <Self::Nodal as Vectors>::Vector);
 }
 
-/// Preconditioner of selected components.
+/// Preconditioner of the block of the tangent that belongs to selected components, with conversion to single precision.
 #[derive(Debug)]
 pub(crate) struct Block<F: Fields, P> {
     fields: F,

@@ -2,7 +2,7 @@
 
 use super::super::vectors::Vectors;
 
-/// Square matrix A of one level. D denotes its diagonal or its diagonal blocks.
+/// Square matrix A of one level. D denotes the diagonal of A, or the diagonal blocks of A.
 pub(crate) trait Matrix {
     /// Vectors of the level.
     type Space: Vectors;
@@ -10,7 +10,8 @@ pub(crate) trait Matrix {
     /// y ← y − A x.
     fn subtract(&mut self, x: &Vector<Self>, y: &mut Vector<Self>);
 
-    /// step ← momentum step + weight D⁻¹ r, then x ← x + step. The old `step` is not read if momentum is zero.
+    /// Smoothing step: step ← momentum · step + weight · D⁻¹ r, then x ← x + step. The old `step` is not read if
+    /// momentum is zero.
     fn relax(
         &self,
         coefficients: Relaxation,
@@ -20,11 +21,11 @@ pub(crate) trait Matrix {
     );
 }
 
-/// Level with a matrix and a prolongation P from the next coarser level.
+/// Level of a hierarchy, with a matrix and the prolongation P from the next coarser level.
 pub(crate) trait Grid {
     /// Matrix of the level.
     type Matrix: Matrix;
-    /// Vectors of the coarser level.
+    /// Vector operations on the next coarser level.
     type Coarse: Vectors;
 
     fn matrix(&mut self) -> &mut Self::Matrix;
@@ -38,7 +39,7 @@ pub(crate) trait Grid {
 
 /// Type of the vectors that a matrix multiplies.
 pub(crate) type Vector<M> = <<M as Matrix>::Space as Vectors>::Vector;
-/// Vector operations on the level of a grid.
+/// Type of the vector operations on the level of a grid.
 pub(crate) type Space<G> = <<G as Grid>::Matrix as Matrix>::Space;
 /// Type of the vectors on the next coarser level of a grid.
 pub(crate) type CoarseVector<G> = <<G as Grid>::Coarse as Vectors>::Vector;
@@ -50,7 +51,7 @@ pub(crate) struct Relaxation {
     pub(crate) weight: f64,
 }
 
-/// Approximate inverse of the matrix of a level.
+/// Approximate inverse of the matrix A of a level.
 pub(crate) trait Preconditioner {
     /// Vectors of the level.
     type Space: Vectors;

@@ -7,7 +7,7 @@ use crate::parallel::Halo;
 
 type Rows<const R: usize, const C: usize> = BlockCsr<f64, R, C>;
 
-/// Lengths, columns and blocks of some rows, as three lists to send.
+/// Message that contains some matrix rows: the lengths of the rows, their columns and their blocks, as three lists.
 struct Message<const R: usize, const C: usize> {
     lengths: Vec<u32>,
     columns: Vec<u32>,
@@ -54,7 +54,7 @@ pub(super) fn with_ghosts<const R: usize, const C: usize>(
     halo: &Halo,
 ) -> Rows<R, C> {
     let received = exchange(halo, &rows, |n| &halo.neighbours()[n].lent);
-    // (ghost, index of the message, start and end of the row's entries in the message)
+    // one entry per row: number of the ghost, index of the message, start and end of the row's entries in the message
     let mut ghosts: Vec<(u32, usize, usize, usize)> = Vec::new();
     for (message, (neighbour, their)) in halo.neighbours().iter().zip(&received).enumerate() {
         let mut begin = 0;

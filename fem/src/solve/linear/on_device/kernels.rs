@@ -6,9 +6,11 @@ use bytemuck::Pod;
 
 use crate::device::{Argument, ComputeDevice, DeviceError, Kernel, Program};
 
-/// Largest number of partial sums in the first stage of a sum on the device.
+/// A sum over a vector is computed in two stages. This is the largest number of partial sums that the first stage
+/// computes.
 pub(super) const PARTS: usize = 1 << 16;
-/// Number of partial sums in the second stage of a sum; the host adds these partial sums.
+/// A sum over a vector is computed in two stages. This is the number of partial sums that the second stage computes;
+/// the host adds these partial sums.
 pub(super) const LAST_PARTS: usize = 256;
 
 /// Block sizes R × C of the matrices of the hierarchy.
@@ -104,7 +106,8 @@ const VECTORS: [(&str, Parameters, &str); 22] = [
          for (index i = at; i < count; i += LAST_PARTS) most = fmax(most, parts[i]);\n    \
          last[at] = most;",
     ),
-    // one work item computes the scale of a vector; the scale of a zero vector is 1
+    // a single work item computes the scale of a vector (its largest absolute value, or 1 for a zero vector) from
+    // partial results
     (
         "scale_of_last_parts",
         &[("const double *", "last"), ("double *", "scale")],
@@ -140,7 +143,7 @@ const VECTORS: [(&str, Parameters, &str); 22] = [
         &[("const unsigned char *", "free"), ("double *", "x")],
         "if (!free[at]) x[at] = 0.0;",
     ),
-    // step of the Chebyshev smoother with the diagonal of the matrix
+    // step of the Chebyshev smoother that scales residuals by the diagonal (not by the diagonal blocks) of the matrix
     (
         "smooth",
         &[
@@ -166,7 +169,7 @@ const VECTORS: [(&str, Parameters, &str); 22] = [
          for (int j = 0; j < 3; j++) sum += block[9 * at + 3 * i + j] * x[4 * n + j];\n        \
          y[4 * n + i] += sum;\n    }",
     ),
-    // adds half of the residual at each midpoint to both vertices of its edge
+    // adds half of the residual at each midpoint to the residual at both vertices of its edge
     (
         "restrict_to_vertices",
         &[
@@ -196,7 +199,7 @@ const VECTORS: [(&str, Parameters, &str); 22] = [
          value = 0.5 * (correction[4 * (index)ends[0] + c] + correction[4 * (index)ends[1] + c]);\n    \
          }\n    if (free[at]) z[at] += value;",
     ),
-    // coarsest level: product with the dense inverse
+    // product with the dense inverse of the matrix of the coarsest level
     (
         "dense",
         &[("index", "n"), ("const double *", "inverse"), ("const float *", "b"), ("float *", "x")],
@@ -206,7 +209,8 @@ const VECTORS: [(&str, Parameters, &str); 22] = [
     ),
 ];
 
-/// Kernels of matrices of R × C blocks: y = A x, y += A x, y −= A x, and a step of the Chebyshev smoother.
+/// Returns the kernels of matrices A of R × C blocks: y = A x, y += A x, y −= A x, and a step of the Chebyshev
+/// smoother.
 fn matrices() -> Vec<Kernel> {
     let mut kernels = Vec::new();
     for [r, c] in BLOCKS {

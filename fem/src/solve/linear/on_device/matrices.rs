@@ -158,7 +158,7 @@ impl Fields for DeviceFields {
     }
 }
 
-/// Preconditioner on the vertices.
+/// Preconditioner on the vertices of the mesh, in the memory of a device.
 pub(super) type FieldSplitOnDevice = FieldSplit<
     Block<DeviceFields, Amg<DeviceGrid, DeviceGrid, DenseInverse>>,
     Block<DeviceFields, Smoothing<DeviceMatrix>>,

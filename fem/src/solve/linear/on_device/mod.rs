@@ -1,5 +1,5 @@
 //! Krylov iterations on a device. The processor creates the multigrid hierarchy and copies it to the device. For a
-//! linear solve, the processor sends one right-hand side to the device and receives one step.
+//! linear solve, the processor sends the right-hand side to the device and receives the solution.
 
 mod kernels;
 mod matrices;
@@ -25,7 +25,7 @@ pub(super) struct OnDevice {
     name: String,
     session: Arc<Session>,
     nodal: NodalData,
-    /// 1/|A_ii|, zero in constrained values.
+    /// Weights 1/|A_ii| of the residual norm; zero for constrained values.
     weight: Array<f64>,
     multigrid: Option<MultigridOnDevice>,
 }
@@ -49,8 +49,8 @@ impl OnDevice {
         &self.name
     }
 
-    /// Stores the constraints, weights and contact of a new tangent. `free` are the free values of all nodes, and of
-    /// the vertices on the linear level.
+    /// Stores the constraints, weights and contact of a new tangent. `free` marks the free values of all nodes, and the
+    /// free values of the vertices on the level of linear elements.
     pub(super) fn constrain(
         &mut self,
         free: [&[[bool; 4]]; 2],
@@ -99,7 +99,7 @@ impl OnDevice {
         Ok(Level::new(vectors.clone(), &vectors, smoother, residual, right))
     }
 
-    /// Solves a system by [`solve`] on the device.
+    /// Solves a linear system on the device by the Krylov method [`solve`].
     pub(super) fn krylov(
         &mut self,
         tangent: &mut ElementTangent,
@@ -120,7 +120,7 @@ impl OnDevice {
         Ok(ending)
     }
 
-    /// Computes z ≈ A⁻¹ r by one multigrid cycle.
+    /// Computes z ≈ A⁻¹ r by one multigrid cycle, where A is the tangent.
     pub(super) fn precondition(
         &mut self,
         tangent: &mut ElementTangent,

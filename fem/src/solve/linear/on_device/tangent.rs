@@ -24,13 +24,13 @@ pub(super) struct NodalData {
     midpoint: Array<u32>,
     /// 1 for a free value, 0 for a constrained value.
     free: Array<u8>,
-    /// 1 for a value of a vertex that is free on the linear level, 0 for a constrained value.
+    /// 1 for a value of a vertex that is free on the level of linear elements, 0 for a constrained value.
     free_vertices: Array<u8>,
-    /// 1/|A_ii| at the time when the smoother was created.
+    /// Inverse diagonal entries 1/|A_ii| of the tangent at the time when the smoother was created.
     smoother_weight: Array<f64>,
     /// Nodes in contact, each node once.
     contact_node: Array<u32>,
-    /// Contribution of contact to the tangent at each of these nodes: a 3 × 3 block, N/mm.
+    /// Contribution of contact to the tangent at each node of `contact_node`: a 3 × 3 block, N/mm.
     contact_block: Array<f64>,
     /// Work vector for A x.
     product_of_x: Array<f64>,
@@ -40,7 +40,7 @@ impl NodalData {
     pub(super) fn new(session: &Arc<Session>, vertices: usize, parents: &[[u32; 2]]) -> Self {
         let midpoints = midpoints_of_vertices(parents, vertices);
         let values = 4 * (vertices + parents.len());
-        // linear elements have no smoother on this level
+        // for linear elements, this level does not exist and needs no smoother
         let smoothed = if parents.is_empty() { 0 } else { values };
         Self {
             vertices,
@@ -57,8 +57,8 @@ impl NodalData {
         }
     }
 
-    /// Stores the constraints and contact of a new tangent. `free` are the free values of all nodes, and of the vertices
-    /// on the linear level.
+    /// Stores the constraints and contact of a new tangent. `free` marks the free values of all nodes, and the free
+    /// values of the vertices on the level of linear elements.
     pub(super) fn constrain(&mut self, free: [&[[bool; 4]]; 2], contact: &[NodeBlock]) {
         let mut blocks = BTreeMap::<u32, [[f64; 3]; 3]>::new();
         for (node, block) in contact {

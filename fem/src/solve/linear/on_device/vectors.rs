@@ -20,12 +20,12 @@ pub(super) struct Session {
     failed: Mutex<Option<DeviceError>>,
 }
 
-/// Work arrays of a sum in two stages.
+/// Work arrays for sums over vectors. The device computes a sum in two stages of partial sums.
 #[derive(Debug)]
 struct Sums {
-    /// Partial sums of the first stage.
+    /// Partial sums that the first stage computes.
     parts: Array<f64>,
-    /// Partial sums of the second stage, which the host adds.
+    /// Partial sums that the second stage computes and the host adds.
     last: Array<f64>,
 }
 
@@ -46,7 +46,7 @@ impl Session {
         lock(&self.failed).take().map_or(Ok(()), Err)
     }
 
-    /// Runs `work` unless an operation has failed before.
+    /// Runs `work` if no earlier operation has failed.
     pub(super) fn attempt<T>(
         &self,
         work: impl FnOnce(&ComputeDevice) -> Result<T, DeviceError>,
@@ -94,7 +94,7 @@ impl Session {
     fn sum(&self, kernel: &str, len: usize, x: &[Argument]) -> f64 {
         let sums = lock(&self.sums);
         let [parts, last] = [&sums.parts, &sums.last].map(Array::argument);
-        // a vector with few values has one value per part
+        // for a vector with few values, each partial sum has one value
         let used = PARTS.min(len);
         let [len, count] = [len, used].map(|n| Argument::Index(n as u64));
         self.launch(kernel, used, &[&[len], x, &[parts]].concat());

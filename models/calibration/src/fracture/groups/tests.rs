@@ -27,8 +27,8 @@ fn priors_of(groups: &[TestGroup]) -> Vec<Prior> {
     Prior::uniform_on(groups[0].forward.inputs())
 }
 
-/// Three temperatures, two microstructures, a group with a single specimen, and an error that the specimens of a group
-/// share: compares the posterior of E at all temperatures and of the scatter with sums over a grid.
+/// Compares the posterior of E at all temperatures, and of the scatter, with sums over a grid. There are three
+/// temperatures, two microstructures, a group with a single specimen, and an error that the specimens of a group share.
 #[test]
 fn the_posterior_is_that_of_quadrature() {
     let groups = [
@@ -40,7 +40,8 @@ fn the_posterior_is_that_of_quadrature() {
     let sampler = Nuts::default().chains(4).draws(2000).seed(4);
     let posterior = calibrate_groups(&groups, &priors_of(&groups), &pooling, &sampler).unwrap();
 
-    // all specimens of a group as one normal vector, whose covariance sd² I + S 1 1ᵀ has a known inverse
+    // the quantities of all specimens of a group are one normal vector, whose covariance sd² I + S 1 1ᵀ has a known
+    // inverse
     let ln_density = |young: f64, sd: f64, group: &TestGroup| {
         let forces: Vec<f64> = group.evidence.qois.concat();
         let n = forces.len() as f64;
@@ -81,7 +82,8 @@ fn the_posterior_is_that_of_quadrature() {
     }
 }
 
-/// Surrogate of the viscous limit of definitions 3.3; the microstructure multiplies slope and peak by `stiffness`.
+/// Surrogate of the viscous limit of definitions 3.3. `stiffness` is the factor of the microstructure on slope and peak
+/// force.
 fn viscous_limit(stiffness: f64) -> DynPce {
     let bounds = [("young", 200.0, 450.0), ("toughness", 1e-5, 5e-3), ("viscosity", 0.05, 0.6)];
     let inputs = bounds.map(|(name, low, high)| Input::new(name, low, high).unwrap()).to_vec();
@@ -97,8 +99,8 @@ fn viscous_limit(stiffness: f64) -> DynPce {
 
 const TEMPERATURES_C: [f64; 4] = [50.0, 62.0, 75.0, 90.0];
 
-/// Emulated laboratory: the true E and ξ at the four temperatures, which deviate by 2 % from their lines, and two or
-/// three specimens per temperature.
+/// Emulated laboratory: the true E and ξ at four temperatures, and two or three specimens per temperature. The
+/// logarithms of E and ξ deviate by 2 % from their lines.
 fn laboratory(seed: u64, microstructures: &[DynPce]) -> ([[f64; 2]; 4], Vec<TestGroup>) {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
     let mut between = |low: f64, high: f64| low + (high - low) * rng.random::<f64>();

@@ -1,5 +1,5 @@
-//! Contacts: decides whether grains that share nodes of the mesh, or have nodes on an end of the cylinder, really touch
-//! or are separated by a thin film.
+//! Contacts between grains, and between grains and the ends of the cylinder: decides whether grains that share nodes of
+//! the mesh, or have nodes on an end, touch in the specimen or are separated by a thin film of matrix.
 
 use std::collections::BTreeMap;
 
@@ -11,13 +11,14 @@ use crate::mesh::vector::Point;
 use crate::specimen::grains::GrainField;
 use crate::specimen::meshing::adjacency::Adjacency;
 
-/// Number of step halvings in the search for the narrowest point of a gap.
+/// Number of times that the step length is halved in the search for the narrowest point of a gap.
 const HALVINGS: usize = 12;
 
 /// Gaps between grains: for each pair of grains that share nodes, whether matrix separates the two grains in reality.
 ///
-/// A film thinner than an element would disappear, and the grains would be rigidly joined. Grains are therefore
-/// separated by tetrahedra of matrix if their surfaces are farther apart than the resolution of the field.
+/// A film of matrix that is thinner than an element would disappear in the mesh, and the grains would be rigidly
+/// joined. Grains whose surfaces are farther apart than the resolution of the field are therefore separated by
+/// tetrahedra of matrix.
 pub(super) struct Gaps(BTreeMap<[u32; 2], bool>);
 
 impl Gaps {
@@ -41,7 +42,7 @@ impl Gaps {
         };
         let nodes = 0..mesh.nodes.len();
         let mut pairs: Vec<_> = nodes.into_par_iter().flat_map_iter(of_node).collect();
-        // for each pair, the node with the smallest gap comes first and is retained
+        // for each pair of grains, the node with the smallest gap comes first, and only this node is used
         pairs.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
         pairs.dedup_by_key(|&mut (pair, ..)| pair);
         let touching = touching_mm(how);
@@ -59,9 +60,10 @@ impl Gaps {
     }
 }
 
-/// Relabels tetrahedra as matrix where a grain has nodes on an end of the cylinder although matrix separates the grain
-/// from this end in reality: without the film, a platen would support the grain directly. The wall is not loaded, so a
-/// grain that reaches the wall carries no additional load and keeps its tetrahedra.
+/// Relabels tetrahedra as matrix where a grain has nodes on an end of the cylinder although a film of matrix separates
+/// the grain from this end in the specimen. Without the film, a platen would support the grain directly. Tetrahedra at
+/// the wall are not relabelled: the wall is not loaded, so that a grain that reaches the wall carries no additional
+/// load.
 pub(super) fn part_from_ends(
     how: &Conforming,
     mesh: &TetMesh,
@@ -107,8 +109,8 @@ fn gap(field: &dyn GrainField, [a, b]: [u32; 2], x: Point) -> f64 {
     field.distance(a, x) + field.distance(b, x)
 }
 
-/// Searches for the minimum of `value` near `x` by steps along the axes; `hold` projects each trial point onto
-/// the allowed set. The search stops as soon as the value is at most `enough`.
+/// Searches for the minimum of `value` near `x` by steps along the axes; `hold` projects each trial point onto the set
+/// of allowed points. The search stops as soon as the value is at most `enough`.
 fn narrowest(
     value: impl Fn(Point) -> f64,
     hold: impl Fn(Point) -> Point,
@@ -118,7 +120,7 @@ fn narrowest(
 ) -> f64 {
     let (mut x, mut least, mut step) = (x, value(x), step);
     for _ in 0..HALVINGS {
-        // at most four steps of this length, as long as the value decreases
+        // take steps of this length as long as the value decreases, but at most four steps
         for _ in 0..4 {
             let mut best = (least, x);
             for axis in 0..3 {

@@ -1,4 +1,4 @@
-//! Mid-edge points of curved edges on interfaces and on the wall.
+//! Mid-edge points of the curved edges on interfaces and on the wall of the cylinder.
 
 use std::collections::BTreeMap;
 
@@ -12,26 +12,28 @@ use crate::mesh::curved::Jacobian;
 use crate::mesh::topology::EDGES;
 use crate::mesh::vector::{Point, add, mean, norm, scale, sub, tet_volume};
 
-/// Minimum Jacobian determinant of a curved tetrahedron, relative to the determinant of the straight tetrahedron.
+/// Smallest allowed Jacobian determinant of a curved tetrahedron, relative to the determinant of the tetrahedron with
+/// straight edges.
 const LEAST: f64 = 0.3;
-/// Maximum number of halvings of the bend of an edge that would fold a tetrahedron; after that the edge becomes
-/// straight.
+/// Number of times that the bend of an edge is halved if the edge would otherwise fold a tetrahedron. If this is not
+/// sufficient, the edge becomes straight.
 const HALVINGS: usize = 4;
-/// Maximum bend of an edge, relative to its length.
+/// Largest bend of an edge (displacement of its midpoint), relative to its length.
 const FARTHEST: f64 = 0.2;
-/// An edge with a bend below this value, relative to the spacing, is straight.
+/// An edge counts as straight if its bend (displacement of its midpoint) is below this value, relative to the spacing.
 const STRAIGHT: f64 = 1e-6;
 
 /// An edge that may be curved.
 struct Edge {
     nodes: [u32; 2],
-    /// Labels that meet along the edge; empty for an edge on the wall without an interface.
+    /// Labels of the grains and the matrix that meet along the edge; empty for an edge that lies on the wall but on no
+    /// interface.
     labels: Vec<u32>,
-    /// Constraints of the mid-edge point.
+    /// Constraints of the movement of the mid-edge point.
     held: Held,
 }
 
-/// The edges that may be curved, and the tetrahedra to which they belong.
+/// The edges that may be curved, and the tetrahedra that have such edges.
 pub(super) struct EdgePoints {
     edges: Vec<Edge>,
     /// Tetrahedra with edges that may be curved: number of the tetrahedron, and the indices of its six edges in `edges`
@@ -39,7 +41,7 @@ pub(super) struct EdgePoints {
     tets: Vec<(u32, [u32; 6])>,
 }
 
-/// Marks an edge that stays straight.
+/// Placeholder for the index of an edge that stays straight.
 const STAYS: u32 = u32::MAX;
 
 impl EdgePoints {
@@ -75,7 +77,7 @@ impl EdgePoints {
                 edge.labels.dedup();
             }
         }
-        // edges in an end plane without an interface stay straight
+        // edges that lie in an end plane and on no interface stay straight
         edge_map.retain(|_, edge| {
             (how.curved_wall && edge.held.wall) || (how.curved && !edge.labels.is_empty())
         });
@@ -161,8 +163,8 @@ impl EdgePoints {
     }
 }
 
-/// Returns the displacement (mm) from the midpoint of a straight edge to the surface on which the edge should lie,
-/// limited to [`FARTHEST`].
+/// Returns the bend of an edge: the displacement (mm) from the midpoint of the straight edge to the surface on which
+/// the edge should lie, limited by [`FARTHEST`].
 fn bend(at: &Relocation, edge: &Edge) -> Point {
     let [a, b] = edge.nodes.map(|node| at.nodes[node as usize]);
     let middle = scale(add(a, b), 0.5);

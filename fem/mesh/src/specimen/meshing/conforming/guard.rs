@@ -2,7 +2,7 @@
 
 use crate::mesh::vector::{Point, cross, dot, sub};
 
-/// Returns the cosine of an angle in degrees.
+/// Returns the cosine of an angle that is given in degrees.
 pub(super) fn cosine(degrees: f64) -> f64 {
     degrees.to_radians().cos()
 }
@@ -10,7 +10,8 @@ pub(super) fn cosine(degrees: f64) -> f64 {
 /// Returns the cosine of the smallest dihedral angle of a tetrahedron, or infinity if it is inverted.
 pub(super) fn worst_cosine(p: [Point; 4]) -> f64 {
     let (a, b, c) = (sub(p[1], p[0]), sub(p[2], p[0]), sub(p[3], p[0]));
-    // outward normals of the faces, scaled by area; they add up to zero
+    // outward normals of three faces, scaled by the areas of the faces; the fourth normal follows, because all four
+    // normals add up to zero
     let (n1, n2, n3) = (cross(c, b), cross(a, c), cross(b, a));
     if -dot(a, n1) <= 0.0 {
         return f64::INFINITY;
@@ -34,7 +35,7 @@ mod tests {
     #[test]
     fn dihedral_angles_of_known_tetrahedra() {
         let corner = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-        // the corner tetrahedron has three right angles and three angles of arctan √2 = 54.74°
+        // a tetrahedron at the corner of a cube has three dihedral angles of 90° and three of arctan √2 = 54.74°
         assert!((worst_cosine(corner) - 1.0 / 3.0_f64.sqrt()).abs() < 1e-15);
         let regular = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]];
         assert!(

@@ -4,20 +4,22 @@ use super::interface::Held;
 use super::relocate::{Pull, Relocation, on_tangent};
 use crate::mesh::vector::{Point, add, scale};
 
-/// Lengths of the trial steps, relative to the spacing.
+/// Lengths of the steps that are tried for a node, relative to the spacing.
 const STEPS: [f64; 4] = [0.16, 0.08, 0.04, 0.02];
-/// Maximum change of the distance of an interface node from the interface, relative to the spacing; a larger change
-/// would alter the volumes of grains.
+/// An interface node may change its distance from the interface by at most this value, relative to the spacing. Larger
+/// changes would alter the volumes of grains.
 const MAX_CHANGE: f64 = 0.005;
 
 impl Relocation<'_> {
-    /// Moves each node of a tetrahedron whose smallest dihedral angle is below the angle with cosine `wanted`, so that
-    /// the smallest angle around the node increases. Interface nodes move along the interface.
+    /// Moves the nodes of each flat tetrahedron so that the smallest dihedral angle around each of these nodes
+    /// increases. A tetrahedron is flat if its smallest dihedral angle is below the angle with the cosine `wanted`.
+    /// Interface nodes move along the interface.
     pub(super) fn improve(&mut self, wanted: f64) {
         self.move_all(|this, node| this.better_position(node, wanted));
     }
 
-    /// Returns a better position of a node, or `None` if the angles around the node are good or cannot be improved.
+    /// Returns a better position of a node, or `None` if the dihedral angles around the node are large enough or cannot
+    /// be improved.
     fn better_position(&self, node: u32, wanted: f64) -> Option<Point> {
         let from = self.nodes[node as usize];
         let mut worst = self.worst_around(node, from, f64::INFINITY);

@@ -8,12 +8,13 @@ use crate::mesh::groups::Groups;
 use crate::mesh::topology::FACES;
 use crate::specimen::meshing::adjacency::Adjacency;
 
-/// Number of rings of nodes around an interface that move together with the interface.
+/// Number of rings of nodes around an interface in which nodes move. Ring k consists of the nodes that are k edges away
+/// from the interface.
 const RINGS: u8 = 2;
-/// Ring number of a node that is neither on nor near an interface and does not move.
+/// Ring number of a node that is farther from all interfaces than the last ring and does not move.
 const RESTS: u8 = u8::MAX;
 
-/// Constraints of a node.
+/// Constraints of the movement of a node.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Held {
     /// Whether the node stays on the wall.
@@ -26,18 +27,20 @@ pub(super) struct Held {
 
 /// The interfaces of a labelled mesh, and the nodes that move.
 pub(super) struct Interface {
-    /// Labels of the tetrahedra around each node, in increasing order; empty for a node with only one label.
+    /// For each node on an interface, the labels of the tetrahedra around the node in increasing order; empty for all
+    /// other nodes.
     pub(super) labels: Groups,
-    /// Neighbours of each node on the interface: the other nodes of the interface triangles at the node, repeated for
-    /// each triangle.
+    /// For each node on an interface, its neighbours on the interface: the other nodes of the interface triangles at
+    /// the node. A neighbour is repeated for each triangle.
     pub(super) neighbours: Groups,
     /// Constraints of each node.
     pub(super) held: Vec<Held>,
-    /// Distance of each node from an interface, in edges; 0 on an interface.
+    /// Ring number of each node: the number of edges between the node and the nearest interface; 0 on an interface.
     pub(super) ring: Vec<u8>,
-    /// Triangles between two labels, with both labels (the smaller first).
+    /// Triangles between tetrahedra with different labels, each with both labels (the smaller label first).
     pub(super) triangles: Vec<([u32; 3], [u32; 2])>,
-    /// Groups of nodes that move; two nodes of the same group share no tetrahedron.
+    /// Groups of the nodes that move. Two nodes of the same group share no tetrahedron, so that they can be moved in
+    /// parallel.
     pub(super) groups: Vec<Vec<u32>>,
 }
 
@@ -74,7 +77,7 @@ impl Interface {
     }
 }
 
-/// Returns the triangles between tetrahedra with different labels, each with both labels (the smaller first).
+/// Returns the triangles between tetrahedra with different labels, each with both labels (the smaller label first).
 fn triangles(mesh: &TetMesh, faces: &[[u32; 2]], labels: &[u32]) -> Vec<([u32; 3], [u32; 2])> {
     let between = |&[a, b]: &[u32; 2]| {
         let [one, other] = [a, b].map(|tet| labels[tet as usize]);
@@ -91,7 +94,7 @@ fn triangles(mesh: &TetMesh, faces: &[[u32; 2]], labels: &[u32]) -> Vec<([u32; 3
     faces.par_iter().filter_map(between).collect()
 }
 
-/// Returns the distance of each node from the interface, in edges, up to the last ring.
+/// Returns the ring number of each node: the number of edges between the node and the nearest interface.
 fn rings(mesh: &TetMesh, labels: &Groups) -> Vec<u8> {
     let mut ring: Vec<u8> = (0..mesh.nodes.len())
         .map(|node| if labels.of(node).is_empty() { RESTS } else { 0 })
@@ -110,7 +113,7 @@ fn rings(mesh: &TetMesh, labels: &Groups) -> Vec<u8> {
     ring
 }
 
-/// Divides the nodes that move into groups by greedy graph colouring: each node gets the first colour that no
+/// Divides the nodes that move into groups (colours) by greedy graph colouring: each node gets the first colour that no
 /// neighbouring node has.
 fn groups(mesh: &TetMesh, around: &Adjacency, ring: &[u8]) -> Vec<Vec<u32>> {
     let mut colour = vec![u8::MAX; mesh.nodes.len()];

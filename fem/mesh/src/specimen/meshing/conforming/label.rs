@@ -8,11 +8,12 @@ use crate::mesh::TetMesh;
 use crate::specimen::meshing::adjacency::Adjacency;
 use crate::specimen::meshing::samples::{Sampled, majority};
 
-/// Minimum number of tetrahedra of a connected component; smaller components are relabelled.
+/// Connected components of equal labels with fewer than this number of tetrahedra are relabelled.
 const SMALLEST_COMPONENT: usize = 3;
 
-/// Returns the label of each tetrahedron: the grain that contains most of its samples, or 0. Small components are
-/// relabelled. Grains that do not really touch each other or an end are separated by matrix.
+/// Returns the label of each tetrahedron: the number of the grain that contains most of its sample points, or 0 for
+/// matrix. Small components are relabelled. Grains that share nodes in the mesh although they do not touch in the
+/// specimen are separated by matrix; likewise grains from the ends of the cylinder.
 pub(super) fn labels(how: &Conforming, mesh: &TetMesh, around: &Adjacency) -> Vec<u32> {
     let mut labels: Vec<u32> = (0..mesh.tets.len())
         .into_par_iter()

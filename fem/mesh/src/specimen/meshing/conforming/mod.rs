@@ -1,8 +1,8 @@
 //! Conforming meshes of grains: the tetrahedra of a lattice are labelled, then the nodes are moved onto interfaces.
 //!
-//! The connectivity of the lattice never changes, and the labels do not change after the labelling. Nodes of
-//! interfaces move onto the zero set of the signed distances. Each step is limited so that every adjacent tetrahedron
-//! keeps a minimum dihedral angle; therefore no tetrahedron can be inverted.
+//! The connectivity of the lattice never changes, and the labels do not change after the labelling. Nodes of interfaces
+//! move onto the surfaces of the grains, the zero sets of the signed distances. Each step is limited so that every
+//! adjacent tetrahedron keeps a minimum dihedral angle; therefore no tetrahedron can be inverted.
 
 mod contact;
 mod curve;
@@ -22,17 +22,20 @@ use interface::Interface;
 use relocate::Relocation;
 pub(super) use settings::Conforming;
 
-/// Number of sweeps over all movable nodes before the first correction of volumes.
+/// Number of sweeps, which move every movable node once, before the first correction of the grain volumes.
 const FIRST_SWEEPS: usize = 8;
-/// Number of corrections of the volumes, each followed by two sweeps.
+/// Number of corrections of the grain volumes; two sweeps follow each correction.
 const CORRECTIONS: usize = 8;
-/// Index of the first correction after which flatter tetrahedra are allowed.
+/// The corrections of the grain volumes from this index on are *late* corrections. After late corrections, flatter
+/// tetrahedra are allowed, and the nodes of flat tetrahedra are moved to better positions.
 const LATE: usize = 3;
-/// Minimum dihedral angle in the first sweeps (degrees).
+/// Smallest dihedral angle that the sweeps before the first late correction allow (degrees).
 const GENTLE_DEG: f64 = 24.0;
-/// Minimum dihedral angle in the last sweeps (degrees), unless the user requires a larger angle.
+/// Smallest dihedral angle that the sweeps after late corrections allow (degrees), unless the user requires a larger
+/// angle.
 const LATE_DEG: f64 = 20.2;
-/// Target angle of the improvement pass after late sweeps (degrees).
+/// After late corrections, the nodes of tetrahedra whose smallest dihedral angle is below this value (degrees) are
+/// moved to better positions.
 const WANTED_DEG: f64 = 27.0;
 
 /// Accuracy of a conforming mesh.
@@ -69,7 +72,8 @@ impl Conforming<'_> {
                 let limit = if round < LATE { gentle } else { floor };
                 relocation.sweep(limit);
                 relocation.sweep(limit);
-                // this step belongs to the loop: the next correction compensates the change of volume
+                // the improvement is part of the loop, so that the next correction removes the error of the volumes
+                // that it causes
                 if round >= LATE {
                     relocation.improve(cosine(WANTED_DEG));
                 }

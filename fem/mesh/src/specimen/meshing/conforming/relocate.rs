@@ -13,28 +13,29 @@ use crate::specimen::meshing::adjacency::Adjacency;
 
 /// Step of an interface node along the interface, relative to the distance of the node from the mean of its neighbours.
 const SLIDE: f64 = 0.4;
-/// Tikhonov damping of the normal equations, so that nearly parallel gradients count as one direction.
+/// Tikhonov damping of the normal equations for the step of a node. With damping, nearly parallel gradients count as
+/// one direction.
 const DAMPING: f64 = 0.02;
-/// Maximum step length, relative to the spacing.
+/// Largest length of a step of a node, relative to the spacing.
 const FARTHEST: f64 = 0.35;
-/// Step of the finite differences of distances, relative to the spacing.
+/// Step of the finite differences that give the gradients of signed distances, relative to the spacing.
 const STEP: f64 = 0.02;
-/// Minimum dihedral angle when free nodes are moved (degrees).
+/// Smallest dihedral angle that the movement of a node that is not on an interface may cause (degrees).
 const FREE_DEG: f64 = 32.0;
 /// Minimum number of nodes per parallel task.
 const GRAIN: usize = 64;
 
-/// State of the node movement.
+/// State of the movement of the nodes: the mesh, and the offsets of the grain surfaces.
 pub(super) struct Relocation<'a> {
     pub(super) how: &'a Conforming<'a>,
     pub(super) mesh: &'a TetMesh,
     pub(super) around: &'a Adjacency<'a>,
     pub(super) interface: &'a Interface,
     pub(super) nodes: Vec<Point>,
-    /// Offset of each grain's surface (mm): the mesh represents grain k by the points of signed distance
-    /// `offsets[k - 1]`.
+    /// Offset of each grain's surface (mm). The interface of grain k in the mesh consists of points whose signed
+    /// distance to the grain is `offsets[k - 1]`.
     pub(super) offsets: Vec<f64>,
-    /// Offset (mm) and volume (mm³) of each grain in the previous correction.
+    /// Offset (mm) and volume (mm³) of each grain before the previous correction.
     pub(super) earlier: Vec<Option<(f64, f64)>>,
 }
 
@@ -51,7 +52,7 @@ impl<'a> Relocation<'a> {
         Relocation { how, mesh, around, interface, nodes, offsets, earlier }
     }
 
-    /// Moves every movable node once. No dihedral angle falls below the angle with cosine `limit`; an angle that was
+    /// Moves every movable node once. No dihedral angle falls below the angle with the cosine `limit`; an angle that is
     /// already smaller does not decrease.
     pub(super) fn sweep(&mut self, limit: f64) {
         let free = cosine(FREE_DEG);
@@ -120,9 +121,10 @@ impl<'a> Relocation<'a> {
         self.first_within(node, limit, &steps)
     }
 
-    /// Returns the position after the first acceptable step of `steps` (step, factor). A step is acceptable if no
-    /// [`worst_cosine`] around the node exceeds `limit` afterwards. If no step is acceptable and a cosine exceeds
-    /// `limit` before the step, a step that does not increase the largest cosine is also acceptable.
+    /// Returns the position of the node after the first acceptable step. `steps` contains pairs of a step and the
+    /// factor by which the step is multiplied. A step is acceptable if no [`worst_cosine`] around the node exceeds
+    /// `limit` afterwards. If no step is acceptable and a cosine exceeds `limit` before the step, a step that does not
+    /// increase the largest cosine is also acceptable.
     fn first_within(&self, node: u32, limit: f64, steps: &[(Point, f64)]) -> Option<Point> {
         let here = self.nodes[node as usize];
         let held = self.interface.held[node as usize];
@@ -138,8 +140,8 @@ impl<'a> Relocation<'a> {
         })
     }
 
-    /// Returns the new position of a free node, closer to the mean of its neighbours, or `None` if the node does not
-    /// move.
+    /// Returns the new position of a node that is not on an interface. The new position is closer to the mean of the
+    /// neighbours; `None` if the node does not move.
     fn towards_mean(&self, node: u32, good: f64) -> Option<Point> {
         let here = self.nodes[node as usize];
         let held = self.interface.held[node as usize];
@@ -157,7 +159,7 @@ impl<'a> Relocation<'a> {
         self.first_within(node, good, &[(step, 1.0), (step, 0.5), (step, 0.2)])
     }
 
-    /// Projects a point onto the wall or the end plane to which the constraints confine the node.
+    /// Projects a point onto the wall or the end plane on which the node must stay.
     pub(super) fn hold(&self, held: Held, from: Point, point: Point) -> Point {
         let [mut x, mut y, mut z] = point;
         if held.wall {
@@ -173,8 +175,8 @@ impl<'a> Relocation<'a> {
         [x, y, z]
     }
 
-    /// Returns the residuals of a point (mm): its distances from the surfaces on which the labels meet; empty without
-    /// labels.
+    /// Returns the residuals of a point (mm): its distances from the surfaces on which the labels meet. The result is
+    /// empty if there are no labels.
     pub(super) fn residuals(&self, labels: &[u32], held: Held, point: Point) -> Vec<f64> {
         Pull::new(self, labels, held, point).residuals
     }
@@ -195,10 +197,12 @@ pub(super) fn on_tangent(held: Held, at: Point, mut step: Point) -> Point {
     step
 }
 
-/// Linearised conditions (distances and gradients) for moving a point to the surface on which its labels meet.
+/// Linearised conditions for the movement of a point to the surface on which its labels meet: residuals (distances) and
+/// their gradients.
 ///
 /// At an interface between matrix and grains, the residuals are the distances to the grains. At an interface between
-/// grains only, the residuals are the deviations of these distances from their mean.
+/// grains without matrix, the residuals are the deviations of the distances to the grains from the mean of these
+/// distances.
 pub(super) struct Pull {
     residuals: Vec<f64>,
     gradients: Vec<Point>,

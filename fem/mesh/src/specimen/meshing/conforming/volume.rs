@@ -5,11 +5,13 @@ use rayon::prelude::*;
 use super::relocate::Relocation;
 use crate::mesh::vector::{Point, add, cross, norm, scale, sub};
 
-/// Maximum offset, relative to the spacing.
+/// Largest offset of a grain surface, relative to the spacing.
 const LARGEST: f64 = 0.3;
-/// Bounds of the derivative of a grain's volume with respect to the grain's offset, relative to the area of the grain.
+/// Lower and upper bound for the derivative of a grain's volume with respect to the offset of its surface, relative to
+/// the area of the surface.
 const SLOPES: [f64; 2] = [0.3, 1.3];
-/// Quadrature weights for each corner, each edge midpoint and the centre of a triangle; exact for cubic polynomials.
+/// Quadrature weights on a triangle, exact for cubic polynomials: for each corner, for each edge midpoint, and for the
+/// centre.
 const CORNER: f64 = 0.05;
 const MIDDLE: f64 = 2.0 / 15.0;
 const CENTRE: f64 = 0.45;
@@ -78,7 +80,7 @@ impl Relocation<'_> {
         if area > 0.0 { (squares / area).sqrt() } else { 0.0 }
     }
 
-    /// Returns the signed distance of a point from the exact interface between two labels (the smaller first).
+    /// Returns the signed distance of a point from the exact interface between two labels (the smaller label first).
     fn true_distance(&self, [a, b]: [u32; 2], point: [f64; 3]) -> f64 {
         let field = self.how.field;
         match a {
