@@ -120,10 +120,10 @@ pub use fem_mesh::{
     Block, BlockError, Cavity, ConvexPolyhedron, CylinderLattice, FractionTarget, Grain,
     GrainField, GrainForm, GrainList, GrainMode, GrainShape, GrainVolume, HexSplit,
     ImportedSurfaces, LabelReport, Labelling, LatticeError, MeshError, MeshReport, Meshed,
-    MeshedGrain, MeshedPhase, Meshing, MeshingError, Mixture, Packing, PackingError, Quality, RoundBar, Scan,
-    ScanError, Scanner, SeparateError, Separated, SizeClass, Surface, SurfaceAxis, SurfaceError,
-    SurfaceGrains, SurfaceImport, SurfaceImportError, TetMesh, VoxelGrains, Wall, decimated,
-    enclosing_cylinder, gmsh, label, least_gap_mm, separated, stl, vtu,
+    MeshedGrain, MeshedPhase, Meshing, MeshingError, Mixture, Packing, PackingError, Quality,
+    RoundBar, Scan, ScanError, Scanner, SeparateError, Separated, SizeClass, Surface, SurfaceAxis,
+    SurfaceError, SurfaceGrains, SurfaceImport, SurfaceImportError, TetMesh, VoxelGrains, Wall,
+    decimated, enclosing_cylinder, gmsh, label, least_gap_mm, separated, stl, vtu,
 };
 pub use fields::{Fields, LawState};
 pub use material::{

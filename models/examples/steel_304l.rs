@@ -169,7 +169,10 @@ fn main() -> Result<(), Error> {
     let compared = curves(&directory.join("compared"), 0.015, &compared)?;
     println!("mode {mode:.4?}");
     for row in quantities(&compared)? {
-        println!("over the mean of the bars {:.4?}", difference(&row, &mean(&measured)).map(f64::exp));
+        println!(
+            "over the mean of the bars {:.4?}",
+            difference(&row, &mean(&measured)).map(f64::exp)
+        );
     }
     let mut stresses = Chart::new("engineering strain", "engineering stress (MPa)");
     for (k, bar) in bars.iter().enumerate() {

@@ -102,8 +102,12 @@ fn a_taper_localises_the_neck_in_the_middle() {
         assert!(matches!(outcome.end, End::Displacement), "{:?}", outcome.end);
         let curve = test.engineering_curve(&outcome.curve);
         let peak = curve.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
-        println!("taper {taper_mm} mm: {:.2} MPa at {:.3}, in one dimension {largest_mpa:.2} MPa at {:.3}",
-            peak.1, peak.0, strain.exp_m1());
+        println!(
+            "taper {taper_mm} mm: {:.2} MPa at {:.3}, in one dimension {largest_mpa:.2} MPa at {:.3}",
+            peak.1,
+            peak.0,
+            strain.exp_m1()
+        );
         assert!((peak.1 / largest_mpa - 1.0).abs() < 5e-3, "{peak:?} {largest_mpa}");
         assert!(peak.0 < strain.exp_m1(), "{peak:?} {strain}");
         strains_at_peak.push(peak.0);

@@ -89,7 +89,10 @@ fn impossible_bars_are_refused_with_their_field() {
         error(RoundBar { taper_mm: -0.1, ..BAR }),
         LatticeError::OutOfRange { field: "taper_mm", .. }
     ));
-    assert!(matches!(error(RoundBar { taper_mm: f64::NAN, ..BAR }), LatticeError::OutOfRange { .. }));
+    assert!(matches!(
+        error(RoundBar { taper_mm: f64::NAN, ..BAR }),
+        LatticeError::OutOfRange { .. }
+    ));
     assert!(matches!(error(RoundBar { spacing_mm: 2.0, ..BAR }), LatticeError::TooCoarse { .. }));
     assert!(matches!(error(RoundBar { spacing_mm: 1e-3, ..BAR }), LatticeError::TooFine { .. }));
 }

@@ -28,8 +28,8 @@ use ppl::Posterior;
 use ppl::prelude::*;
 
 pub use error::TensionError;
-pub(crate) use experiment::{MPA_PER_KSI, read_engineering_curves};
 pub use experiment::{HardeningPoint, TensionTest, Unloading, read_tension_tests};
+pub(crate) use experiment::{MPA_PER_KSI, read_engineering_curves};
 pub use law::{HardeningLaw, REFERENCE_STRAIN, Swift, Voce};
 pub use loo::loo_by_specimen;
 

@@ -37,7 +37,9 @@ pub struct BarPeak {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BarCurveError {
     /// The curve does not reach a strain.
-    #[error("specimen {specimen}: no reading at a strain of {strain}; the curve covers {from} to {to}")]
+    #[error(
+        "specimen {specimen}: no reading at a strain of {strain}; the curve covers {from} to {to}"
+    )]
     NotCovered {
         /// Name of the specimen.
         specimen: String,

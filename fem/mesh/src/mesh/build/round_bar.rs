@@ -90,7 +90,8 @@ impl RoundBar {
         let heights = self.heights();
         let layers = heights.len() - 1;
         let level = section.points.len() as u32;
-        let nodes = heights.iter().flat_map(|&z| section.points.iter().map(move |&[x, y]| [x, y, z]));
+        let nodes =
+            heights.iter().flat_map(|&z| section.points.iter().map(move |&[x, y]| [x, y, z]));
         let hexahedra: Vec<[u32; 8]> = (0..layers as u32)
             .flat_map(|layer| {
                 section.quads.iter().map(move |quad| {
@@ -99,15 +100,16 @@ impl RoundBar {
             })
             .collect();
         let near = 1e-6 * self.radius_mm;
-        let mut mesh = hexahedra::six(nodes.collect(), &hexahedra).with_surfaces(|[x, y, _], normal| {
-            Some(match normal {
-                [_, _, n] if n < -0.5 => "bottom",
-                [_, _, n] if n > 0.5 => "top",
-                _ if x < near => "left",
-                _ if y < near => "front",
-                _ => "side",
-            })
-        });
+        let mut mesh =
+            hexahedra::six(nodes.collect(), &hexahedra).with_surfaces(|[x, y, _], normal| {
+                Some(match normal {
+                    [_, _, n] if n < -0.5 => "bottom",
+                    [_, _, n] if n > 0.5 => "top",
+                    _ if x < near => "left",
+                    _ if y < near => "front",
+                    _ => "side",
+                })
+            });
         self.curve(&mut mesh);
         let points = mesh.edge_points.iter_mut().map(|(_, point)| point);
         for [x, y, z] in mesh.nodes.iter_mut().chain(points) {
@@ -227,10 +229,7 @@ impl QuarterSection {
                 let angle = FRAC_PI_2 * k as f64 / (2 * n) as f64;
                 // the nodes on the axes lie exactly in the planes of symmetry
                 let [cos, sin] = [if k == 2 * n { 0.0 } else { angle.cos() }, angle.sin()];
-                points.push([
-                    (1.0 - t) * x + t * radius * cos,
-                    (1.0 - t) * y + t * radius * sin,
-                ]);
+                points.push([(1.0 - t) * x + t * radius * cos, (1.0 - t) * y + t * radius * sin]);
             }
         }
         let around = |ring: usize, k: usize| match ring {
