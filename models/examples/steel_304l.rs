@@ -25,6 +25,7 @@ type Error = Box<dyn std::error::Error>;
 
 /// Quantities of a bar: stresses at these engineering strains, largest stress, strain at the largest stress.
 pub const STRAINS: [f64; 7] = [0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.7];
+/// Number of quantities.
 pub const M: usize = STRAINS.len() + 2;
 /// Error of the law in each quantity, relative to its error in a stress: 1 % of stress moves the flat peak by far more.
 const LAW_ERRORS: [f64; M] = [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 3.0];
@@ -51,9 +52,9 @@ ppl::model! {
         let rise_mpa ~ Uniform(RANGES[1][0], RANGES[1][1]);
         let rate ~ Uniform(RANGES[2][0], RANGES[2][1]);
         let log10_c ~ Uniform(RANGES[3][0], RANGES[3][1]);
-        let law = law([yield_mpa, rise_mpa, rate, log10_c]);
-        #[track] let saturation_mpa = law.saturation_mpa;
-        #[track] let c = law.c;
+        let flow = law([yield_mpa, rise_mpa, rate, log10_c]);
+        #[track] let saturation_mpa = flow.saturation_mpa;
+        #[track] let c = flow.c;
 
         // errors of law and surrogate, which all bars share; scatter between bars
         let law_error ~ HalfNormal(0.02);
@@ -74,7 +75,7 @@ ppl::model! {
         let offset_factor ~ Uniform(0.5, 1.75);
         let rate_scatter ~ HalfNormal(0.2);
         for test in rates {
-            let expected = offset_factor * yield_mpa * law.rate_factor(test.rate_per_s);
+            let expected = offset_factor * yield_mpa * flow.rate_factor(test.rate_per_s);
             test.yield_mpa ~ LogNormal(expected.ln(), rate_scatter);
         }
     }
@@ -137,8 +138,8 @@ fn main() -> Result<(), Error> {
     let points = DesignMethod::Sobol.sample(&inputs, RUNS[0], 1)?;
     let coarse = quantities(&curves(&directory.join("runs"), 0.03, &points)?)?;
     let fine = quantities(&curves(&directory.join("fine"), 0.015, &points[..RUNS[1]])?)?;
-    let pairs = fine.iter().zip(&coarse);
-    let corrections: Vec<_> = pairs.map(|(fine, coarse)| difference(fine, coarse)).collect();
+    let corrections: Vec<_> =
+        fine.iter().zip(&coarse).map(|(fine, coarse)| difference(fine, coarse)).collect();
     let correction = mean(&corrections);
     println!("finer mesh, logarithms of the ratios: {corrections:.4?}, mean {correction:.4?}");
     let outputs = (0..M).map(|k| format!("quantity_{k}")).collect();
@@ -167,12 +168,9 @@ fn main() -> Result<(), Error> {
     let mode = NAMES.map(|name| mode.values(name).map_or(f64::NAN, |values| values[0]));
     let compared = [mode, MATCAL].map(|x| x.to_vec());
     let compared = curves(&directory.join("compared"), 0.015, &compared)?;
-    println!("mode {mode:.4?}");
     for row in quantities(&compared)? {
-        println!(
-            "over the mean of the bars {:.4?}",
-            difference(&row, &mean(&measured)).map(f64::exp)
-        );
+        let ratio = difference(&row, &mean(&measured)).map(f64::exp);
+        println!("simulated quantities over the means of the bars {ratio:.4?}");
     }
     let mut stresses = Chart::new("engineering strain", "engineering stress (MPa)");
     for (k, bar) in bars.iter().enumerate() {

@@ -79,7 +79,7 @@ fn impossible_tests_are_refused_with_their_field() {
 /// strained, so that the extensometer shows a smaller strain than Considère's, and the more so the larger the taper.
 #[test]
 fn a_taper_localises_the_neck_in_the_middle() {
-    let (yield_mpa, saturation_mpa, rate) = (263.8, 1100.94, 1.945_57);
+    let (yield_mpa, saturation_mpa, rate) = (263.8_f64, 1100.94_f64, 1.945_57_f64);
     let limit = yield_mpa + saturation_mpa;
     let strain = (saturation_mpa * (rate + 1.0) / limit).ln() / rate;
     let largest_mpa = (limit - saturation_mpa * (-rate * strain).exp()) * (-strain).exp();

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::error::InputError;
-use crate::table::CsvTable;
+use crate::table::{CsvTable, TableRow};
 use crate::tension::MPA_PER_KSI;
 
 /// Yield stress of one specimen at one strain rate.
@@ -23,7 +23,7 @@ pub struct RateTest {
 pub fn read_rate_tests(file: &Path) -> Result<Vec<RateTest>, InputError> {
     let (rate, stress) = ("engineering_strain_rate_per_s", "yield_ksi");
     let table = CsvTable::read(file, &[rate, stress])?;
-    let test = |row: crate::table::TableRow<'_>| {
+    let test = |row: TableRow<'_>| -> Result<RateTest, InputError> {
         let rate_per_s = row.positive(rate)?;
         Ok(RateTest { rate_per_s, yield_mpa: MPA_PER_KSI * row.positive(stress)? })
     };
