@@ -29,9 +29,10 @@ pub const STRAINS: [f64; 7] = [0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.7];
 pub const M: usize = STRAINS.len() + 2;
 /// Error of the law in each quantity, relative to its error in a stress: 1 % of stress moves the flat peak by far more.
 const LAW_ERRORS: [f64; M] = [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 3.0];
-/// Unknowns and their ranges. The rise of the stress up to a plastic strain of 0.3 replaces the saturation stress, which
+/// Unknowns. The rise of the stress up to a plastic strain of 0.3 replaces the saturation stress, which
 /// the bars determine only together with the rate of hardening.
 pub const NAMES: [&str; 4] = ["yield_mpa", "rise_mpa", "rate", "log10_c"];
+/// Ranges of the unknowns.
 pub const RANGES: [[f64; 2]; 4] = [[205.0, 265.0], [440.0, 520.0], [1.1, 2.2], [-1.7, -1.1]];
 /// MatCal's point.
 const MATCAL: [f64; 4] = [233.22, 486.78, 1.945_57, -1.400_12];
