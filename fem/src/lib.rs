@@ -121,8 +121,8 @@ pub use fem_mesh::{
     GrainField, GrainForm, GrainList, GrainMode, GrainShape, GrainVolume, HexSplit,
     ImportedSurfaces, InterfaceSurface, LabelReport, Labelling, LatticeError, MeshError,
     MeshReport, Meshed, MeshedGrain, MeshedPhase, Meshing, MeshingError, Mixture, Packing,
-    PackingError, Quality, Scan, ScanError, Scanner, SeparateError, Separated, SizeClass, Surface,
-    SurfaceAxis, SurfaceError, SurfaceGrains, SurfaceImport, SurfaceImportError, TetMesh,
+    PackingError, Quality, RoundBar, Scan, ScanError, Scanner, SeparateError, Separated, SizeClass,
+    Surface, SurfaceAxis, SurfaceError, SurfaceGrains, SurfaceImport, SurfaceImportError, TetMesh,
     VoxelGrains, Wall, decimated, enclosing_cylinder, gmsh, label, least_gap_mm, separated, stl,
     vtu,
 };
@@ -143,6 +143,6 @@ pub use problem::{
     Evaluation, FixedSteps, Friction, Interface, LoadProgram, LoadStepper, MaterialParameter,
     Observer, Outcome, Platens, Problem, ProblemBuilder, ProblemWarning, ProgramPoint,
     ProgramSteps, Progress, Schedule, SegmentSteps, Sensitivities, Step, StepController,
-    read_curve, write_curve,
+    TensionTest, read_curve, write_curve,
 };
 pub use solve::{Effort, LinearScheme, Scheme, SolverOptions};

@@ -54,7 +54,7 @@ pub use breccia_calibration::{
     RelaxedFraction, Separator, Slope, Specimen, SpecimenTable, Specimens, TableColumn, TestAtDraw,
     TestCurve, TestDraws, TestGroup, Trend, Unit, UnloadingSlope, calibrate, calibrate_after,
     calibrate_groups, calibrate_tests, calibration_of_draws, calibration_on,
-    calibration_over_groups, calibration_over_tests, hyperelastic, tension,
+    calibration_over_groups, calibration_over_tests, hyperelastic, tension, viscoplastic,
 };
 use breccia_calibration::{
     budget, curve_check, error, experiment, fracture, further_test, machine, predicted_curve,

@@ -36,7 +36,7 @@ pub use error::MeshError;
 pub use mesh::Groups;
 pub use mesh::{
     Block, BlockError, Cavity, CylinderLattice, HexSplit, InterfaceSurface, LatticeError, Mixture,
-    Quality, Surface, TetMesh, Wall, decimated, gmsh, stl, vtu,
+    Quality, RoundBar, Surface, TetMesh, Wall, decimated, gmsh, stl, vtu,
 };
 pub use specimen::{
     ConvexPolyhedron, FractionTarget, Grain, GrainField, GrainForm, GrainList, GrainMode,

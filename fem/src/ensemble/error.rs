@@ -75,12 +75,12 @@ pub enum EnsembleError {
         /// Whether the checksum is missing, or how it differs from the content.
         reason: String,
     },
-    /// The input of a run is invalid.
+    /// The input of a run is invalid, or the curve of a failed run is requested.
     #[error("run {id}: {message}")]
     Run {
         /// Number of the run.
         id: usize,
-        /// The problem and its remedy.
+        /// The problem, and its remedy if there is one.
         message: String,
     },
     /// The threads could not be started.

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use super::error::EnsembleError;
 use crate::problem::{CurvePoint, Sensitivities};
 
 /// The input of a run.
@@ -13,6 +14,14 @@ pub struct RunInput {
     pub id: usize,
     /// Values of the inputs, in the order of the input names.
     pub inputs: Vec<f64>,
+}
+
+impl RunInput {
+    /// Creates one run for each point of a design, numbered from 0.
+    pub fn numbered(points: &[Vec<f64>]) -> Vec<RunInput> {
+        let run = |(id, inputs): (usize, &Vec<f64>)| RunInput { id, inputs: inputs.clone() };
+        points.iter().enumerate().map(run).collect()
+    }
 }
 
 /// The result of a run, as stored in its file.
@@ -88,6 +97,19 @@ impl RunRecord {
         let (id, inputs) = (run.id, run.inputs.clone());
         let RunResults { curve, sensitivities, values } = results;
         RunRecord { id, names, inputs, status, end, seconds, curve, sensitivities, values }
+    }
+
+    /// Returns the curve of a finished run.
+    ///
+    /// # Errors
+    /// [`EnsembleError::Run`] with the reason if the run failed.
+    pub fn finished_curve(&self) -> Result<&[CurvePoint], EnsembleError> {
+        match &self.status {
+            RunStatus::Finished => Ok(&self.curve),
+            RunStatus::Failed(reason) => {
+                Err(EnsembleError::Run { id: self.id, message: format!("failed: {reason}") })
+            }
+        }
     }
 
     /// Returns the names and values of the inputs, as text for messages.

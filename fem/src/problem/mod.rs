@@ -14,7 +14,7 @@
 //! 9. `stepping`: increments, and the loop over load steps
 //! 10. `evaluation`: stress, energy and forces of fields
 //! 11. `problem`: builder, problem, runs
-//! 12. `compression_test`: the unconfined compression test
+//! 12. `compression_test`, `tension_test`: the unconfined compression test, the tension test of a round bar
 
 mod compression_test;
 mod control;
@@ -29,6 +29,7 @@ mod problem;
 mod sensitivity;
 mod state;
 mod stepping;
+mod tension_test;
 
 pub(crate) use definition::Fingerprint;
 
@@ -45,3 +46,4 @@ pub use parameter::MaterialParameter;
 pub use problem::{Problem, ProblemBuilder};
 pub use state::Checkpoint;
 pub use stepping::{LoadStepper, Observer};
+pub use tension_test::TensionTest;

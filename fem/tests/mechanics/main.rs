@@ -29,6 +29,7 @@ mod program;
 mod rate_independent;
 mod reference_cylinder;
 mod refusals;
+mod round_bar;
 mod sensitivity;
 mod solution;
 mod state_sensitivity;

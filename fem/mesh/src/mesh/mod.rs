@@ -17,7 +17,7 @@ pub(crate) mod vector;
 pub mod vtu;
 
 pub(crate) use build::WallSection;
-pub use build::{Block, BlockError, CylinderLattice, HexSplit, LatticeError, Wall};
+pub use build::{Block, BlockError, CylinderLattice, HexSplit, LatticeError, RoundBar, Wall};
 pub use cavities::Cavity;
 pub use groups::Groups;
 pub use interface::InterfaceSurface;

@@ -10,6 +10,7 @@ mod mesh;
 mod meshing;
 mod phases;
 mod programs;
+mod round_bar;
 mod scanner;
 mod separation;
 mod specimen;

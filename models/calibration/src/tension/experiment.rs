@@ -6,7 +6,7 @@ use crate::error::InputError;
 use crate::table::CsvTable;
 
 /// 1 ksi in MPa.
-const MPA_PER_KSI: f64 = 6.894_757_293_168;
+pub(crate) const MPA_PER_KSI: f64 = 6.894_757_293_168;
 /// Plastic strain that defines the yield point; hardening curves begin here.
 const OFFSET_STRAIN: f64 = 0.002;
 /// Least number of points of a hardening curve.
@@ -90,6 +90,32 @@ impl TensionTest {
     }
 }
 
+/// Reads the readings (engineering strain, engineering stress in MPa) of each specimen from a table with the columns
+/// `specimen,engineering_strain,engineering_stress_ksi`. The specimens are in the order of their first lines.
+///
+/// # Errors
+/// If a value is missing or wrong. The error names line, column and value.
+pub(crate) fn read_engineering_curves(
+    file: &Path,
+) -> Result<Vec<(String, Vec<(f64, f64)>)>, InputError> {
+    let (strain, stress) = ("engineering_strain", "engineering_stress_ksi");
+    let table = CsvTable::read(file, &["specimen", strain, stress])?;
+    let mut curves: Vec<(String, Vec<(f64, f64)>)> = Vec::new();
+    for row in table.rows() {
+        let reading = (row.number(strain)?, MPA_PER_KSI * row.number(stress)?);
+        if !(-0.1..5.0).contains(&reading.0) {
+            let help = "Engineering strain is elongation over gauge length: 0.6, not 60 %.";
+            return Err(row.error(strain, "must lie between -0.1 and 5", help));
+        }
+        let name = row.text("specimen");
+        match curves.iter_mut().find(|(known, _)| known == name) {
+            Some((_, readings)) => readings.push(reading),
+            None => curves.push((name.to_owned(), vec![reading])),
+        }
+    }
+    Ok(curves)
+}
+
 /// Reads a table with the columns `specimen,engineering_strain,engineering_stress_ksi`, one line per reading. The
 /// specimens are in the order of their first lines. `young_mpa` is Young's modulus in MPa. [`TensionTest::unloading`]
 /// contains the readings that were omitted.
@@ -102,22 +128,8 @@ pub fn read_tension_tests(
     young_mpa: f64,
     unloading: Unloading,
 ) -> Result<Vec<TensionTest>, InputError> {
-    let (strain, stress) = ("engineering_strain", "engineering_stress_ksi");
-    let table = CsvTable::read(file, &["specimen", strain, stress])?;
-    let mut readings: Vec<(&str, Vec<(f64, f64)>)> = Vec::new();
-    for row in table.rows() {
-        let reading = (row.number(strain)?, MPA_PER_KSI * row.number(stress)?);
-        if !(-0.1..5.0).contains(&reading.0) {
-            let help = "Engineering strain is elongation over gauge length: 0.6, not 60 %.";
-            return Err(row.error(strain, "must lie between -0.1 and 5", help));
-        }
-        let name = row.text("specimen");
-        match readings.iter_mut().find(|(known, _)| *known == name) {
-            Some((_, readings)) => readings.push(reading),
-            None => readings.push((name, vec![reading])),
-        }
-    }
-    let test_of = |(name, all): &(&str, Vec<(f64, f64)>)| {
+    let readings = read_engineering_curves(file)?;
+    let test_of = |(name, all): &(String, Vec<(f64, f64)>)| {
         TensionTest::of_readings(name, all, young_mpa, unloading)
     };
     let tests: Vec<TensionTest> = readings.iter().map(test_of).collect();

@@ -29,6 +29,7 @@ use ppl::prelude::*;
 
 pub use error::TensionError;
 pub use experiment::{HardeningPoint, TensionTest, Unloading, read_tension_tests};
+pub(crate) use experiment::{MPA_PER_KSI, read_engineering_curves};
 pub use law::{HardeningLaw, REFERENCE_STRAIN, Swift, Voce};
 pub use loo::loo_by_specimen;
 

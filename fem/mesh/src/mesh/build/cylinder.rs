@@ -112,7 +112,7 @@ pub struct CylinderLattice {
     pub spacing_mm: f64,
 }
 
-/// Error of a cylinder that cannot be meshed.
+/// Error of a cylinder or a round bar that cannot be meshed.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LatticeError {
@@ -123,6 +123,16 @@ pub enum LatticeError {
         field: &'static str,
         /// Value of the field (mm).
         value: f64,
+    },
+    /// A length outside its range.
+    #[error("{field} = {value} mm is outside 0 … {most} mm")]
+    OutOfRange {
+        /// Name of the field.
+        field: &'static str,
+        /// Value of the field (mm).
+        value: f64,
+        /// Largest value allowed (mm).
+        most: f64,
     },
     /// A spacing that is too coarse to resolve the circle.
     #[error(

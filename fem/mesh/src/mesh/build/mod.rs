@@ -3,7 +3,9 @@
 mod block;
 mod cylinder;
 mod hexahedra;
+mod round_bar;
 
 pub use block::{Block, BlockError, HexSplit};
 pub(crate) use cylinder::WallSection;
 pub use cylinder::{CylinderLattice, LatticeError, Wall};
+pub use round_bar::RoundBar;
