@@ -6,8 +6,6 @@
 //! 4. `draws`: the posterior as each single test sees it
 
 mod correlation;
-#[cfg(test)]
-mod coverage;
 mod draws;
 mod model;
 mod prepared;
