@@ -119,11 +119,12 @@ pub use fem_image::{
 pub use fem_mesh::{
     Block, BlockError, Cavity, ConvexPolyhedron, CylinderLattice, FractionTarget, Grain,
     GrainField, GrainForm, GrainList, GrainMode, GrainShape, GrainVolume, HexSplit,
-    ImportedSurfaces, LabelReport, Labelling, LatticeError, MeshError, MeshReport, Meshed,
-    MeshedGrain, MeshedPhase, Meshing, MeshingError, Mixture, Packing, PackingError, Quality,
-    RoundBar, Scan, ScanError, Scanner, SeparateError, Separated, SizeClass, Surface, SurfaceAxis,
-    SurfaceError, SurfaceGrains, SurfaceImport, SurfaceImportError, TetMesh, VoxelGrains, Wall,
-    decimated, enclosing_cylinder, gmsh, label, least_gap_mm, separated, stl, vtu,
+    ImportedSurfaces, InterfaceSurface, LabelReport, Labelling, LatticeError, MeshError,
+    MeshReport, Meshed, MeshedGrain, MeshedPhase, Meshing, MeshingError, Mixture, Packing,
+    PackingError, Quality, RoundBar, Scan, ScanError, Scanner, SeparateError, Separated, SizeClass,
+    Surface, SurfaceAxis, SurfaceError, SurfaceGrains, SurfaceImport, SurfaceImportError, TetMesh,
+    VoxelGrains, Wall, decimated, enclosing_cylinder, gmsh, label, least_gap_mm, separated, stl,
+    vtu,
 };
 pub use fields::{Fields, LawState};
 pub use material::{
@@ -139,8 +140,9 @@ pub use operator::CellStress;
 pub use parallel::{Communicator, RankLost, Ranks};
 pub use problem::{
     AdaptiveSteps, ArcLength, Checkpoint, CompressionTest, CurvePoint, CurveWriter, End,
-    Evaluation, FixedSteps, Friction, LoadStepper, MaterialParameter, Observer, Outcome, Platens,
-    Problem, ProblemBuilder, ProblemWarning, Progress, Schedule, Sensitivities, Step,
-    StepController, TensionTest, read_curve, write_curve,
+    Evaluation, FixedSteps, Friction, Interface, LoadProgram, LoadStepper, MaterialParameter,
+    Observer, Outcome, Platens, Problem, ProblemBuilder, ProblemWarning, ProgramPoint,
+    ProgramSteps, Progress, Schedule, SegmentSteps, Sensitivities, Step, StepController,
+    TensionTest, read_curve, write_curve,
 };
 pub use solve::{Effort, LinearScheme, Scheme, SolverOptions};

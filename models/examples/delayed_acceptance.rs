@@ -15,10 +15,10 @@ use std::sync::Mutex;
 use fem::{CompressionTest, CylinderLattice, Fracture, Material, Packing, PhaseField, Problem};
 use fem::{Schedule, label};
 use models::report::{Chart, Ink};
-use models::{Prior, Qois, TestCurve, calibration};
+use models::{Prior, Qois, Specimens, TestCurve, calibration_on};
 use ppl::prelude::*;
 use ppl::{DomainError, Posterior};
-use surrogate::{Dataset, DesignMethod, DynPce, FitOptions, Input, Pce};
+use surrogate::{Dataset, DesignMethod, DynPce, FitOptions, Input};
 
 type Error = Box<dyn std::error::Error>;
 const NAMES: [&str; 3] = ["young_mpa", "toughness_n_per_mm", "viscosity_mpa_s"];
@@ -72,7 +72,7 @@ impl Simulation {
         let run = self.test.with_materials(materials(x).to_vec())?.run(&mut ());
         let points = run.curve.iter().map(|p| (p.displacement_mm, p.force_n));
         let (displacement_mm, force_n) = [(0.0, 0.0)].into_iter().chain(points).unzip();
-        let q = Qois::of(&TestCurve { displacement_mm, force_n }, 0.3)?;
+        let q = Qois::of(&TestCurve::new(displacement_mm, force_n), 0.3)?;
         let found = [q.slope_n_per_mm, q.peak_force_n, q.displacement_at_peak_mm];
         writeln!(lock()?.1, "{},{};", key(x), key(&found))?;
         lock()?.0.insert(key(x), found);
@@ -80,14 +80,19 @@ impl Simulation {
     }
 }
 
-impl Differentiable<3, 3> for Simulation {
-    fn value_and_jacobian(&self, _: &[f64; 3]) -> Result<([f64; 3], [[f64; 3]; 3]), DomainError> {
+impl DynDifferentiable for Simulation {
+    fn outputs(&self) -> usize {
+        3
+    }
+
+    fn value_and_jacobian(&self, _: &[f64]) -> Result<(Vec<f64>, Vec<Vec<f64>>), DomainError> {
         Err(DomainError::new("a random walk asks for no derivatives"))
     }
 
-    fn value(&self, x: &[f64; 3]) -> Result<[f64; 3], DomainError> {
+    fn value(&self, x: &[f64]) -> Result<Vec<f64>, DomainError> {
+        let x = x.try_into().map_err(|_| DomainError::new("a simulation has three parameters"))?;
         let found = self.run(x).map_err(|error| DomainError::new(error.to_string()))?;
-        Ok([0, 1, 2].map(|m| found[m] / self.units[m]))
+        Ok((0..3).map(|m| found[m] / self.units[m]).collect())
     }
 }
 
@@ -101,21 +106,21 @@ fn main() -> Result<(), Error> {
     let point = |k: i32| [280.0 + 6.0 * part(k, 3), 2.5e-3, 0.3 + 0.01 * part(k, 5)];
     let found = (0..6).map(|k| simulation.run(&point(k))).collect::<Result<Vec<_>, _>>()?;
     let units = [0, 1, 2].map(|m| found.iter().map(|q| q[m]).sum::<f64>() / 6.0);
-    let qois: Vec<_> = found.iter().map(|q| [0, 1, 2].map(|m| q[m] / units[m])).collect();
+    let relative = |q: &[f64; 3]| -> Vec<f64> { (0..3).map(|m| q[m] / units[m]).collect() };
+    let specimens = Specimens::new(&found.iter().map(relative).collect::<Vec<_>>())?;
     simulation.units = units;
     let inputs = NAMES.iter().zip(PRIOR).map(|(name, [low, high])| Input::new(*name, low, high));
     let inputs = inputs.collect::<Result<Vec<_>, _>>()?;
     let outputs = ["slope", "peak", "displacement"].map(str::to_owned).to_vec();
     let mut runs = Dataset::new(inputs.clone(), outputs, "one packing")?;
     for x in DesignMethod::LatinHypercube.sample(&inputs, 30, 1)? {
-        runs.push(&x, &simulation.value(&[x[0], x[1], x[2]])?)?;
+        runs.push(&x, &simulation.value(&x)?)?;
     }
     let fit = DynPce::fit(&runs, &FitOptions::default())?;
-    let pce: Pce<3, 3> = fit.pce.try_into()?;
     // the same statistical model with the surrogate and with the simulation
     let priors = PRIOR.map(|[low, high]| Prior::uniform(low, high));
-    let cheap = calibration(&pce, &qois, &priors);
-    let exact = calibration(&simulation, &qois, &priors);
+    let cheap = calibration_on(&fit.pce, &priors, &specimens);
+    let exact = calibration_on(&simulation, &priors, &specimens);
     let screened = Nuts::default().draws(4000).target_accept(0.95).seed(1).sample(&cheap)?;
     // each of four chains: warm-up of 2000 transitions on the surrogate alone and ten with the simulation, then 150
     // stored draws
@@ -132,13 +137,14 @@ fn main() -> Result<(), Error> {
     println!("parameter,by surrogate,sd,by simulation,sd,R-hat,difference in standard errors");
     let (a, b) = (screened.summary(), decided.summary());
     let mut panels = Vec::new();
-    for (name, (low, high)) in NAMES.iter().zip(PRIOR.map(|[low, high]| (low, high))) {
-        let (Some(s), Some(d)) = (a.row(name), b.row(name)) else { continue };
+    for (k, (name, [low, high])) in NAMES.iter().zip(PRIOR).enumerate() {
+        let parameter = format!("theta[{k}]");
+        let (Some(s), Some(d)) = (a.row(&parameter), b.row(&parameter)) else { continue };
         let numbers = [s.mean, s.sd, d.mean, d.sd].map(|x| format!("{x:.5}")).join(",");
         let gap = (d.mean - s.mean) / d.mcse_mean.hypot(s.mcse_mean);
         println!("{name},{numbers},{:.3},{gap:.1}", d.rhat);
         let cumulative = |posterior: &Posterior| {
-            let mut draws = posterior.trace(name).unwrap_or_default().concat();
+            let mut draws = posterior.trace(&parameter).unwrap_or_default().concat();
             draws.sort_by(f64::total_cmp);
             let n = draws.len() as f64;
             draws.into_iter().enumerate().map(move |(k, x)| (x, (k as f64 + 0.5) / n))

@@ -5,6 +5,7 @@ mod cluster;
 mod failure;
 mod init;
 mod output;
+mod prony;
 mod ranks;
 mod replace;
 
@@ -14,8 +15,8 @@ use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::{
-    CaseFile, FolderAccess, InputError, PartStatus, Registry, STAGES, Stage, StageStatus, Study,
-    StudyFile, SurfaceOptions, Workflow, WorkflowError, missing_case,
+    CaseFile, FolderAccess, InputError, JointWorkflow, PartStatus, Registry, STAGES, Stage,
+    StageStatus, Study, StudyFile, SurfaceOptions, Workflow, WorkflowError, missing_case,
 };
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -26,6 +27,7 @@ use cluster::{Jobs, Sharing, slurm, slurm_study};
 use failure::Failure;
 use init::{init, init_own_data};
 use output::print_line;
+use prony::prony;
 use replace::replaceable;
 
 /// Calibrates the fracture of bonded granular materials, with uncertainty.
@@ -52,6 +54,7 @@ Examples:
   breccia check my.toml                     what a run would read, its cost and every mistake
   breccia simulate my.toml --out try        one simulation: try/curve.csv
   breccia surfaces my.toml --out try        the surface of each grain: try/surfaces/grain-001.stl
+  breccia prony relaxation.csv --out try    a Prony series of a relaxation test
   breccia run my.toml --out results         all stages; the same command resumes an interrupted run
   breccia calibrate --out results           one stage again, after results/case.toml was edited
   breccia status results                    state of the results, from any machine that sees the folder
@@ -122,6 +125,20 @@ enum Command {
         /// Shrink grains that are nearer to each other than MM about their centroids
         #[arg(long, value_name = "MM", default_value_t = 0.0, value_parser = length)]
         least_distance_mm: f64,
+    },
+    /// Fit a Prony series to a relaxation test or a dynamic test (DMA); writes the lines for a case and a picture
+    #[command(
+        after_help = "TABLE is a CSV file with the columns time_s,modulus_mpa, or frequency_hz,storage_mpa,loss_mpa.\n\
+                      Writes NAME-prony.toml and NAME-prony.png for a table NAME.csv; existing files are never replaced.\n\
+                      Example:\n  breccia prony relaxation.csv --out try"
+    )]
+    Prony {
+        /// Table of the measured moduli
+        table: PathBuf,
+
+        /// Folder for the files
+        #[arg(long, value_name = "DIR", default_value = ".")]
+        out: PathBuf,
     },
     /// Run several related calibrations and compare them; writes study.csv and report.html
     #[command(
@@ -202,6 +219,29 @@ impl CaseAndFolder {
 
     fn access(&self) -> Result<FolderAccess, WorkflowError> {
         Ok(FolderAccess { reuse: self.reuse, replace: replaceable(&self.out, &self.replace)? })
+    }
+
+    /// Opens the folders of a case with several tests.
+    fn open_tests<'a>(
+        &self,
+        file: &CaseFile,
+        threads: usize,
+    ) -> Result<JointWorkflow<'a>, WorkflowError> {
+        let access = self.access()?;
+        let workflow = JointWorkflow::open(file, &self.out, threads, &INTERRUPT, &access)?;
+        Ok(if self.accept_out_of_range { workflow.accept_out_of_range() } else { workflow })
+    }
+
+    /// The case of a command that concerns a single test.
+    fn single_test(&self, command: &str) -> Result<CaseFile, InputError> {
+        let file = self.case_file()?;
+        let Some(first) = file.case.tests.first() else { return Ok(file) };
+        let case = self.out.join("tests").join(&first.name).join("case.toml");
+        let help = format!(
+            "Run a stage first, and then breccia {command} {} for one of them.",
+            case.display()
+        );
+        Err(InputError::new(&file.path, "tests", "", "has several tests", help))
     }
 
     fn open<'a>(&self, file: &CaseFile, threads: usize) -> Result<Workflow<'a>, WorkflowError> {
@@ -327,6 +367,7 @@ fn ranks_of(request: &Request) -> Result<Ranks, Failure> {
         Request::Command(Command::Init { .. }) => "init",
         Request::Command(Command::Check { .. }) => "check",
         Request::Command(Command::Surfaces { .. }) => "surfaces",
+        Request::Command(Command::Prony { .. }) => "prony",
         Request::Command(Command::Study { .. }) => "study",
         Request::Command(Command::Status { .. }) => "status",
         Request::Stage(stage, ..) => stage.name,
@@ -343,6 +384,10 @@ fn run(request: Request, threads: usize, ranks: &Ranks) -> Result<ExitCode, Fail
         }
         Request::Command(Command::Run(target)) => {
             let file = target.case_file().map_err(WorkflowError::from)?;
+            if !file.case.tests.is_empty() {
+                run_all_tests(target.open_tests(&file, threads)?)?;
+                return Ok(ExitCode::SUCCESS);
+            }
             // check the table first, so that an error refers to the user's own file and nothing has been computed yet
             file.table().map_err(WorkflowError::from)?;
             run_all(&target.open(&file, threads)?)?;
@@ -351,7 +396,7 @@ fn run(request: Request, threads: usize, ranks: &Ranks) -> Result<ExitCode, Fail
         Request::Command(Command::Init { file, own_data: None }) => init(&file)?,
         Request::Command(Command::Check { case }) => return check(&case),
         Request::Command(Command::Simulate { target, device }) => {
-            let file = target.case_file();
+            let file = target.single_test("simulate");
             let error = file.as_ref().err().map(ToString::to_string);
             let of_all = ranks.first_text(error.as_deref()).map_err(WorkflowError::from)?;
             let file = file.map_err(WorkflowError::from)?;
@@ -371,11 +416,12 @@ fn run(request: Request, threads: usize, ranks: &Ranks) -> Result<ExitCode, Fail
             decimation,
             least_distance_mm,
         }) => {
-            let file = target.case_file().map_err(WorkflowError::from)?;
+            let file = target.single_test("surfaces").map_err(WorkflowError::from)?;
             let smoothing_passes = usize::from(smoothing_passes);
             let options = SurfaceOptions { smoothing_passes, decimation, least_distance_mm };
             print_line(target.open(&file, threads)?.surfaces(&options)?.display())?;
         }
+        Request::Command(Command::Prony { table, out }) => prony(&table, &out)?,
         Request::Command(Command::Study { file: path, out, set, replace, only, until, jobs }) => {
             let replace = replaceable(&out, &replace)?;
             let file = StudyFile::read(&path, &set).map_err(WorkflowError::from)?;
@@ -397,6 +443,20 @@ fn run(request: Request, threads: usize, ranks: &Ranks) -> Result<ExitCode, Fail
         Request::Command(Command::Status { dir }) => return status(&dir),
         Request::Stage(stage, target, sharing) => {
             let file = target.case_file().map_err(WorkflowError::from)?;
+            if !file.case.tests.is_empty() {
+                let mut workflow = target.open_tests(&file, threads)?;
+                match sharing {
+                    Some(sharing) if sharing.share => workflow.share(stage)?,
+                    Some(sharing) if sharing.jobs.are_asked_for() => {
+                        let replace = target.access()?.replace;
+                        for (_, test) in workflow.tests() {
+                            slurm(test, stage, &sharing.jobs, &replace)?;
+                        }
+                    }
+                    _ => workflow.run(stage)?,
+                }
+                return Ok(ExitCode::SUCCESS);
+            }
             let workflow = target.open(&file, threads)?;
             match sharing {
                 Some(sharing) if sharing.share => workflow.share(stage)?,
@@ -451,9 +511,22 @@ fn status(dir: &Path) -> Result<ExitCode, Failure> {
 
 fn run_all(workflow: &Workflow<'_>) -> Result<(), Failure> {
     workflow.run_all()?;
-    let out = workflow.dir();
-    for name in ["summary.txt", "map.csv", "confirm.csv"] {
+    print_results(workflow.dir(), &["summary.txt", "map.csv", "confirm.csv"])
+}
+
+fn run_all_tests(mut workflow: JointWorkflow<'_>) -> Result<(), Failure> {
+    workflow.run_all()?;
+    print_results(workflow.dir(), &["summary.txt", "map.csv", "without_tests.csv"])
+}
+
+/// Prints the files `names` of a results folder, and the path of the report.
+fn print_results(out: &Path, names: &[&str]) -> Result<(), Failure> {
+    for name in names {
         let path = out.join(name);
+        // imported runs cannot be confirmed
+        if *name == "confirm.csv" && !path.exists() {
+            continue;
+        }
         let text = std::fs::read_to_string(&path)
             .map_err(|source| WorkflowError::Io { path: path.clone(), source })?;
         print_line(format_args!("{}:\n{text}", path.display()))?;

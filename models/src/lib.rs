@@ -9,7 +9,7 @@
 //! let file = CaseFile::default_case();                      // what `breccia init` writes
 //! let displacement_mm: Vec<f64> = (0..=20).map(|i| 0.01 * i as f64).collect();
 //! let force_n = displacement_mm.iter().map(|u| 2000.0 * u - 10_000.0 * u * u).collect();
-//! let curve = TestCurve { displacement_mm, force_n };
+//! let curve = TestCurve::new(displacement_mm, force_n);
 //! let qois = Qois::of(&curve, file.case.qoi.slope_fraction)?;
 //! assert!((qois.peak_force_n - 100.0).abs() < 1e-9);
 //! # Ok::<(), models::QoiError>(())
@@ -25,10 +25,11 @@
 //! 3. `virtual_specimen`: specimens with a known truth
 //! 4. `coverage`: coverage of intervals, measured in experiments with a known truth
 //! 5. `report`: figures and the HTML report; depends on results, but not on the workflow
-//! 6. `workflow`: the stages, which are listed in a table; each key and file that a stage reads is recorded as its
+//! 6. `prony`: Prony series of relaxation tests and dynamic tests
+//! 7. `workflow`: the stages, which are listed in a table; each key and file that a stage reads is recorded as its
 //!    input
-//! 7. `study`: several calibrations, and jobs of a cluster
-//! 8. `registry`, `cli`: extensions of a user's own program, and the command line
+//! 8. `study`: several calibrations, and jobs of a cluster
+//! 9. `registry`, `cli`: extensions of a user's own program, and the command line
 //!
 //! The modules depend on the crate [`breccia_calibration`]: curves, quantities of interest and calibration models.
 
@@ -36,6 +37,7 @@ mod case;
 mod cli;
 mod coverage;
 mod progress;
+mod prony;
 mod registry;
 pub mod report;
 mod study;
@@ -43,29 +45,34 @@ mod virtual_specimen;
 mod workflow;
 
 pub use breccia_calibration::{
-    Belief, Calibration, CalibrationError, Compression, CurveRates, Decimal, DisplacementAtPeak,
-    Encoding, EnergyToPeak, Evidence, Expected, Extent, ForceAt, FurtherTest, FurtherTestError,
-    Goal, Groups, HomogeneousCylinder, InputError, Needed, PeakForce, PeakedCurve, Pooling,
-    Population, PostPeakSlope, Prior, PriorBounds, PriorFamily, PriorKey, Qoi, QoiError,
-    QoiRegistry, Qois, Quantity, ReadOptions, RelativeForce, Separator, Slope, Specimen,
-    SpecimenTable, Specimens, TestAtDraw, TestCurve, TestGroup, Trend, Unit, calibrate,
-    calibrate_after, calibrate_groups, calibration, calibration_on, calibration_over_groups,
-    hyperelastic, tension, viscoplastic,
+    Belief, BetweenTests, Branch, BranchKind, Calibration, CalibrationError, Compression,
+    CurveRates, Decimal, DisplacementAtPeak, Encoding, EnergyToPeak, Evidence, Expected, Extent,
+    ForceAt, ForceAtTime, FurtherTest, FurtherTestError, Goal, Groups, HomogeneousCylinder,
+    HysteresisEnergy, InputError, JointCalibration, JointTest, JointTests, Machine, Needed,
+    PeakForce, PeakedCurve, Pooling, Population, PostPeakSlope, Prior, PriorBounds, PriorFamily,
+    PriorKey, Qoi, QoiError, QoiRegistry, Qois, Quantity, ReadOptions, RelativeForce,
+    RelaxedFraction, Separator, Slope, Specimen, SpecimenTable, Specimens, TableColumn, TestAtDraw,
+    TestCurve, TestDraws, TestGroup, Trend, Unit, UnloadingSlope, calibrate, calibrate_after,
+    calibrate_groups, calibrate_tests, calibration_of_draws, calibration_on,
+    calibration_over_groups, calibration_over_tests, hyperelastic, tension, viscoplastic,
 };
 use breccia_calibration::{
-    budget, curve_check, error, experiment, fracture, further_test, predicted_curve, prior, qoi,
-    record, specimen_files, table, table_format,
+    budget, curve_check, error, experiment, fracture, further_test, machine, predicted_curve,
+    prior, qoi, record, specimen_files, table, table_format,
 };
 pub use case::{
-    AdaptiveCase, ArcLengthCase, BoundsCase, ByParameter, CalibrationCase, CandidateCase, Case,
-    CaseFile, ConditionsCase, ConfirmCase, DesignCase, DesignSample, DiscrepancyCase,
-    ExperimentsCase, ExtendCase, FidelityCase, FurtherTestsCase, ImageCase, LevelCase, Likelihood,
-    MaterialCase, MeasureCase, Microstructure, NoiseCase, OutputCase, Parameter, PrescribeCase,
-    PriorCase, QoiCase, SequentialCase, SimulationParts, SpecimenCase, SpecimenGeometry,
-    SurrogateCase, Target, TargetError, TestCase, Toe, TractionCase, VirtualCase,
+    AdaptiveCase, ArcLengthCase, BetweenTestsCase, BoundsCase, ByParameter, CalibrationCase,
+    CandidateCase, Case, CaseFile, ConditionsCase, ConfirmCase, DesignCase, DesignSample,
+    DiscrepancyCase, ExperimentsCase, ExtendCase, FidelityCase, FreeParameterCase,
+    FurtherTestsCase, HardeningCase, HardeningTable, ImageCase, InterfaceCase, LevelCase,
+    Likelihood, MachineCase, MaterialCase, MeasureCase, Microstructure, NoiseCase, OutputCase,
+    Parameter, PlasticCase, PrescribeCase, PriorCase, ProgramPointCase, QoiCase, SequentialCase,
+    SimulationParts, SimulatorCase, SingleTest, SpecimenCase, SpecimenGeometry, SurrogateCase,
+    Target, TargetError, TestCase, TestEntry, Toe, TractionCase, VirtualCase, YieldRow,
 };
 pub use cli::program;
 pub use coverage::{CoverageRow, CoverageStudy, Emulated, KnownStiffness, Laboratory, Setting};
+pub use prony::{MeasuredModuli, PronyFit, PronySeries, PronyTerm, prony_picture};
 pub use registry::Registry;
 pub use study::{
     PartCheck, PartStatus, Reference, SlurmError, SlurmJobs, Study, StudyCase, StudyCheck,
@@ -73,7 +80,7 @@ pub use study::{
 };
 pub use virtual_specimen::VirtualSpecimen;
 pub use workflow::{
-    CaseCheck, DeviceChoice, ExpectedCost, FolderAccess, InputInPlace, RunCounts, STAGES,
-    SimulatedLaboratories, Stage, StageState, StageStatus, SurfaceOptions, Workflow, WorkflowError,
-    create_file, missing_case, simulate, simulate_laboratories, status,
+    CaseCheck, DeviceChoice, ExpectedCost, FolderAccess, InputInPlace, JointWorkflow, RunCounts,
+    STAGES, SimulatedLaboratories, Stage, StageState, StageStatus, SurfaceOptions, Workflow,
+    WorkflowError, create_file, missing_case, simulate, simulate_laboratories, status,
 };

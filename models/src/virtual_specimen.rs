@@ -54,7 +54,7 @@ impl VirtualSpecimen {
             .collect()
     }
 
-    /// Adds measurement noise to a curve: every displacement and every force has an independent error.
+    /// Adds measurement noise to a curve: every displacement and every force has an independent error; times are exact.
     pub fn measure(&self, exact: &TestCurve, noise: &NoiseCase) -> TestCurve {
         let mut rng = self.noise.clone();
         let mut read = |values: &[f64], sd: f64| -> Vec<f64> {
@@ -63,6 +63,9 @@ impl VirtualSpecimen {
         TestCurve {
             displacement_mm: read(&exact.displacement_mm, noise.displacement_mm),
             force_n: read(&exact.force_n, noise.force_n),
+            time_s: exact.time_s.clone(),
+            // branches are found anew in the readings
+            branches: Vec::new(),
         }
     }
 }
@@ -125,7 +128,7 @@ mod tests {
     fn readings_carry_the_stated_noise_and_repeat() {
         let specimen = &draw(1, 9, Some(1))[0];
         let n = 20_000;
-        let exact = TestCurve { displacement_mm: vec![0.1; n], force_n: vec![50.0; n] };
+        let exact = TestCurve::new(vec![0.1; n], vec![50.0; n]);
         let noise = NoiseCase { force_n: 0.5, displacement_mm: 0.001 };
         let record = specimen.measure(&exact, &noise);
         for (values, centre, s) in

@@ -33,6 +33,25 @@ ppl::model! {
         }
     }
 
+    /// The observations of `regression`, as a submodel.
+    fn around_plane<const D: usize>(
+        x: &[[f64; D]],
+        y: &[f64],
+        slope: &[Real; D],
+        sd: Real,
+    ) -> () {
+        for (row, y) in x.iter().zip(y) {
+            y ~ Normal(dot(row, slope), sd);
+        }
+    }
+
+    /// Version of `regression` with the observations in a submodel.
+    fn regression_submodel<const D: usize>(x: &[[f64; D]], y: &[f64]) {
+        let slope ~ Normal(0.0, 2.5).array::<D>();
+        let sd ~ HalfNormal(1.0);
+        let data ~ around_plane(x, y, &slope, sd);
+    }
+
     /// Version of `regression` with all observations in one statement.
     fn regression_glm<const D: usize>(x: &[[f64; D]], y: &[f64]) {
         let slope ~ Normal(0.0, 2.5).array::<D>();
@@ -109,6 +128,29 @@ ppl::model! {
         for y in qois {
             y ~ MvNormalCholesky(mean, chol);
         }
+    }
+
+    /// The observations of `calibration`, as a submodel.
+    fn of_specimens(
+        qois: &[[f64; 3]],
+        mean: &[Real; 3],
+        chol: &CholeskyFactor<Real, 3>,
+    ) -> () {
+        for y in qois {
+            y ~ MvNormalCholesky(mean, chol);
+        }
+    }
+
+    /// Version of `calibration` with the observations in a submodel.
+    fn calibration_submodel(forward: &Cubic, qois: &[[f64; 3]]) {
+        let young ~ Uniform(-1.0, 1.0);
+        let toughness ~ Uniform(-1.0, 1.0);
+        let viscosity ~ Uniform(-1.0, 1.0);
+        let sd ~ Normal(0.15, 0.25).truncate(0.0..).array::<3>();
+        let corr ~ LkjCholesky::<3>(3.0);
+        let chol = corr.scale_rows(sd);
+        #[track] let mean = forward.at([young, toughness, viscosity]);
+        let data ~ of_specimens(qois, &mean, &chol);
     }
 
     /// Two outcomes per datum, whose means depend on the datum.
@@ -294,11 +336,13 @@ fn main() {
     let qois: Vec<[f64; 3]> =
         (0..8).map(|i| [1.0, 0.9, 1.1].map(|m| m + 0.1 * f64::from(i).sin())).collect();
     report("paper_calibration", quick, &calibration(&Cubic::new(), &qois));
+    report("paper_calibration_submodel", quick, &calibration_submodel(&Cubic::new(), &qois));
     for n in [20, 200, 2000] {
         let wave = |i: usize, d: usize| (1.0 + i as f64 * (0.7 + d as f64)).sin();
         let x: Vec<[f64; 5]> = (0..n).map(|i| std::array::from_fn(|d| wave(i, d))).collect();
         let y: Vec<f64> = x.iter().map(|row| row.iter().sum::<f64>() + 0.1 * row[0]).collect();
         report(&format!("linear_regression_n{n}"), quick, &regression(&x, &y));
+        report(&format!("linear_regression_submodel_n{n}"), quick, &regression_submodel(&x, &y));
         report(&format!("linear_regression_loop_n{n}"), quick, &regression_loop(&x, &y));
         report(&format!("linear_regression_glm_n{n}"), quick, &regression_glm(&x, &y));
     }

@@ -1,6 +1,6 @@
 //! Measures sampling speed: `cargo bench -p breccia-tests --bench sampling`.
 //!
-//! Models: the paper's calibration (9 parameters, 8 experiments), eight schools, kidscore (434 children), radon (919
+//! Models: the paper's calibration (9 parameters, 8 experiments; with fixed sizes, and as `models` ships it), eight schools, kidscore (434 children), radon (919
 //! houses), garch11 (200 values), counts with a Gaussian process (11 counts), a mixture of two normals (1000 values)
 //! and Lotka–Volterra (21 years of two species). The output is CSV: `model,dim,quantity,value,unit`. All times are
 //! processor times, except in `paper_setting`.
@@ -18,6 +18,7 @@
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
+use breccia_tests::fixed_size::calibration;
 use breccia_tests::posteriors::hierarchy::{houses, radon_hierarchical};
 use breccia_tests::posteriors::process::{
     PredatorPrey, gp_data, gp_pois_regr, lotka_volterra, lynx_hare_data,
@@ -25,7 +26,7 @@ use breccia_tests::posteriors::process::{
 use breccia_tests::posteriors::regression::{Kidiq, kidscore};
 use breccia_tests::posteriors::series::{garch_data, garch11};
 use breccia_tests::{Instance, eight_schools};
-use models::calibration;
+use models::{Specimens, calibration_on};
 use ppl::diagnostics::{ess_bulk, rhat};
 use ppl::prelude::*;
 use ppl::{Bound, Chains, Model, Workspace};
@@ -49,6 +50,9 @@ fn main() {
     let instance = Instance::load();
     let prior = Instance::prior();
     report("paper_calibration", &calibration(&instance.pce, &instance.qois, &prior), quick);
+    let rows: Vec<Vec<f64>> = instance.qois.iter().map(|row| row.to_vec()).collect();
+    let specimens = Specimens::new(&rows).expect("rows of one length");
+    report("calibration_on", &calibration_on(&*instance.pce, &prior, &specimens), quick);
     paper_setting(&calibration(&instance.pce, &instance.qois, &prior), quick);
     let (y, se) = (eight_schools::EFFECT, eight_schools::ERROR);
     report("eight_schools_non_centred", &eight_schools::non_centred(&y, &se), quick);

@@ -170,6 +170,7 @@ fn jobs_make_what_one_process_would_whatever_happens_to_them() {
     submitted_by_the_program(&cluster, folder, &expected);
     submitted_by_hand(&cluster, folder, &expected);
     refused(&cluster, folder);
+    own_program(&cluster, folder);
     a_whole_study(&cluster, folder);
 }
 
@@ -251,6 +252,44 @@ fn a_whole_study(cluster: &Cluster, folder: &Path) {
     let (code, _, err) =
         breccia(cluster, folder, &["study", "study.toml", "--out", "in one", "--only", "C"]);
     assert!(code == Some(1) && err.contains("is no part of the study"), "{err}");
+}
+
+/// A case whose runs are made by a program of the user.
+const OWN_PROGRAM: &str = r#"
+[simulator]
+command = ["sh", "bar.sh", "{k1}", "{run}"]
+files = ["bar.sh"]
+[parameters]
+k1 = { unit = "MPa", prior = [1.0, 2.0] }
+[qoi]
+quantities = ["column:extension_mm"]
+[design]
+runs = 12
+"#;
+
+/// The tasks of an array share the runs of a program of the user: each run is made once.
+fn own_program(cluster: &Cluster, folder: &Path) {
+    let folder = folder.join("own");
+    std::fs::create_dir(&folder).unwrap();
+    let marks = folder.join("marks");
+    std::fs::create_dir(&marks).unwrap();
+    let script = format!(
+        "echo made >> '{}'/$2\nawk -v k=\"$1\" 'BEGIN {{ print \"extension_mm\"; print 3 * k }}' > result.csv\nsleep 0.2\n",
+        marks.display()
+    );
+    std::fs::write(folder.join("bar.sh"), script).unwrap();
+    std::fs::write(folder.join("bar.toml"), OWN_PROGRAM).unwrap();
+    let submit = ["ensemble", "bar.toml", "--out", "jobs", "--slurm", "--tasks", "2"];
+    let (code, out, err) = breccia(cluster, &folder, &submit);
+    assert_eq!(code, Some(0), "{out}{err}");
+    cluster.wait_until_idle();
+    let results = folder.join("jobs");
+    assert!(results.join("runs.csv").is_file(), "{}", logs(&results));
+    assert_eq!(runs(&results).len(), 12);
+    for run in 1..=12 {
+        let made = std::fs::read_to_string(marks.join(run.to_string())).unwrap();
+        assert_eq!(made, "made\n", "run {run}");
+    }
 }
 
 /// Cancels one running task, requeues a second and kills a third.

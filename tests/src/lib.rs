@@ -1,6 +1,7 @@
 //! Code that the tests of several crates share.
 
 pub mod eight_schools;
+pub mod fixed_size;
 pub mod posteriors;
 
 use models::Prior;

@@ -1,8 +1,9 @@
 //! Compares the paper's model on a fixed instance with independent codes: densities and gradient to 1e-10, and the
 //! posterior with two long independent runs (Stan and nutpie) within 4 standard errors.
 
+use breccia_tests::fixed_size::calibration;
 use breccia_tests::{Instance, assert_moments_of, number, numbers};
-use models::{Specimens, calibration, calibration_on};
+use models::{Specimens, calibration_on};
 use ppl::prelude::*;
 use ppl::{Bound, Model, Nuts, Workspace};
 use serde_json::Value;
@@ -82,7 +83,7 @@ fn sizes_from_the_data_change_nothing() {
     let fixed = calibration(&instance.pce, &instance.qois, &prior);
     let qois: Vec<Vec<f64>> = instance.qois.iter().map(|y| y.to_vec()).collect();
     let specimens = Specimens::new(&qois).unwrap();
-    let by_data = calibration_on(&instance.pce, &prior, &specimens);
+    let by_data = calibration_on(&*instance.pce, &prior, &specimens);
     let golden = &instance.json["golden_gradient_stan_coordinates"];
     let y = numbers::<9>(&golden["u"]);
     approx::assert_relative_eq!(density(&by_data, &y), density(&fixed, &y), max_relative = 1e-12);

@@ -19,7 +19,8 @@ const PERCENT: [u8; 3] = [25, 50, 75];
 fn curve([s, a, p]: [f64; 3], noise: &mut dyn FnMut() -> f64) -> TestCurve {
     let displacement_mm: Vec<f64> = (0..=90).map(|i| 0.002 * f64::from(i)).collect();
     let force = |&u: &f64| s * u * (-(u / a).powf(p) / p).exp() + noise();
-    TestCurve { force_n: displacement_mm.iter().map(force).collect(), displacement_mm }
+    let force_n = displacement_mm.iter().map(force).collect();
+    TestCurve::new(displacement_mm, force_n)
 }
 
 /// Peak force, displacement at peak and shape by the formula.

@@ -1,6 +1,7 @@
 //! Delayed acceptance: a calibration whose likelihood contains a simulation, screened by an inaccurate surrogate.
 
-use models::{Prior, calibration};
+use breccia_tests::fixed_size::calibration;
+use models::Prior;
 use ppl::prelude::*;
 use ppl::{DomainError, Posterior};
 use surrogate::{Dataset, DesignMethod, DynPce, FitOptions, Input, Pce};

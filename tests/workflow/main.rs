@@ -8,11 +8,14 @@ mod fidelity;
 mod further_tests;
 mod images;
 mod labels;
+mod load_program;
 mod own_data;
 mod quadrature;
 mod quantities;
 mod sequential;
+mod several_tests;
 mod sharing;
+mod simulator;
 mod stages;
 mod study;
 

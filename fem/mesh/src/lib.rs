@@ -35,8 +35,8 @@ pub use error::MeshError;
 #[doc(hidden)] // the operator and the solvers of `fem` use the same storage
 pub use mesh::Groups;
 pub use mesh::{
-    Block, BlockError, Cavity, CylinderLattice, HexSplit, LatticeError, Mixture, Quality, RoundBar,
-    Surface, TetMesh, Wall, decimated, gmsh, stl, vtu,
+    Block, BlockError, Cavity, CylinderLattice, HexSplit, InterfaceSurface, LatticeError, Mixture,
+    Quality, RoundBar, Surface, TetMesh, Wall, decimated, gmsh, stl, vtu,
 };
 pub use specimen::{
     ConvexPolyhedron, FractionTarget, Grain, GrainField, GrainForm, GrainList, GrainMode,

@@ -36,6 +36,8 @@ pub struct Space<const N: usize> {
     fraction: Vec<f64>,
     /// Region of the second phase of each element; empty if there are no mixtures.
     second: Vec<u16>,
+    /// Material of the interface band of each element, and the share of the element in the band; empty without bands.
+    band: Vec<(u16, f64)>,
 }
 
 impl<const N: usize> Space<N> {
@@ -92,7 +94,14 @@ impl<const N: usize> Space<N> {
             first,
             fraction: mixtures().map(fraction).collect(),
             second: mixtures().map(|(mixture, _)| mixture.region).collect(),
+            band: Vec::new(),
         }
+    }
+
+    /// Returns the space with interface bands: for each element the index of the band's material and the share of the
+    /// element in the band. The list is empty without bands.
+    pub fn with_bands(self, band: Vec<(u16, f64)>) -> Self {
+        Self { band, ..self }
     }
 
     /// Returns the space on a part of the mesh, with the node numbers of the part.
@@ -119,6 +128,7 @@ impl<const N: usize> Space<N> {
             first,
             fraction: part.pick_tets(&self.fraction, 1),
             second: part.pick_tets(&self.second, 1),
+            band: part.pick_tets(&self.band, 1),
             ..*self
         }
     }
@@ -145,6 +155,13 @@ impl<const N: usize> Space<N> {
     #[inline(always)]
     pub fn second_region(&self, tet: usize) -> usize {
         usize::from(self.second.get(tet).copied().unwrap_or(self.region[tet]))
+    }
+
+    /// Returns the index of the material of an element's interface band, and the share of the element in the band. In a
+    /// mixture, it is the share of the matrix. The share is zero outside of bands.
+    #[inline(always)]
+    pub fn band(&self, tet: usize) -> (usize, f64) {
+        self.band.get(tet).map_or((0, 0.0), |&(material, share)| (usize::from(material), share))
     }
 
     /// Returns whether any element is a mixture of two phases.

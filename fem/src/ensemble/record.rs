@@ -1,5 +1,7 @@
 //! Input and record of one run of an ensemble.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
 use super::error::EnsembleError;
@@ -43,6 +45,9 @@ pub struct RunRecord {
     /// Derivatives of the force along the curve, if they were requested.
     #[serde(default, skip_serializing_if = "Sensitivities::is_empty")]
     pub sensitivities: Sensitivities,
+    /// Quantities that the simulation reports by name, see [`Outcome::values`](crate::Outcome::values).
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub values: BTreeMap<String, f64>,
 }
 
 /// Whether a run finished.
@@ -67,13 +72,21 @@ pub enum RunEnd {
     Failed,
 }
 
+/// The results of a run that its record stores.
+#[derive(Default)]
+pub(super) struct RunResults {
+    pub(super) curve: Vec<CurvePoint>,
+    pub(super) sensitivities: Sensitivities,
+    pub(super) values: BTreeMap<String, f64>,
+}
+
 impl RunRecord {
     /// Creates the record of a run. If the run failed, `end` contains the reason.
     pub(super) fn new(
         run: &RunInput,
         names: &[&str],
         end: Result<RunEnd, String>,
-        (curve, sensitivities): (Vec<CurvePoint>, Sensitivities),
+        results: RunResults,
         seconds: f64,
     ) -> RunRecord {
         let (end, status) = match end {
@@ -82,7 +95,8 @@ impl RunRecord {
         };
         let names = names.iter().map(|name| name.to_string()).collect();
         let (id, inputs) = (run.id, run.inputs.clone());
-        RunRecord { id, names, inputs, status, end, seconds, curve, sensitivities }
+        let RunResults { curve, sensitivities, values } = results;
+        RunRecord { id, names, inputs, status, end, seconds, curve, sensitivities, values }
     }
 
     /// Returns the curve of a finished run.

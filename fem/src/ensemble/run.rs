@@ -8,11 +8,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use super::record::RunResults;
 use super::record_file::StoredRun;
 use super::store::Store;
 use super::{EnsembleError, EnsembleProgress, RunEnd, RunInput, RunRecord, RunStatus};
 use crate::error::FemError;
-use crate::problem::{End, Outcome, Sensitivities};
+use crate::problem::{End, Outcome};
 
 /// Delay before a run that another process has locked is checked again.
 const WAIT: Duration = Duration::from_millis(200);
@@ -27,6 +28,15 @@ struct Turn(Box<dyn Fn() -> Box<dyn Any> + Send + Sync>);
 impl std::fmt::Debug for Turn {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str("Turn")
+    }
+}
+
+/// A condition on the record of a failed run; if it holds, the run is computed again.
+struct Retry(Box<dyn Fn(&RunRecord) -> bool + Send + Sync>);
+
+impl std::fmt::Debug for Retry {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Retry")
     }
 }
 
@@ -74,7 +84,8 @@ impl std::fmt::Debug for Turn {
 #[derive(Debug)]
 pub struct Ensemble {
     store: Store,
-    retry_failed: bool,
+    /// Failed runs that are computed again; `None` if no failed run is.
+    retry: Option<Retry>,
     leave_to_others: bool,
     turn: Turn,
 }
@@ -92,13 +103,37 @@ impl Ensemble {
     pub fn open(directory: impl AsRef<Path>, fingerprint: &str) -> Result<Ensemble, EnsembleError> {
         let store = Store::open(directory.as_ref(), fingerprint)?;
         let turn = Turn(Box::new(|| Box::new(())));
-        Ok(Ensemble { store, retry_failed: false, leave_to_others: false, turn })
+        Ok(Ensemble { store, retry: None, leave_to_others: false, turn })
     }
 
     /// Sets whether runs that are recorded as failed are computed again (default: no).
-    pub fn retry_failed(mut self, retry: bool) -> Ensemble {
-        self.retry_failed = retry;
-        self
+    pub fn retry_failed(self, retry: bool) -> Ensemble {
+        match retry {
+            true => self.retry_failed_if(|_| true),
+            false => Ensemble { retry: None, ..self },
+        }
+    }
+
+    /// Sets a condition on the records of failed runs; the runs that meet the condition are computed again.
+    ///
+    /// # Example
+    /// Computes the runs again that failed with an earlier time limit:
+    /// ```no_run
+    /// # fn main() -> Result<(), fem::EnsembleError> {
+    /// use fem::{Ensemble, RunStatus};
+    /// let is_of_other_limit = |run: &fem::RunRecord| match &run.status {
+    ///     RunStatus::Failed(reason) => !reason.ends_with("(limit 600 s)"),
+    ///     RunStatus::Finished => false,
+    /// };
+    /// let ensemble = Ensemble::open("runs", "solver = 1.0")?.retry_failed_if(is_of_other_limit);
+    /// # Ok(())
+    /// # }
+    /// ```
+    pub fn retry_failed_if(
+        self,
+        condition: impl Fn(&RunRecord) -> bool + Send + Sync + 'static,
+    ) -> Ensemble {
+        Ensemble { retry: Some(Retry(Box::new(condition))), ..self }
     }
 
     /// Sets whether [`Self::run`] returns as soon as other processes are computing all missing runs (default: no). By
@@ -243,7 +278,8 @@ impl EnsembleCall<'_> {
     }
 
     fn is_to_be_retried(&self, record: &RunRecord) -> bool {
-        self.ensemble.retry_failed && record.status != RunStatus::Finished
+        let retry = self.ensemble.retry.as_ref();
+        record.status != RunStatus::Finished && retry.is_some_and(|retry| (retry.0)(record))
     }
 
     /// Returns the stored record of a run; `None` if there is no file or the file is damaged.
@@ -314,7 +350,7 @@ impl EnsembleCall<'_> {
     fn attempt(&self, k: usize) -> Result<Attempt, EnsembleError> {
         let run = &self.runs[k];
         let store = &self.ensemble.store;
-        let before = match self.ensemble.retry_failed {
+        let before = match self.ensemble.retry.is_some() {
             true => self.stored(run)?,
             false => None,
         };
@@ -372,8 +408,8 @@ impl EnsembleCall<'_> {
         let start = Instant::now();
         let outcome = catch_unwind(AssertUnwindSafe(|| (self.job)(run, &done)));
         let seconds = start.elapsed().as_secs_f64();
-        let (mut end, mut curve, mut sensitivities) = match outcome {
-            Ok(Ok(Outcome { end, curve, sensitivities, .. })) => {
+        let (mut end, mut results) = match outcome {
+            Ok(Ok(Outcome { end, curve, sensitivities, values, .. })) => {
                 let end = match end {
                     End::Displacement => Ok(RunEnd::Displacement),
                     End::BelowPeak => Ok(RunEnd::BelowPeak),
@@ -381,9 +417,9 @@ impl EnsembleCall<'_> {
                     End::Interrupted if self.interrupt.load(Ordering::Relaxed) => return None,
                     End::Interrupted => Err("the run was stopped by its observer".into()),
                 };
-                (end, curve, sensitivities)
+                (end, RunResults { curve, sensitivities, values })
             }
-            Ok(Err(error)) => (Err(error.to_string()), Vec::new(), Sensitivities::default()),
+            Ok(Err(error)) => (Err(error.to_string()), RunResults::default()),
             Err(panic) => {
                 let text = panic
                     .downcast_ref::<String>()
@@ -391,10 +427,11 @@ impl EnsembleCall<'_> {
                     .or_else(|| panic.downcast_ref::<&str>().copied())
                     .unwrap_or("no message");
                 let reason = format!("the simulation panicked: {text}");
-                (Err(reason), Vec::new(), Sensitivities::default())
+                (Err(reason), RunResults::default())
             }
         };
         // JSON cannot represent infinite values: a record with an infinite value could be written but not read
+        let RunResults { curve, sensitivities, values } = &mut results;
         let finite = curve.iter().take_while(|point| point.is_finite()).count();
         let rows = &sensitivities.force_n;
         let rows = rows.iter().take_while(|row| row.iter().all(|x| x.is_finite())).count();
@@ -405,7 +442,11 @@ impl EnsembleCall<'_> {
                 Err("the curve, or the derivative of a force, has values that are not finite"
                     .into());
         }
-        Some(RunRecord::new(run, self.names, end, (curve, sensitivities), seconds))
+        if let Some((name, value)) = values.iter().find(|(_, value)| !value.is_finite()) {
+            end = Err(format!("{name} = {value} is not a finite number"));
+            values.retain(|_, value| value.is_finite());
+        }
+        Some(RunRecord::new(run, self.names, end, results, seconds))
     }
 
     fn report_progress(&self) {

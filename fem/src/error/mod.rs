@@ -151,6 +151,9 @@ pub enum FemError {
         /// Checkpoint file from which the run can resume, if its state was saved.
         checkpoint: Option<PathBuf>,
     },
+    /// A simulation of another program failed.
+    #[error("{0}")]
+    OtherProgram(String),
     /// A curve file is invalid.
     #[error("{}: {source}", path.display())]
     CurveFile {

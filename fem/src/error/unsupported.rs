@@ -114,6 +114,28 @@ pub enum Unsupported {
         /// Value of the constant in the material of the problem.
         value: f64,
     },
+    /// An interface between a region and itself.
+    #[error("an interface needs two different regions")]
+    InterfaceOfOneRegion,
+    /// An interface with a region that the mesh does not have.
+    #[error("the mesh has no region '{name}'; its regions are {regions}")]
+    NoSuchRegion {
+        /// Name of the missing region.
+        name: String,
+        /// Names of the regions of the mesh.
+        regions: String,
+    },
+    /// An interface between regions without a common surface.
+    #[error("the two regions have no common surface in this mesh")]
+    NoInterface,
+    /// An interface between regions that cannot break.
+    #[error(
+        "neither of the two regions can break, so that a crack along their interface has no band"
+    )]
+    InterfaceOfElasticRegions,
+    /// A parameter of sensitivities that changes the regions or the width of an interface.
+    #[error("below or above the parameter value, the interfaces have other regions or widths")]
+    ParameterInterfaces,
     /// A mesh with mixtures of two phases that has one region only.
     #[error("a mixed element consists of two regions, but the mesh has only one region")]
     MixtureOfOne,
@@ -250,6 +272,15 @@ impl Unsupported {
             Self::ParameterSides { .. } => {
                 "build the parameter from materials below and above the materials of the problem"
             }
+            Self::InterfaceOfOneRegion => "name two regions that touch each other",
+            Self::NoSuchRegion { .. } => "name two regions of the mesh",
+            Self::NoInterface => {
+                "leave the interface out, or name two regions that touch each other"
+            }
+            Self::InterfaceOfElasticRegions => {
+                "give at least one of the regions a toughness, or leave the interface out"
+            }
+            Self::ParameterInterfaces => "vary only the toughnesses of the interfaces",
             Self::MixtureOfOne => {
                 "give the mesh at least two regions: the matrix first, then the phases of grains"
             }

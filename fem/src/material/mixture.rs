@@ -99,6 +99,15 @@ impl<T: Scalar> MixedPhases<T> {
         [bulk.value, shear.value]
     }
 
+    /// Returns the shear modulus of the mixture as a function of g, for a matrix with another shear modulus. `whole` of
+    /// the result is not computed.
+    #[inline(always)]
+    pub(super) fn shear(&self, matrix: T, g: T) -> Modulus<T> {
+        let phases = Self { matrix: [self.matrix[0], matrix], ..*self };
+        let [_, shear] = phases.ratios(g);
+        shear.times(g, g)
+    }
+
     /// Returns M(g)/g and its derivatives for the bulk and the shear modulus.
     #[inline(always)]
     fn ratios(&self, g: T) -> [Ratio<T>; 2] {

@@ -65,7 +65,7 @@ pub use number::{
     dot, functions, statements,
 };
 pub use point::PointMaterial;
-pub use point_law::{DrivingHistory, PointLaw};
+pub use point_law::{AtPoint, DrivingHistory, PointLaw};
 pub use principal::Inverted;
 pub use region_law::{LaneLaw, LawForm, RegionLaw};
 pub use response::packed;

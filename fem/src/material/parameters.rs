@@ -278,7 +278,7 @@ impl Material {
             }
         });
         let moduli = Moduli::new(self.elasticity.young_mpa(), self.elasticity.poisson());
-        let inelastic = self.inelasticity.clone();
+        let inelastic = self.inelasticity.clone().map(Inelasticity::sorted);
         PointMaterial { elasticity: self.elasticity.clone(), moduli, inelastic, damage }
     }
 }

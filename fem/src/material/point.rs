@@ -6,7 +6,7 @@ use super::inelastic::Inelasticity;
 use super::law::{Elasticity, Moduli};
 use super::number::Scalar;
 use super::phase_field::DamageEnergies;
-use super::point_law::PointLaw;
+use super::point_law::AtPoint;
 use super::principal::Principal;
 use super::region_law::{LaneLaw, LawForm, RegionLaw};
 use super::response::Response;
@@ -87,6 +87,7 @@ impl PointMaterial {
     /// Returns the response without state values.
     #[cfg(test)]
     pub(super) fn respond<T: Scalar>(&self, trial: &Principal<T>, g: T) -> Response<T> {
+        use super::point_law::PointLaw;
         let laws = [self.law()];
         let moduli = [self.moduli.bulk, self.moduli.shear].map(|x| g.constant(x));
         let law = LaneLaw::new(&laws, g.constant(0.0), moduli, None);
@@ -105,9 +106,9 @@ impl PointMaterial {
         let laws = [self.law()];
         let moduli = [self.moduli.bulk, self.moduli.shear].map(|x| g.constant(x));
         let law = LaneLaw::new(&laws, g.constant(0.0), moduli, None);
-        let trial = law.trial(h, old);
         let mut new = old.to_vec();
-        let response = law.respond::<true>(&trial, g, dt, old, &mut new);
+        let (trial, response) =
+            g.vectorize(AtPoint::<_, _, true> { law: &law, h, g, dt, old, new: &mut new });
         (trial, response, new)
     }
 }

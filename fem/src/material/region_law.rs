@@ -180,14 +180,20 @@ impl RegionLaw {
         new: &mut [T],
     ) -> Response<T> {
         let strains = &trial.strains;
-        let volumetric = self.volumetric(constants, strains.trace());
-        let deviatoric = match &self.form {
-            LawForm::Energy(law) => law.whole::<T, true>(strains).without_volume(volumetric),
-            LawForm::NeoHookean | LawForm::Hencky | LawForm::Constitutive(_) => {
-                hencky::deviatoric(constants.moduli[1], strains)
-            }
+        let one = g.constant(1.0);
+        // in a mixture, these are the moduli of the matrix
+        let [bulk, modulus] = constants.phases.as_ref().map_or(constants.moduli, |p| p.matrix);
+        let volumetric = match &self.form {
+            LawForm::Energy(law) => law.volumetric(strains.trace()),
+            _ => hencky::volumetric(bulk, strains.trace()),
         };
-        let elastic = DecoupledLaw { deviatoric, volumetric, moduli: constants.moduli };
+        let (deviatoric, factor, shear) = match &self.form {
+            LawForm::Energy(law) => {
+                (law.whole::<T, true>(strains).without_volume(volumetric), one, modulus)
+            }
+            _ => (hencky::deviatoric(one, strains), modulus, one),
+        };
+        let elastic = DecoupledLaw { deviatoric, factor, shear, volumetric, bulk };
         let volume_share = self.volume_share(strains.trace());
         let damage = ViscousDamage { g, volume_share, energies: &self.energies };
         let (point, phases) = (ViscousPoint { law, dt }, constants.phases);

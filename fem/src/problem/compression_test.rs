@@ -1,8 +1,10 @@
 //! The unconfined compression test as a boundary-value problem.
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
-use super::control::Schedule;
+use super::control::{LoadProgram, Schedule, SegmentSteps};
 use super::problem::{Problem, ProblemBuilder};
 use crate::boundary::{Axis, Conditions, Platen};
 use crate::error::{FemError, Unsupported};
@@ -49,7 +51,7 @@ impl Friction {
 /// Unconfined compression of a specimen between two rigid platens. Creates a [`Problem`] on a mesh.
 ///
 /// The lower end (surface `bottom`) keeps its height. The upper end (`top`) moves down by the full displacement over
-/// the duration of the schedule, at constant speed. [`Platens`] defines the contact between platens and specimen.
+/// the duration of the schedule, at constant speed, or follows a [`LoadProgram`]. [`Platens`] defines the contact between platens and specimen.
 /// The displacement u and the damage φ solve, for all test functions v and q (symbols as in
 /// [`equations`](crate::equations)),
 /// ∫ τ : (∇v F⁻¹) dV = 0 and
@@ -73,8 +75,10 @@ impl Friction {
 /// ```
 #[derive(Clone, Debug)]
 pub struct CompressionTest {
-    /// Full displacement, mm, downwards.
+    /// Full displacement, mm, downwards. Not used with a load program.
     pub displacement_mm: f64,
+    /// Load program; `None` for constant speed.
+    program: Option<LoadProgram>,
     /// Contact between the platens and the specimen.
     pub platens: Platens,
     /// Time for the full displacement, and the load steps.
@@ -84,7 +88,33 @@ pub struct CompressionTest {
 impl CompressionTest {
     /// Creates a test between platens without friction, from which the ends cannot lift off.
     pub fn new(displacement_mm: f64, schedule: Schedule) -> Self {
-        Self { displacement_mm, platens: Platens::Sliding, schedule }
+        Self { displacement_mm, program: None, platens: Platens::Sliding, schedule }
+    }
+
+    /// Creates a test that follows a load program, between platens without friction, from which the ends cannot lift
+    /// off. `usual` are the load steps of each segment whose point does not state a number of steps.
+    ///
+    /// # Example
+    /// An elastic body returns to zero force:
+    /// ```
+    /// use fem::{CompressionTest, CylinderLattice, LoadProgram, Material, ProgramPoint, SegmentSteps};
+    ///
+    /// let mesh = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 }.build()?;
+    /// let there = ProgramPoint::new(1.0, 0.1);
+    /// let program = LoadProgram::new(vec![there, ProgramPoint::new(3.0, 0.0)])?;
+    /// let problem = CompressionTest::following(program, SegmentSteps::Fixed(2))
+    ///     .builder(mesh)?
+    ///     .materials([Material::hencky(275.0, 0.25)])
+    ///     .build()?;
+    /// let curve = problem.run(&mut ()).curve;
+    /// assert_eq!(curve.iter().map(|p| p.time_s).collect::<Vec<_>>(), [0.5, 1.0, 2.0, 3.0]);
+    /// assert!(curve[3].force_n.abs() < 1e-6 * curve[1].force_n);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn following(program: LoadProgram, usual: SegmentSteps) -> Self {
+        let schedule = Schedule::of_program(&program, usual);
+        let displacement_mm = program.largest_mm();
+        Self { displacement_mm, program: Some(program), platens: Platens::Sliding, schedule }
     }
 
     /// Sets the platens.
@@ -95,8 +125,8 @@ impl CompressionTest {
     /// Creates the builder of the problem on a mesh. The caller must then set the materials.
     ///
     /// # Errors
-    /// If the ends are not above each other or have common nodes, or if the displacement is not between zero and the
-    /// height.
+    /// If the ends are not above each other or have common nodes, or if the largest displacement is not between zero and
+    /// the height.
     pub fn builder(&self, mesh: TetMesh) -> Result<ProblemBuilder, FemError> {
         let conditions = self.conditions(&mesh)?;
         Ok(Problem::builder(mesh).conditions(conditions).schedule(self.schedule.clone()))
@@ -109,7 +139,7 @@ impl CompressionTest {
     /// As [`builder`](Self::builder).
     pub fn conditions(&self, mesh: &TetMesh) -> Result<Conditions, FemError> {
         let [bottom, top] = levels(mesh)?;
-        let (full, duration) = (self.displacement_mm, self.schedule.duration_s);
+        let full = self.displacement_mm;
         // the height is NaN if an end surface is missing; a later check reports that error
         let height = top - bottom;
         if !(full > 0.0 && (height.is_nan() || full < height)) {
@@ -120,16 +150,20 @@ impl CompressionTest {
                 "positive (downwards) and less than the height of the specimen",
             ));
         }
-        let speed = full / duration;
-        // in this order of operations, the displacement at the end is exactly `full`
-        let down = move |time_s: f64| time_s / duration * full;
+        let straight = || LoadProgram::straight(self.schedule.duration_s, full);
+        let program = Arc::new(self.program.clone().unwrap_or_else(straight));
+        let down = || {
+            let program = Arc::clone(&program);
+            move |time_s: f64| program.displacement_mm(time_s)
+        };
+        let (travel, start) = (down(), down());
         let shorten =
-            move |x: [f64; 3], time_s: f64| [0.0, 0.0, -down(time_s) / height * (x[2] - bottom)];
+            move |x: [f64; 3], time_s: f64| [0.0, 0.0, -start(time_s) / height * (x[2] - bottom)];
         let conditions = match self.platens {
             Platens::Sliding => Conditions::new().fix("bottom", [Axis::Z]).prescribe(
                 "top",
                 [Axis::Z],
-                move |_, time_s| [0.0, 0.0, -down(time_s)],
+                move |_, time_s| [0.0, 0.0, -travel(time_s)],
             ),
             Platens::Unilateral(friction) => {
                 let platen = |level, up| {
@@ -137,14 +171,14 @@ impl CompressionTest {
                         .friction(friction.coefficient, friction.slip_velocity_mm_per_s)
                         .drag(friction.drag_mpa_s_per_mm)
                 };
-                let moving = platen(top, -1.0).moving(move |time_s| [0.0, 0.0, -speed * time_s]);
+                let moving = platen(top, -1.0).moving(move |time_s| [0.0, 0.0, -travel(time_s)]);
                 Conditions::new().platen("bottom", platen(bottom, 1.0)).platen("top", moving)
             }
         };
         Ok(conditions
             .described_as(format!("{self:?}"))
             .remove_rigid_motions()
-            .measure_travel("top", [0.0, 0.0, -1.0], down)
+            .measure_travel("top", [0.0, 0.0, -1.0], down())
             .first_guess(shorten))
     }
 }

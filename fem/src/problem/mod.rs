@@ -4,22 +4,24 @@
 //! The modules, in the order of their layers:
 //!
 //! 1. `curve`: points of a curve, its file, the end of a run
-//! 2. `control`: schedules and step controllers
-//! 3. `parameter`: material parameters of sensitivities
-//! 4. `definition`: input data, discretisation, warnings
-//! 5. `memory`: state of irreversible damage
-//! 6. `state`: state of a run, checkpoints
-//! 7. `sensitivity`: derivatives of the force from increment to increment
-//! 8. `stepping`: increments, and the loop over load steps
-//! 9. `evaluation`: stress, energy and forces of fields
-//! 10. `problem`: builder, problem, runs
-//! 11. `compression_test`, `tension_test`: the unconfined compression test, the tension test of a round bar
+//! 2. `control`: schedules, load programs and step controllers
+//! 3. `interface`: bands with their own toughness around surfaces between regions
+//! 4. `parameter`: material parameters of sensitivities
+//! 5. `definition`: input data, discretisation, warnings
+//! 6. `memory`: state of irreversible damage
+//! 7. `state`: state of a run, checkpoints
+//! 8. `sensitivity`: derivatives of the force from increment to increment
+//! 9. `stepping`: increments, and the loop over load steps
+//! 10. `evaluation`: stress, energy and forces of fields
+//! 11. `problem`: builder, problem, runs
+//! 12. `compression_test`, `tension_test`: the unconfined compression test, the tension test of a round bar
 
 mod compression_test;
 mod control;
 mod curve;
 mod definition;
 mod evaluation;
+mod interface;
 mod memory;
 mod parameter;
 #[expect(clippy::module_inception, reason = "the module is named after its main type")]
@@ -32,10 +34,14 @@ mod tension_test;
 pub(crate) use definition::Fingerprint;
 
 pub use compression_test::{CompressionTest, Friction, Platens};
-pub use control::{AdaptiveSteps, ArcLength, FixedSteps, Progress, Schedule, Step, StepController};
+pub use control::{
+    AdaptiveSteps, ArcLength, FixedSteps, LoadProgram, ProgramPoint, ProgramSteps, Progress,
+    Schedule, SegmentSteps, Step, StepController,
+};
 pub use curve::{CurvePoint, CurveWriter, End, Outcome, Sensitivities, read_curve, write_curve};
 pub use definition::ProblemWarning;
 pub use evaluation::Evaluation;
+pub use interface::Interface;
 pub use parameter::MaterialParameter;
 pub use problem::{Problem, ProblemBuilder};
 pub use state::Checkpoint;

@@ -4,9 +4,9 @@ use std::convert::Infallible;
 
 use crate::error::{FemError, Unsupported};
 use crate::material::{Material, PhaseField};
+use crate::problem::interface::{Interface, have_same_bands};
 
-/// Material parameter for sensitivities of the force, defined by the materials for a value below and for a value above
-/// the value of the parameter.
+/// Material parameter for sensitivities of the force, defined by the materials and interfaces below and above its value.
 ///
 /// The parameter may be any material constant of one or several regions, e.g. a modulus of a user-defined law, or a
 /// toughness shared by two regions. Finite differences are taken only of the equations at a quadrature point, not of
@@ -22,6 +22,8 @@ pub struct MaterialParameter {
     pub above: Vec<Material>,
     /// Value of the parameter in `above` minus its value in `below`.
     pub width: f64,
+    /// Interfaces below and above the value; `None`: the interfaces of the problem.
+    pub interfaces: Option<[Vec<Interface>; 2]>,
 }
 
 /// Step of the central difference, relative to the value of the parameter. With this step, the truncation error and
@@ -51,11 +53,27 @@ impl MaterialParameter {
         value: f64,
         materials: impl Fn(f64) -> Result<Vec<Material>, E>,
     ) -> Result<Self, E> {
+        let with_none = |value| materials(value).map(|materials| (materials, Vec::new()));
+        let parameter = Self::try_with_interfaces(name, value, with_none)?;
+        Ok(Self { interfaces: None, ..parameter })
+    }
+
+    /// Creates a parameter like [`try_new`](Self::try_new), which changes interfaces too. `constants` returns the
+    /// materials of all regions and the interfaces for a parameter value near `value`.
+    ///
+    /// # Errors
+    /// The error that `constants` returns.
+    pub fn try_with_interfaces<E>(
+        name: impl Into<String>,
+        value: f64,
+        constants: impl Fn(f64) -> Result<(Vec<Material>, Vec<Interface>), E>,
+    ) -> Result<Self, E> {
         let step = RELATIVE_STEP * value.abs();
         let [low, high] =
             if step > 0.0 { [value - step, value + step] } else { [0.0, RELATIVE_STEP] };
-        let (below, above) = (materials(low)?, materials(high)?);
-        Ok(Self { name: name.into(), below, above, width: high - low })
+        let ((below, first), (above, second)) = (constants(low)?, constants(high)?);
+        let (interfaces, width) = (Some([first, second]), high - low);
+        Ok(Self { name: name.into(), below, above, width, interfaces })
     }
 
     /// Checks that the materials of the problem are between `below` and `above`.
@@ -66,6 +84,7 @@ impl MaterialParameter {
         &self,
         regions: &[String],
         materials: &[Material],
+        interfaces: &[Interface],
         field: Option<&PhaseField>,
     ) -> Result<(), FemError> {
         let entity = || format!("sensitivities: parameter '{}'", self.name);
@@ -82,6 +101,22 @@ impl MaterialParameter {
             }
             for (region, material) in regions.iter().zip(side) {
                 material.validate(region, field)?;
+            }
+        }
+        for side in self.interfaces.iter().flatten() {
+            if !have_same_bands(side, interfaces) {
+                return refused(Unsupported::ParameterInterfaces);
+            }
+            side.iter().try_for_each(Interface::validate)?;
+        }
+        if let Some([below, above]) = &self.interfaces {
+            for ((below, above), at) in below.iter().zip(above).zip(interfaces) {
+                let [below, above, value] = [below, above, at].map(|i| i.toughness_n_per_mm);
+                let slack = 1e-9 * value.abs();
+                if value < below.min(above) - slack || value > below.max(above) + slack {
+                    let region = at.regions.join("-");
+                    return refused(Unsupported::ParameterSides { region, below, above, value });
+                }
             }
         }
         let sides = self.below.iter().zip(&self.above).zip(materials).zip(regions);

@@ -7,6 +7,7 @@ use super::control::Schedule;
 use super::curve::Outcome;
 use super::definition::{Definition, ProblemWarning, Setup, warnings};
 use super::evaluation::{self, Evaluation};
+use super::interface::Interface;
 use super::parameter::MaterialParameter;
 use super::state::Checkpoint;
 use super::stepping::{LoadStepper, Observer, follow};
@@ -55,6 +56,12 @@ impl ProblemBuilder {
     /// phase field, regions without toughness are elastic.
     pub fn phase_field(mut self, field: impl Into<Option<PhaseField>>) -> Self {
         self.parts.phase_field = field.into();
+        self
+    }
+
+    /// Sets interfaces between regions with their own toughness. Without a phase field, they are not used.
+    pub fn interfaces(mut self, interfaces: impl Into<Vec<Interface>>) -> Self {
+        self.parts.interfaces = interfaces.into().into();
         self
     }
 
@@ -161,6 +168,7 @@ impl Problem {
             materials: Vec::new(),
             homogenisation: Homogenisation::default(),
             phase_field: None,
+            interfaces: Arc::default(),
             conditions: Arc::default(),
             schedule: Schedule::adaptive(1.0),
             options: SolverOptions::default(),
@@ -183,6 +191,17 @@ impl Problem {
     pub fn with_materials(&self, materials: Vec<Material>) -> Result<Self, FemError> {
         let parameters = Arc::default();
         let parts = Definition { materials, parameters, ..self.setup.parts.clone() };
+        self.setup.with_parts(parts).map(Self::from_setup)
+    }
+
+    /// Returns this problem with other interfaces and without sensitivities. Mesh, unknowns and the structure of the
+    /// sparse factor are shared unless the regions or the width of an interface change.
+    ///
+    /// # Errors
+    /// As [`ProblemBuilder::build`].
+    pub fn with_interfaces(&self, interfaces: Vec<Interface>) -> Result<Self, FemError> {
+        let (interfaces, parameters) = (interfaces.into(), Arc::default());
+        let parts = Definition { interfaces, parameters, ..self.setup.parts.clone() };
         self.setup.with_parts(parts).map(Self::from_setup)
     }
 
@@ -234,7 +253,7 @@ impl Problem {
     }
 
     /// Returns the properties of this problem that make its results inaccurate without causing an error: elements that
-    /// lock, and parts of the body that are joined only by an edge or a node.
+    /// lock, parts of the body that are joined only by an edge or a node, and interface bands narrower than the elements.
     ///
     /// # Example
     /// ```
@@ -254,7 +273,7 @@ impl Problem {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn warnings(&self) -> Vec<ProblemWarning> {
-        warnings(&self.setup.parts)
+        warnings(&self.setup)
     }
 
     /// Starts a run that the caller advances step by step on the calling thread.
@@ -335,6 +354,11 @@ impl Problem {
     /// The materials, by region.
     pub fn materials(&self) -> &[Material] {
         &self.setup.parts.materials
+    }
+
+    /// The interfaces between regions.
+    pub fn interfaces(&self) -> &[Interface] {
+        &self.setup.parts.interfaces
     }
 
     /// Reference positions of the nodes that [`Fields`] refer to, mm.

@@ -152,6 +152,44 @@ fn failures_are_recorded_with_their_reason_and_the_ensemble_continues() {
     assert_eq!(made.into_inner().unwrap(), BTreeSet::from([2, 3, 4, 5, 6]));
 }
 
+/// Values by name are stored and read again; values that are not finite make a run fail. Failed runs that meet a condition
+/// are computed again, and no other runs.
+#[test]
+fn values_are_stored_and_failed_runs_are_repeated_under_a_condition() {
+    let dir = tempfile::tempdir().unwrap();
+    let job = |run: &RunInput, _: &dyn Fn(f64)| match run.id {
+        2 => Err(FemError::OtherProgram("stopped (limit 1 s)".into())),
+        3 => Err(FemError::OtherProgram("crashed".into())),
+        id => {
+            let last = if id == 4 { f64::NAN } else { 0.5 };
+            let values = [("u_mm".to_owned(), 7.0), ("f_Hz".to_owned(), last)].into();
+            Ok(Outcome { values, ..Outcome::default() })
+        }
+    };
+    let runs = runs(5);
+    in_directory(dir.path()).run(&runs, &NAMES, 2, &job, &(), &NEVER).unwrap();
+    let again = in_directory(dir.path()).run(&runs, &NAMES, 2, &never_called, &(), &NEVER);
+    let records = again.unwrap();
+    let statuses: Vec<String> = records.iter().map(|run| format!("{:?}", run.status)).collect();
+    for (k, part) in [(0, "Finished"), (1, "limit 1 s"), (2, "crashed"), (3, "f_Hz = NaN")] {
+        assert!(statuses[k].contains(part), "{statuses:?}");
+    }
+    assert_eq!(records[4].values["f_Hz"], 0.5);
+    assert_eq!(records[3].values.keys().collect::<Vec<_>>(), ["u_mm"]);
+
+    let made = Mutex::new(BTreeSet::new());
+    let job = |run: &RunInput, done: &dyn Fn(f64)| {
+        made.lock().unwrap().insert(run.id);
+        simple(run, done)
+    };
+    let is_of_limit = |run: &RunRecord| matches!(&run.status, RunStatus::Failed(reason) if reason.ends_with("s)"));
+    let ensemble = in_directory(dir.path()).retry_failed_if(is_of_limit);
+    let retried = ensemble.run(&runs, &NAMES, 2, &job, &(), &NEVER).unwrap();
+    assert_eq!(made.into_inner().unwrap(), BTreeSet::from([2]));
+    assert_eq!(retried[1].status, RunStatus::Finished);
+    assert_eq!(retried[2], records[2]);
+}
+
 #[test]
 fn an_interrupted_ensemble_resumes() {
     let dir = tempfile::tempdir().unwrap();

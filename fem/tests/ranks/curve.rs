@@ -3,9 +3,9 @@
 use crate::support::column::column;
 use crate::support::{grain, loading, matrix, peak, phase_field, prism};
 use fem::{
-    ArcLength, Axis, CompressionTest, Conditions, CurvePoint, Fracture, Friction, Irreversibility,
-    LinearScheme, Material, Order, Outcome, PhaseField, Platens, Problem, Ranks, Schedule,
-    SolverOptions, Split, TetMesh,
+    ArcLength, Axis, CompressionTest, Conditions, CurvePoint, Fracture, Friction, Interface,
+    Irreversibility, LinearScheme, Material, Order, Outcome, PhaseField, Platens, Problem, Ranks,
+    Schedule, SolverOptions, Split, TetMesh,
 };
 
 pub(crate) fn multigrid() -> SolverOptions {
@@ -161,5 +161,27 @@ fn loads_do_not_depend_on_the_parts() {
         for (a, b) in alone.fields.displacement.iter().zip(&shared.fields.displacement) {
             assert!((0..3).all(|k| (a[k] - b[k]).abs() < 1e-6), "{a:?} {b:?}");
         }
+    }
+}
+
+#[test]
+fn interface_bands_are_divided_among_the_ranks() {
+    for order in [Order::Linear, Order::Quadratic] {
+        let run = |ranks: Ranks| {
+            let problem = loading(0.2, 1.0, 10)
+                .builder(prism(3, true))
+                .expect("a specimen")
+                .order(order)
+                .materials([matrix(), grain()])
+                .phase_field(phase_field(Split::None))
+                .interfaces([Interface::new(["matrix", "grain"], 0.0005, 1.0)])
+                .options(careful())
+                .ranks(ranks)
+                .build()
+                .expect("valid input");
+            problem.run(&mut ())
+        };
+        let alone = run(Ranks::default());
+        on_ranks(3, run).iter().for_each(|shared| assert_same(&alone, shared));
     }
 }

@@ -24,7 +24,7 @@ fn main() -> io::Result<()> {
             let words = bytes.chunks_exact(8).map(|word| word.try_into().unwrap_or_default());
             Ok(words.map(f64::from_le_bytes).collect())
         };
-        let curve = TestCurve { displacement_mm: values()?, force_n: values()? };
+        let curve = TestCurve::new(values()?, values()?);
         match Qois::of(&curve, 0.3) {
             Ok(qois) => {
                 writeln!(output, "{},{}", qois.displacement_at_peak_mm, qois.peak_force_n)?;

@@ -1,4 +1,5 @@
-//! Checks of a measured curve: order and sign of the readings, spikes, preload, toe, unloading, sampling.
+//! Checks of a measured curve: order and sign of the readings, spikes, preload, toe, unloading, sampling, and branches of
+//! a load program.
 
 mod finding;
 mod order;
@@ -6,19 +7,25 @@ mod origin;
 mod spikes;
 #[cfg(test)]
 mod tests;
+mod times;
 
 use crate::experiment::TestCurve;
+use crate::machine::Machine;
 use crate::qoi::{QoiError, Qois, Window};
 use finding::largest;
 pub use finding::{Finding, Weight};
 use order::{NOISE_BACK, noise_of_displacement, order};
 use origin::{force_zero, late_load, late_onset_mm, preload, toe, toe_mm};
 use spikes::spikes;
+use times::times;
 
 /// Least number of readings before the peak; fewer are reported as sparse.
 const SPARSE: usize = 10;
 /// Largest gap between readings before the peak, as a fraction of the displacement at peak; a wider gap is reported.
 const GAP: f64 = 0.15;
+/// Displacements of a load program that differ by at most this fraction of the range of all displacements count as equal,
+/// unless the noise is larger.
+const EQUAL: f64 = 0.005;
 
 /// Curve with the findings of its checks.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,8 +34,9 @@ pub struct InspectedCurve {
     pub findings: Vec<Finding>,
     /// Displacement (mm) at which loading begins: see `toe_mm` in `origin.rs`.
     pub toe_mm: f64,
-    /// The curve up to its largest displacement.
-    pub loading: TestCurve,
+    /// The curve from which quantities are computed, with times from its first reading on: the curve up to its largest
+    /// displacement, or with a load program the whole curve with its branches.
+    pub prepared: TestCurve,
     /// Displacement (mm) at which loading begins after the approach of the platen or an offset; 0 if loading begins at
     /// the start of the curve or with a soft start.
     onset_mm: f64,
@@ -37,23 +45,83 @@ pub struct InspectedCurve {
 impl InspectedCurve {
     /// Checks a curve. The initial slope is computed at `slope_fraction` times the displacement at peak.
     pub fn of(curve: &TestCurve, slope_fraction: f64) -> Self {
-        let mut found =
-            Self { findings: Vec::new(), toe_mm: 0.0, loading: curve.clone(), onset_mm: 0.0 };
+        let mut found = Self::unchecked(curve);
         if let Some(finding) = order(curve) {
             found.findings.push(finding);
             return found;
         }
         found.cut_unloading();
-        found.findings.extend(spikes(&found.loading));
-        found.findings.extend(force_zero(&found.loading));
-        if let Some(onset_mm) = late_onset_mm(&found.loading) {
-            found.findings.push(late_load(onset_mm));
-            found.onset_mm = onset_mm;
+        let loading = found.prepared.clone();
+        found.inspect_rise(&loading);
+        found.inspect_peak(&loading, slope_fraction);
+        found
+    }
+
+    /// Checks the record of a test with a load program. Hold, unloading and reloading are kept as branches; the checks
+    /// concern the first loading. Peak and toe are checked only if `needs_peak`.
+    ///
+    /// The branches are found in the record, because the machine controls the displacement of its crosshead. The prepared
+    /// curve is that of the specimen.
+    pub fn of_program(
+        record: &TestCurve,
+        machine: &Machine,
+        slope_fraction: f64,
+        needs_peak: bool,
+    ) -> Self {
+        let mut found = Self::unchecked(record);
+        if let Some(finding) = times(record) {
+            found.findings.push(finding);
+            return found;
         }
-        let loading = found.after_onset();
+        let u = &record.displacement_mm;
+        let least = u.iter().copied().fold(f64::INFINITY, f64::min);
+        let range = u.iter().copied().fold(f64::NEG_INFINITY, f64::max) - least;
+        let tolerance_mm = (EQUAL * range).max(NOISE_BACK * noise_of_displacement(u));
+        found.prepared = machine.specimen(&found.prepared.with_branches(tolerance_mm));
+        let loading = match found.prepared.first_loading() {
+            Some(readings) => found.prepared.picked(&readings),
+            None => found.prepared.clone(),
+        };
+        if let Some(finding) = order(&loading) {
+            found.findings.push(finding);
+            return found;
+        }
+        found.inspect_rise(&loading);
+        if needs_peak {
+            found.inspect_peak(&loading, slope_fraction);
+        }
+        let of_origin =
+            |finding: &&mut Finding| ["late-load", "toe", "preload"].contains(&finding.name);
+        for finding in found.findings.iter_mut().filter(of_origin) {
+            finding.help = "Displacement and time count from the start of loading: subtract both at the start from the \
+                            columns of the curve.";
+        }
+        found
+    }
+
+    fn unchecked(curve: &TestCurve) -> Self {
+        let mut prepared = TestCurve { branches: Vec::new(), ..curve.clone() };
+        let start_s = curve.time_s.first().copied().unwrap_or(0.0);
+        prepared.time_s.iter_mut().for_each(|time_s| *time_s -= start_s);
+        Self { findings: Vec::new(), toe_mm: 0.0, prepared, onset_mm: 0.0 }
+    }
+
+    /// Checks the rising force of a loading.
+    fn inspect_rise(&mut self, loading: &TestCurve) {
+        self.findings.extend(spikes(loading));
+        self.findings.extend(force_zero(loading));
+        if let Some(onset_mm) = late_onset_mm(loading) {
+            self.findings.push(late_load(onset_mm));
+            self.onset_mm = onset_mm;
+        }
+    }
+
+    /// Checks slope, toe and peak of a loading.
+    fn inspect_peak(&mut self, loading: &TestCurve, slope_fraction: f64) {
+        let loading = self.after_onset(loading);
         match Qois::of(&loading, slope_fraction) {
-            Err(reason) => found.findings.push(without_quantities(&reason)),
-            Ok(qois) if qois.slope_n_per_mm <= 0.0 => found.findings.push(Finding {
+            Err(reason) => self.findings.push(without_quantities(&reason)),
+            Ok(qois) if qois.slope_n_per_mm <= 0.0 => self.findings.push(Finding {
                 name: "slope",
                 value: qois.slope_n_per_mm,
                 problem: format!("has an initial slope of {:.4} N/mm", qois.slope_n_per_mm),
@@ -63,18 +131,17 @@ impl InspectedCurve {
             }),
             Ok(qois) => {
                 let toe_mm = toe_mm(&loading, &qois, slope_fraction);
-                found.toe_mm = found.onset_mm + toe_mm;
-                found.findings.extend(preload(&loading, &qois));
-                found.findings.push(toe(toe_mm, &qois));
-                found.findings.extend(sampling(&loading, &qois, slope_fraction));
+                self.toe_mm = self.onset_mm + toe_mm;
+                self.findings.extend(preload(&loading, &qois));
+                self.findings.push(toe(toe_mm, &qois));
+                self.findings.extend(sampling(&loading, &qois, slope_fraction));
             }
         }
-        found
     }
 
     /// Returns the loading branch with displacements measured from the toe, and the shift of the displacements in mm.
     pub fn without_toe(&self, slope_fraction: f64) -> (TestCurve, f64) {
-        let mut curve = self.after_onset();
+        let mut curve = self.after_onset(&self.prepared);
         let mut moved = self.onset_mm;
         // the window of the slope moves with the origin: both converge in a few iterations
         for _ in 0..4 {
@@ -88,20 +155,20 @@ impl InspectedCurve {
 
     /// Returns the loading branch after the approach of the platen, with displacements measured from the end of the
     /// approach.
-    fn after_onset(&self) -> TestCurve {
+    fn after_onset(&self, loading: &TestCurve) -> TestCurve {
         if self.onset_mm == 0.0 {
-            return self.loading.clone();
+            return loading.clone();
         }
-        let TestCurve { displacement_mm, force_n } = &self.loading;
-        let readings = displacement_mm.iter().zip(force_n).skip_while(|(u, _)| **u < self.onset_mm);
-        let (displacement_mm, force_n) = readings.map(|(u, f)| (u - self.onset_mm, *f)).unzip();
-        TestCurve { displacement_mm, force_n }
+        let u = &loading.displacement_mm;
+        let start = u.iter().take_while(|u| **u < self.onset_mm).count();
+        let readings: Vec<usize> = (start..u.len()).collect();
+        loading.picked(&readings).shift_displacement(-self.onset_mm)
     }
 
     /// Removes the readings after the largest displacement, if displacement decreases by more than noise, and reports
     /// the removal.
     fn cut_unloading(&mut self) {
-        let u = &self.loading.displacement_mm;
+        let u = &self.prepared.displacement_mm;
         let (farthest, last) = (largest(u), u.len() - 1);
         let back = u[farthest] - u[last];
         let by_noise = NOISE_BACK * noise_of_displacement(u);
@@ -118,8 +185,10 @@ impl InspectedCurve {
             help: "The readings after the largest displacement are omitted.",
             weight: Weight::Warning,
         });
-        self.loading.displacement_mm.truncate(farthest + 1);
-        self.loading.force_n.truncate(farthest + 1);
+        let TestCurve { displacement_mm, force_n, time_s, .. } = &mut self.prepared;
+        for values in [displacement_mm, force_n, time_s] {
+            values.truncate(farthest + 1);
+        }
     }
 }
 

@@ -5,10 +5,11 @@
 //! - `slope_fraction`: displacement at which the slope of this curve is taken, as a fraction of the displacement at
 //!   peak (default: the value of the case);
 //! - `image`: a scan of the specimen, a TIFF file or a folder of slices; the path is relative to the table's folder;
-//! - `rate_mm_per_s`: speed of the platen, used if the curve has no column of times.
+//! - `rate_mm_per_s`: speed of the platen, used if the curve has no column of times;
+//! - `test`: name of the test, for a table with the specimens of several tests.
 //!
 //! `curves/<id>.csv` beside the table has the columns `displacement_mm,force_N`, compression positive, and optionally
-//! `time_s`. The curve may also be the export of a testing machine (`.csv`, `.txt`, `.tsv`, `.dat`, `.asc`, `.xlsx`):
+//! `time_s`, which a test with a load program requires. The curve may also be the export of a testing machine (`.csv`, `.txt`, `.tsv`, `.dat`, `.asc`, `.xlsx`):
 //! see `ReadOptions`.
 //!
 //! Lines that start with `#` are comments. Columns may be in any order; other columns are ignored.
@@ -16,6 +17,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::branch::{Branch, branches, first_loading};
 use crate::error::InputError;
 use crate::table::to_csv;
 
@@ -26,9 +28,45 @@ pub struct TestCurve {
     pub displacement_mm: Vec<f64>,
     /// Force on the platen in N, one for each displacement.
     pub force_n: Vec<f64>,
+    /// Time in s, one for each displacement; empty if the times are unknown.
+    pub time_s: Vec<f64>,
+    /// Branches of the load program. Empty: the whole curve is one loading.
+    pub branches: Vec<Branch>,
 }
 
 impl TestCurve {
+    /// Creates a curve without times.
+    pub fn new(displacement_mm: Vec<f64>, force_n: Vec<f64>) -> Self {
+        Self { displacement_mm, force_n, ..Self::default() }
+    }
+
+    /// Finds the branches of the curve from its times. Displacements that differ by at most `tolerance_mm` count as
+    /// equal. A curve without hold and unloading has no branches.
+    pub fn with_branches(mut self, tolerance_mm: f64) -> Self {
+        let found = branches(&self.time_s, &self.displacement_mm, tolerance_mm);
+        self.branches = if found.len() > 1 { found } else { Vec::new() };
+        self
+    }
+
+    /// Indices of the readings of the first loading: the readings of loading branches beyond the largest displacement of
+    /// all earlier branches. `None` if the whole curve is one loading.
+    pub fn first_loading(&self) -> Option<Vec<usize>> {
+        let has_branches = !self.branches.is_empty();
+        has_branches.then(|| first_loading(&self.branches, &self.displacement_mm))
+    }
+
+    /// The curve with only the readings of the given indices, without branches.
+    pub fn picked(&self, indices: &[usize]) -> Self {
+        let pick =
+            |values: &[f64]| indices.iter().filter_map(|&i| values.get(i).copied()).collect();
+        Self {
+            displacement_mm: pick(&self.displacement_mm),
+            force_n: pick(&self.force_n),
+            time_s: pick(&self.time_s),
+            branches: Vec::new(),
+        }
+    }
+
     /// The curve with every displacement multiplied by `factor`.
     ///
     /// A specimen of height H and a mesh of height H′ are compared at equal nominal strain: the displacement of the
@@ -36,7 +74,7 @@ impl TestCurve {
     pub fn scale_displacement(&self, factor: f64) -> Self {
         Self {
             displacement_mm: self.displacement_mm.iter().map(|u| factor * u).collect(),
-            force_n: self.force_n.clone(),
+            ..self.clone()
         }
     }
 
@@ -45,17 +83,14 @@ impl TestCurve {
     /// A specimen with cross-section A and a mesh with cross-section A′ are compared at equal nominal stress: the force
     /// on the specimen is multiplied by A′/A.
     pub fn scale_force(&self, factor: f64) -> Self {
-        Self {
-            displacement_mm: self.displacement_mm.clone(),
-            force_n: self.force_n.iter().map(|force| factor * force).collect(),
-        }
+        Self { force_n: self.force_n.iter().map(|force| factor * force).collect(), ..self.clone() }
     }
 
     /// The curve with `by_mm` added to every displacement.
     pub fn shift_displacement(&self, by_mm: f64) -> Self {
         Self {
             displacement_mm: self.displacement_mm.iter().map(|u| u + by_mm).collect(),
-            force_n: self.force_n.clone(),
+            ..self.clone()
         }
     }
 
@@ -89,7 +124,12 @@ impl TestCurve {
     /// None: text in memory can always be written.
     pub fn to_csv(&self) -> io::Result<Vec<u8>> {
         let rows = self.displacement_mm.iter().zip(&self.force_n);
-        to_csv(["displacement_mm", "force_N"], rows.map(|(u, f)| [u.to_string(), f.to_string()]))
+        let rows = rows.map(|(u, f)| [u.to_string(), f.to_string()]);
+        if self.time_s.is_empty() {
+            return to_csv(["displacement_mm", "force_N"], rows);
+        }
+        let rows = self.time_s.iter().zip(rows).map(|(t, [u, f])| [t.to_string(), u, f]);
+        to_csv(["time_s", "displacement_mm", "force_N"], rows)
     }
 }
 
@@ -109,6 +149,8 @@ pub struct Specimen {
     pub slope_fraction: Option<f64>,
     /// Path of a scan of the specimen, relative to the folder of the table.
     pub image: Option<PathBuf>,
+    /// Name of the test, for a table with the specimens of several tests.
+    pub test: Option<String>,
     /// Speed of the platen in mm/s, from the times of the curve or from the table. `None`: unknown.
     pub rate_mm_per_s: Option<f64>,
     /// Recorded curve.
@@ -140,6 +182,7 @@ impl SpecimenTable {
             ("slope_fraction", self.specimens.iter().any(|s| s.slope_fraction.is_some())),
             ("image", self.specimens.iter().any(|s| s.image.is_some())),
             ("rate_mm_per_s", self.specimens.iter().any(|s| s.rate_mm_per_s.is_some())),
+            ("test", self.specimens.iter().any(|s| s.test.is_some())),
         ];
         let rows = self.specimens.iter().map(|s| {
             let fraction = s.slope_fraction.map(|f| f.to_string()).unwrap_or_default();
@@ -147,8 +190,9 @@ impl SpecimenTable {
             let rate = s.rate_mm_per_s.map(|rate| rate.to_string()).unwrap_or_default();
             let Specimen { id, height_mm, radius_mm, group, .. } = s;
             let always = [id.clone(), height_mm.to_string(), radius_mm.to_string(), group.clone()];
+            let test = s.test.clone().unwrap_or_default();
             let optional =
-                [fraction, image, rate].into_iter().zip(written).filter(|(_, (_, has))| *has);
+                [fraction, image, rate, test].into_iter().zip(written).filter(|(_, (_, has))| *has);
             always.into_iter().chain(optional.map(|(cell, _)| cell)).collect::<Vec<_>>()
         });
         let optional = written.iter().filter(|(_, has)| *has).map(|(name, _)| *name);

@@ -10,7 +10,7 @@
 //!
 //! let displacement_mm: Vec<f64> = (0..=20).map(|i| 0.01 * i as f64).collect();
 //! let force_n = displacement_mm.iter().map(|u| 2000.0 * u - 10_000.0 * u * u).collect();
-//! let qois = Qois::of(&TestCurve { displacement_mm, force_n }, 0.3)?;
+//! let qois = Qois::of(&TestCurve::new(displacement_mm, force_n), 0.3)?;
 //! assert!((qois.peak_force_n - 100.0).abs() < 1e-9);
 //! # Ok::<(), breccia_calibration::QoiError>(())
 //! ```
@@ -22,8 +22,8 @@
 //!
 //! 1. `error`, `table`, `record`, `table_format`: errors in files, small tables, records of testing machines, tables
 //!    saved from spreadsheets
-//! 2. `prior`, `experiment`, `specimen_files`, `qoi`: priors of parameters, specimens with their curves and files,
-//!    quantities of interest
+//! 2. `branch`, `prior`, `experiment`, `specimen_files`, `qoi`, `machine`: priors of parameters, specimens with their curves and files,
+//!    quantities of interest, testing machines
 //! 3. `curve_check`: findings on a measured curve
 //! 4. `fracture`, `hyperelastic`, `tension`: calibration models, each the pattern that a user copies;
 //!    `viscoplastic`: parts of a calibration model of metals that neck
@@ -31,6 +31,8 @@
 //! 6. `further_test`: expected benefit of a further test
 
 // hidden modules: `models` uses their items but does not re-export them, so that they are not part of the interface
+#[doc(hidden)]
+pub mod branch;
 #[doc(hidden)]
 pub mod budget;
 #[doc(hidden)]
@@ -44,6 +46,8 @@ pub mod fracture;
 #[doc(hidden)]
 pub mod further_test;
 pub mod hyperelastic;
+#[doc(hidden)]
+pub mod machine;
 #[doc(hidden)]
 pub mod predicted_curve;
 #[doc(hidden)]
@@ -61,18 +65,22 @@ pub mod table_format;
 pub mod tension;
 pub mod viscoplastic;
 
+pub use branch::{Branch, BranchKind};
 pub use error::InputError;
 pub use experiment::{Specimen, SpecimenTable, TestCurve};
 pub use fracture::{
-    Calibration, CalibrationError, Evidence, Groups, Pooling, Population, Specimens, TestGroup,
-    Trend, calibrate, calibrate_after, calibrate_groups, calibration, calibration_on,
-    calibration_over_groups,
+    BetweenTests, Calibration, CalibrationError, Evidence, Groups, JointCalibration, JointTest,
+    JointTests, Pooling, Population, Specimens, TestDraws, TestGroup, Trend, calibrate,
+    calibrate_after, calibrate_groups, calibrate_tests, calibration_of_draws, calibration_on,
+    calibration_over_groups, calibration_over_tests,
 };
 pub use further_test::{Belief, Expected, FurtherTest, FurtherTestError, Goal, Needed, TestAtDraw};
+pub use machine::Machine;
 pub use prior::{Prior, PriorBounds, PriorFamily, PriorKey};
 pub use qoi::{
-    CurveRates, DisplacementAtPeak, EnergyToPeak, Extent, ForceAt, HomogeneousCylinder, PeakForce,
-    PeakedCurve, PostPeakSlope, Qoi, QoiError, QoiRegistry, Qois, Quantity, RelativeForce, Slope,
-    Unit,
+    CurveRates, DisplacementAtPeak, EnergyToPeak, Extent, ForceAt, ForceAtTime,
+    HomogeneousCylinder, HysteresisEnergy, PeakForce, PeakedCurve, PostPeakSlope, Qoi, QoiError,
+    QoiRegistry, Qois, Quantity, RelativeForce, RelaxedFraction, Slope, TableColumn, Unit,
+    UnloadingSlope,
 };
 pub use record::{Compression, Decimal, Encoding, ReadOptions, Separator};

@@ -196,7 +196,7 @@ mod tests {
     fn curve(height: f64, width: f64, a: f64) -> TestCurve {
         let displacement_mm: Vec<f64> = (0..=60).map(|i| 0.002 * f64::from(i)).collect();
         let force_n = displacement_mm.iter().map(|u| height * family(a, u / width)).collect();
-        TestCurve { displacement_mm, force_n }
+        TestCurve::new(displacement_mm, force_n)
     }
 
     #[test]
@@ -212,7 +212,7 @@ mod tests {
             let exact = family(3.0, 0.01 * x);
             assert!((relative(&percent, &found, x) - exact).abs() < tolerance, "{x}");
         }
-        let nothing = TestCurve { displacement_mm: vec![], force_n: vec![] };
+        let nothing = TestCurve::default();
         assert!(largest_percentage(&nothing).is_err());
     }
 

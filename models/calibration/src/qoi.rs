@@ -7,7 +7,10 @@
 //! 3. `curve`, `definition`: a curve with its peak, and the interface of a quantity
 //! 4. `slope`, `peak_force`, `displacement_at_peak`, `energy_to_peak`: quantities up to the peak
 //! 5. `post_peak_slope`, `relative_force`, `force_at`: quantities of the branch past the peak and of the shape
-//! 6. `quantity`, `qois`: the registry, and quantities of one curve
+//! 6. `force_at_time`, `relaxed_fraction`, `unloading_slope`, `hysteresis_energy`: quantities of any branch of a load
+//!    program, which need no peak
+//! 7. `table_column`: numbers that are reported without a curve
+//! 7. `quantity`, `qois`: the registry, and quantities of one curve
 
 mod curve;
 mod definition;
@@ -17,6 +20,8 @@ mod error;
 mod extent;
 mod fits;
 mod force_at;
+mod force_at_time;
+mod hysteresis_energy;
 mod line;
 pub mod noise;
 mod peak;
@@ -27,8 +32,14 @@ mod qois;
 mod quantity;
 mod reading;
 mod relative_force;
+mod relaxed_fraction;
 mod slope;
+mod table_column;
 mod unit;
+mod unloading_slope;
+
+#[cfg(test)]
+mod program_tests;
 
 pub use curve::{CurveRates, PeakedCurve};
 pub use definition::{HomogeneousCylinder, Qoi};
@@ -37,11 +48,16 @@ pub use energy_to_peak::EnergyToPeak;
 pub use error::QoiError;
 pub use extent::Extent;
 pub use force_at::ForceAt;
+pub use force_at_time::ForceAtTime;
+pub use hysteresis_energy::HysteresisEnergy;
 pub use line::{Line, Window, slope_line};
 pub use peak_force::PeakForce;
 pub use post_peak_slope::PostPeakSlope;
 pub use qois::Qois;
 pub use quantity::{QoiRegistry, Quantity};
 pub use relative_force::RelativeForce;
+pub use relaxed_fraction::RelaxedFraction;
 pub use slope::Slope;
+pub use table_column::TableColumn;
 pub use unit::Unit;
+pub use unloading_slope::UnloadingSlope;

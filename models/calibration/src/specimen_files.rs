@@ -65,6 +65,29 @@ impl SpecimenFiles {
         read
     }
 
+    /// Removes the specimens of all tests except `test`; keeps all specimens if `test` is `None`. `file` is the path of
+    /// the table.
+    pub fn of_test(mut self, test: Option<&str>, file: &Path) -> Self {
+        let Some(test) = test else { return self };
+        let mut tests: Vec<&str> =
+            self.table.specimens.iter().filter_map(|specimen| specimen.test.as_deref()).collect();
+        tests.sort_unstable();
+        tests.dedup();
+        if !tests.contains(&test) && !self.table.specimens.is_empty() {
+            let help = match tests.is_empty() {
+                true => "Add a column test with the name of the test of each specimen.".to_owned(),
+                false => format!("The column test has: {}.", tests.join(", ")),
+            };
+            let problem = "no specimen belongs to this test";
+            let value = format!("{test:?}");
+            self.mistakes.push(InputError::new(file, "column test", value, problem, help));
+        }
+        let specimens = self.table.specimens.into_iter().zip(self.understood);
+        let of_test = specimens.filter(|(specimen, _)| specimen.test.as_deref() == Some(test));
+        (self.table.specimens, self.understood) = of_test.unzip();
+        self
+    }
+
     /// Reads the specimen of a row and its curve. Also returns a description of the format of the curve. Mistakes are
     /// added to `mistakes`. `None` if the id is not valid or the curve cannot be read.
     fn row(
@@ -119,6 +142,7 @@ impl SpecimenFiles {
             group: row.text("group").to_owned(),
             slope_fraction,
             image,
+            test: is_given("test").then(|| row.text("test").to_owned()),
             rate_mm_per_s: rate.or(stated),
             curve,
         };
@@ -135,15 +159,15 @@ impl SpecimenFiles {
         size: SpecimenSize,
     ) -> Result<(TestCurve, Option<f64>, Option<String>), InputError> {
         let path = recorded_file(table, id)?;
-        let (recorded, how) = PlainRecord::read_as(&path, options, size)?;
-        let PlainRecord { curve, time_s } = recorded;
+        let (curve, how) = TestCurve::read_as(&path, options, size)?;
         if let Some(same) = self.table.specimens.iter().find(|other| other.curve == curve) {
             let problem = format!("is the curve of {}, too", same.id);
             let help = "One test would count twice: replace the wrong file, or remove one of the two \
                         lines from the table.";
             return Err(InputError::new(&path, "specimen", id, problem, help));
         }
-        let rate = time_s.map(|time_s| mean_rate(&path, &curve, &time_s)).transpose()?;
+        let is_timed = !curve.time_s.is_empty();
+        let rate = is_timed.then(|| mean_rate(&path, &curve)).transpose()?;
         Ok((curve, rate, how))
     }
 }
@@ -172,13 +196,40 @@ impl SpecimenTable {
 }
 
 impl TestCurve {
-    /// Reads a file with the columns `displacement_mm,force_N`.
+    /// Reads a file with the columns `displacement_mm,force_N` and optionally `time_s`.
     ///
     /// # Errors
     /// If a column is missing, a value is not a finite number, there are fewer than five points, or no force is
     /// positive. The error names file, line, column, value and help.
     pub fn read(file: &Path) -> Result<Self, InputError> {
-        Ok(PlainRecord::read(file)?.curve)
+        let table = CsvTable::read(file, &["displacement_mm", "force_N"])?;
+        let mut curve = Self::default();
+        let is_timed = table.has_column("time_s");
+        for row in table.rows() {
+            curve.displacement_mm.push(row.number("displacement_mm")?);
+            curve.force_n.push(row.number("force_N")?);
+            if is_timed {
+                curve.time_s.push(row.number("time_s")?);
+            }
+        }
+        curve.checked(file)
+    }
+
+    /// Reads a plain file or an export of a testing machine. Also returns a description of the format of an export.
+    fn read_as(
+        file: &Path,
+        options: &ReadOptions,
+        size: SpecimenSize,
+    ) -> Result<(Self, Option<String>), InputError> {
+        let is_plain = *options == ReadOptions::default() && has_plain_header(file);
+        if is_plain || !file.exists() {
+            return Ok((Self::read(file)?, None));
+        }
+        let Record { displacement_mm, force_n, time_s, understood } =
+            Record::read(file, options, size)?;
+        let time_s = time_s.unwrap_or_default();
+        let curve = Self { time_s, ..Self::new(displacement_mm, force_n) }.checked(file)?;
+        Ok((curve, Some(understood)))
     }
 }
 
@@ -212,45 +263,6 @@ pub fn recorded_file(table: &Path, id: &str) -> Result<PathBuf, InputError> {
     }
 }
 
-/// Curve with the times of its readings, if they were recorded.
-struct PlainRecord {
-    curve: TestCurve,
-    time_s: Option<Vec<f64>>,
-}
-
-impl PlainRecord {
-    /// Reads a file with the columns `displacement_mm,force_N` and optionally `time_s`.
-    fn read(file: &Path) -> Result<Self, InputError> {
-        let table = CsvTable::read(file, &["displacement_mm", "force_N"])?;
-        let mut curve = TestCurve::default();
-        let mut time_s = table.has_column("time_s").then(Vec::new);
-        for row in table.rows() {
-            curve.displacement_mm.push(row.number("displacement_mm")?);
-            curve.force_n.push(row.number("force_N")?);
-            if let Some(time_s) = &mut time_s {
-                time_s.push(row.number("time_s")?);
-            }
-        }
-        Ok(Self { curve: curve.checked(file)?, time_s })
-    }
-
-    /// Reads a plain record or an export of a testing machine. Also returns a description of the format of an export.
-    fn read_as(
-        file: &Path,
-        options: &ReadOptions,
-        size: SpecimenSize,
-    ) -> Result<(Self, Option<String>), InputError> {
-        let is_plain = *options == ReadOptions::default() && has_plain_header(file);
-        if is_plain || !file.exists() {
-            return Ok((Self::read(file)?, None));
-        }
-        let Record { displacement_mm, force_n, time_s, understood } =
-            Record::read(file, options, size)?;
-        let curve = TestCurve { displacement_mm, force_n }.checked(file)?;
-        Ok((Self { curve, time_s }, Some(understood)))
-    }
-}
-
 /// Whether the first line that is neither blank nor a comment contains the names `displacement_mm` and `force_N`,
 /// separated by commas.
 fn has_plain_header(file: &Path) -> bool {
@@ -265,7 +277,8 @@ fn has_plain_header(file: &Path) -> bool {
 }
 
 /// Mean speed of the platen in mm/s from the first reading to the largest force.
-fn mean_rate(file: &Path, curve: &TestCurve, time_s: &[f64]) -> Result<f64, InputError> {
+fn mean_rate(file: &Path, curve: &TestCurve) -> Result<f64, InputError> {
+    let time_s = &curve.time_s;
     let force = |i: &usize| curve.force_n[*i];
     let top = (0..time_s.len()).max_by(|a, b| force(a).total_cmp(&force(b))).unwrap_or(0);
     let passed_s = time_s[top] - time_s[0];
@@ -298,6 +311,7 @@ mod tests {
         let curve = TestCurve {
             displacement_mm: vec![0.0, 0.1, 1.0 / 3.0, 0.4, 0.5],
             force_n: vec![0.0, 1e-17, 147.103_2, 3.0, 2.0],
+            ..TestCurve::default()
         };
         let specimen = |id: &str, slope_fraction| Specimen {
             id: id.into(),
@@ -306,6 +320,7 @@ mod tests {
             group: "50C".into(),
             slope_fraction,
             image: None,
+            test: slope_fraction.map(|_| "slow".to_owned()),
             rate_mm_per_s: slope_fraction,
             // the curves must differ, because two specimens with the same curve are an error
             curve: curve.scale_displacement(if id == "S-1" { 1.0 } else { 1.1 }),

@@ -76,6 +76,11 @@ impl<'a> CsvTable<'a> {
         self.columns.iter().any(|name| name == column)
     }
 
+    /// Names of the columns in their order.
+    pub fn columns(&self) -> impl ExactSizeIterator<Item = &str> {
+        self.columns.iter().map(String::as_str)
+    }
+
     pub fn rows(&self) -> impl Iterator<Item = TableRow<'_>> {
         (0..self.rows.len()).map(move |index| TableRow { table: self, index })
     }

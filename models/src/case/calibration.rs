@@ -1,11 +1,13 @@
 //! Settings of the calibration, except the settings of its simulations: quantities of interest, surrogate, sampler.
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 use ::surrogate::{DesignMethod, OrderRule, SurrogateError, Terms};
 use serde::{Deserialize, Serialize};
 
-use super::{BoundsCase, PriorCase};
+use super::between_tests::BetweenTestsCase;
+use super::{BoundsCase, ByParameter, PriorCase};
 use crate::prior::Prior;
 use crate::qoi::Quantity;
 
@@ -28,6 +30,9 @@ pub struct QoiCase {
 pub struct DesignCase {
     /// Number of simulations.
     pub runs: usize,
+    /// Table of finished runs, parameters and quantities, in place of simulations.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub import: Option<PathBuf>,
     /// Seed of the design.
     pub seed: u64,
     /// Sampling method that fills the ranges of the priors.
@@ -163,6 +168,17 @@ pub struct CalibrationCase {
     /// Prior of the systematic error of the model.
     #[serde(skip_serializing_if = "DiscrepancyCase::is_empty")]
     pub discrepancy: DiscrepancyCase,
+    /// Relation between the values of parameters in several tests; parameters that are not listed are shared.
+    #[serde(skip_serializing_if = "is_without_relations")]
+    pub between_tests: ByParameter<BetweenTestsCase>,
+    /// File with the draws of a joint calibration of several tests, relative to the results folder. The stage
+    /// `calibrate` then takes these draws in place of its own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub joint: Option<PathBuf>,
+}
+
+fn is_without_relations(between_tests: &ByParameter<BetweenTestsCase>) -> bool {
+    between_tests.parameters().len() == 0
 }
 
 fn is_zero(n: &usize) -> bool {
@@ -187,6 +203,8 @@ struct WrittenCalibration {
     target_accept: Option<f64>,
     seed: Option<u64>,
     discrepancy: DiscrepancyCase,
+    between_tests: ByParameter<BetweenTestsCase>,
+    joint: Option<PathBuf>,
 }
 
 /// `calibration.sampling`: preset of the sampling keys.
@@ -232,6 +250,8 @@ impl TryFrom<WrittenCalibration> for CalibrationCase {
             target_accept: written.target_accept.unwrap_or(default.target_accept),
             seed: written.seed.unwrap_or(default.seed),
             discrepancy: written.discrepancy,
+            between_tests: written.between_tests,
+            joint: written.joint,
         })
     }
 }
@@ -252,7 +272,10 @@ impl DiscrepancyCase {
     /// Covariance of the relative error (quantities × quantities) for quantities with the given column names; `None` if
     /// there is no error.
     pub(crate) fn covariance(&self, columns: &[String]) -> Option<Vec<Vec<f64>>> {
-        let percent = |column: &String| self.percent.get(&Quantity::of_column(column)?);
+        let percent = |column: &String| {
+            let mut all = self.percent.iter();
+            all.find_map(|(quantity, percent)| (quantity.column() == **column).then_some(percent))
+        };
         let variance = |column| (0.01 * percent(column).unwrap_or(&0.0)).powi(2);
         let entry = |i: usize, j: usize| if i == j { variance(&columns[i]) } else { 0.0 };
         let size = columns.len();
@@ -298,6 +321,7 @@ impl Default for DesignCase {
     fn default() -> Self {
         Self {
             runs: 100,
+            import: None,
             seed: 1,
             method: DesignMethod::LatinHypercube,
             sample: DesignSample::default(),
@@ -326,6 +350,8 @@ impl Default for CalibrationCase {
             target_accept: 0.95,
             seed: 7,
             discrepancy: DiscrepancyCase::default(),
+            between_tests: ByParameter::default(),
+            joint: None,
         }
     }
 }

@@ -26,9 +26,7 @@ pub(crate) fn changed_keys(case: &Case) -> Vec<(String, Value, Option<Value>)> {
 /// The case of a table with all its defaults, as a table; `None` if it lacks a required key.
 fn completed(table: Table) -> Option<Table> {
     let mut case: Case = table.try_into().ok()?;
-    if let Some(v) = case.experiments.as_mut().and_then(|e| e.virtual_specimens.as_mut()) {
-        v.complete();
-    }
+    case.complete();
     case.qoi.quantities = case.compared();
     Table::try_from(&case).ok()
 }

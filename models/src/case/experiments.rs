@@ -14,9 +14,15 @@ pub struct ExperimentsCase {
     /// The specimen table; the curves are in the folder `curves/` next to the table.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub table: Option<PathBuf>,
+    /// Table of measured quantities, one line per specimen, in place of curves. For runs from outside this program.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub values: Option<PathBuf>,
     /// Group of specimens to calibrate against; `None` for all specimens.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub group: Option<String>,
+    /// Test whose specimens are used, by the column `test` of the table; `None` for the specimens of all tests.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub test: Option<String>,
     /// Treatment of the toe (the soft start) of a curve.
     #[serde(default)]
     pub toe: Toe,

@@ -66,6 +66,10 @@ impl CaseFile {
     /// Checks the levels against the specimen and the design.
     pub(super) fn check_fidelity(&self, geometry: &SpecimenGeometry, mistakes: &mut Mistakes) {
         let levels = &self.case.fidelity.levels;
+        if *geometry == SpecimenGeometry::Absent {
+            // `check_outside` refuses the table
+            return;
+        }
         if let (SpecimenGeometry::Mesh { .. }, false) = (geometry, levels.is_empty()) {
             mistakes.note(Err(self.error(
                 "fidelity.levels",
@@ -116,6 +120,10 @@ impl CaseFile {
     pub(super) fn check_second_mesh(&self, geometry: &SpecimenGeometry) -> Result<(), InputError> {
         let key = "confirm.second_spacing_mm";
         let Some(spacing_mm) = self.case.confirm.second_spacing_mm else { return Ok(()) };
+        if *geometry == SpecimenGeometry::Absent {
+            // `check_outside` refuses the key
+            return Ok(());
+        }
         if self.case.specimen.spacing_mm == Some(spacing_mm) {
             let help = "Another spacing shows what the mesh does: half of it, or 1.2 times.";
             return Err(self.error(key, spacing_mm.to_string(), "is that of the specimen", help));

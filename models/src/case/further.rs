@@ -11,8 +11,17 @@ use crate::error::InputError;
 use crate::qoi::Quantity;
 
 /// Tables that a candidate test may change. All other tables are fixed, because they define the calibration.
-const TABLES: [&str; 8] =
-    ["specimen", "material", "phase_field", "test", "conditions", "solver", "design", "fidelity"];
+const TABLES: [&str; 9] = [
+    "specimen",
+    "material",
+    "interface",
+    "phase_field",
+    "test",
+    "conditions",
+    "solver",
+    "design",
+    "fidelity",
+];
 
 /// `[further_tests]`: candidates for the next tests.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -196,6 +205,15 @@ impl CaseFile {
                                 has otherwise: more specimens as they are stand in the table anyhow.";
                     return refuse("", "", "is the present test", help);
                 }
+                if self.case.experiments.as_ref().is_some_and(|e| e.values.is_some()) {
+                    let help = "Name all quantities of the tables in qoi.quantities.";
+                    return refuse(
+                        "",
+                        "",
+                        "reads further quantities from curves, which the case has not",
+                        help,
+                    );
+                }
                 if let Some(quantity) = candidate.scatter_percent.keys().next() {
                     let help = "The present curves show it: leave it out.";
                     let key = format!(".scatter_percent.{quantity}");
@@ -220,9 +238,13 @@ impl CaseFile {
                 let key = format!(".scatter_percent.{quantity}");
                 return refuse(&key, "", "is missing", help);
             }
+            if !self.case.is_built_in() {
+                let help = "Name further quantities of the present results, or calibrate the other test as a case.";
+                return refuse(".set", "", "needs the built-in simulation", help);
+            }
             let own = self.of_candidate(candidate)?;
             let is_made_anew = match own.geometry()? {
-                SpecimenGeometry::Mesh { .. } => true,
+                SpecimenGeometry::Mesh { .. } | SpecimenGeometry::Absent => true,
                 SpecimenGeometry::Cylinder { grains: Some(_), .. } => {
                     own.case.design.microstructure == Microstructure::PerRun
                 }

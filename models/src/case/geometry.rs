@@ -15,6 +15,8 @@ use crate::error::{InputError, absence};
 /// Geometry of a case.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SpecimenGeometry {
+    /// No specimen: the runs come from outside this program.
+    Absent,
     /// A cylinder of matrix, with or without a packing of grains.
     Cylinder {
         /// Radius in mm.
@@ -76,7 +78,15 @@ impl CaseFile {
     /// # Errors
     /// If keys of different kinds of geometry are mixed, if required keys are missing, or if a file does not exist.
     pub fn geometry(&self) -> Result<SpecimenGeometry, InputError> {
+        if !self.case.is_built_in() {
+            return Ok(SpecimenGeometry::Absent);
+        }
         let s = &self.case.specimen;
+        if s.is_absent() {
+            let help = "Add a table [specimen]; breccia init writes a case that explains every key. Runs of another \
+                        program need no specimen: add [simulator] in its place.";
+            return Err(self.error("specimen", "", "is missing", help));
+        }
         if let Some(mesh) = &s.mesh {
             return self.mesh_file(s, mesh);
         }

@@ -1,7 +1,9 @@
 //! The parameters of a region and its elastic law.
 
-use fem::{ElasticLaw, FemError, Fracture, Material};
+use fem::{ElasticLaw, FemError, Fracture, Inelasticity, Material, Viscoelasticity};
 use serde::{Deserialize, Serialize};
+
+use super::plastic::PlasticCase;
 
 /// `[material.<region>]`: one region's parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -16,6 +18,12 @@ pub struct MaterialCase {
     /// Poisson's ratio; not allowed if the law has its own constants.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub poisson: Option<f64>,
+    /// Prony series of the moduli.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub viscoelastic: Option<Viscoelasticity>,
+    /// Plastic flow.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub plastic: Option<PlasticCase>,
     /// Critical energy release rate in N/mm; without it, the region is elastic.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub toughness_n_per_mm: Option<f64>,
@@ -40,7 +48,10 @@ impl MaterialCase {
             viscosity_mpa_s: self.viscosity_mpa_s,
             residual_stiffness: self.residual_stiffness,
         });
-        Ok(Material { fracture, ..self.law.material(young, poisson)? })
+        let viscous = self.viscoelastic.clone().map(Inelasticity::Viscoelastic);
+        let plastic = self.plastic.as_ref().map(|plastic| Inelasticity::Plastic(plastic.in_fem()));
+        let inelasticity = viscous.or(plastic);
+        Ok(Material { fracture, inelasticity, ..self.law.material(young, poisson)? })
     }
 }
 

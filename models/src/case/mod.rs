@@ -2,26 +2,36 @@
 //!
 //! `breccia init` writes [`Case::TEMPLATE`], the shipped default case with every key explained.
 
+mod between_tests;
 mod calibration;
 mod changed;
 mod conditions;
 mod excerpt;
 mod experiments;
 mod fidelity;
+mod free_parameters;
 mod further;
 #[cfg(test)]
 mod fuzz;
 mod geometry;
 mod image;
+mod interface;
 mod labels;
+mod machine;
 mod material;
 mod mistakes;
 mod overlay;
 mod own_data;
 mod parameter;
+mod paths;
+mod plastic;
+mod program;
 mod read;
+mod several_tests;
 mod simulation;
+mod simulator;
 mod target;
+mod template;
 #[cfg(test)]
 mod tests;
 mod validate;
@@ -38,6 +48,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::prior::PriorBounds;
 use crate::qoi::Quantity;
+pub use between_tests::BetweenTestsCase;
 pub use calibration::{
     CalibrationCase, ConfirmCase, DesignCase, DesignSample, DiscrepancyCase, ExtendCase,
     Likelihood, Microstructure, QoiCase, SequentialCase, SurrogateCase,
@@ -46,18 +57,30 @@ pub(crate) use changed::changed_keys;
 pub use conditions::{ConditionsCase, MeasureCase, PrescribeCase, TractionCase};
 pub use experiments::{ExperimentsCase, NoiseCase, Toe, VirtualCase};
 pub use fidelity::{FidelityCase, LevelCase};
+pub use free_parameters::FreeParameterCase;
 pub(crate) use further::PRESENT;
 pub use further::{CandidateCase, FurtherTestsCase};
 pub use geometry::SpecimenGeometry;
 pub use image::ImageCase;
+pub use interface::InterfaceCase;
+pub use machine::MachineCase;
 pub use material::MaterialCase;
 pub(crate) use mistakes::Mistakes;
 pub(crate) use overlay::{merge, remove};
 pub use parameter::{BoundsCase, ByParameter, PriorCase};
+#[cfg(test)]
+pub(crate) use paths::FILES;
+pub(crate) use paths::{make_absolute, with_absolute_paths};
+pub use plastic::{HardeningCase, HardeningTable, PlasticCase, YieldRow};
+pub use program::ProgramPointCase;
 pub use read::CaseFile;
+pub(crate) use several_tests::single_tests;
+pub use several_tests::{SingleTest, TestEntry};
 pub use simulation::{AdaptiveCase, ArcLengthCase, OutputCase, TestCase};
+pub use simulator::SimulatorCase;
 pub use target::{Parameter, SimulationParts, Target, TargetError};
 pub(crate) use target::{Property, TargetRegistry};
+pub(crate) use template::{Template, Value};
 
 /// A case: the simulations, the calibrated parameters, and the experiments.
 ///
@@ -70,15 +93,27 @@ pub(crate) use target::{Property, TargetRegistry};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Case {
-    /// Geometry and mesh.
+    /// Geometry and mesh; absent if the runs come from outside this program.
+    #[serde(default, skip_serializing_if = "SpecimenCase::is_absent")]
     pub specimen: SpecimenCase,
     /// Parameters of each region of the mesh.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub material: BTreeMap<String, MaterialCase>,
+    /// Interfaces between regions with their own toughness, by the names of the regions, as in `matrix-grain`.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub interface: BTreeMap<String, InterfaceCase>,
     /// Damage model; without it, every region is elastic.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub phase_field: Option<PhaseField>,
-    /// The test: its time and steps, and the platens.
+    /// The test: its time and steps, and the platens. With `tests`, the keys that the tests share.
+    #[serde(default, skip_serializing_if = "TestCase::is_absent")]
     pub test: TestCase,
+    /// The testing machine.
+    #[serde(default, skip_serializing_if = "MachineCase::is_empty")]
+    pub machine: MachineCase,
+    /// Several tests of the same material, in place of a single one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub tests: Vec<TestEntry>,
     /// Boundary conditions that replace the platens; for a single simulation only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub conditions: Option<ConditionsCase>,
@@ -88,11 +123,21 @@ pub struct Case {
     /// Files that a single simulation writes.
     #[serde(default)]
     pub output: OutputCase,
+    /// A program of the user that computes the runs in place of the built-in test.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub simulator: Option<SimulatorCase>,
+    /// Calibrated parameters with free names, for runs that come from outside this program.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub parameters: BTreeMap<String, FreeParameterCase>,
     /// Definitions of the quantities of interest of a curve.
     #[serde(default)]
     pub qoi: QoiCase,
-    /// Calibrated parameters with their priors; not needed for a single simulation.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    /// Calibrated parameters with their priors; not needed for a single simulation. Includes those of `[parameters]`.
+    #[serde(
+        default,
+        skip_serializing_if = "free_parameters::is_unwritten",
+        serialize_with = "free_parameters::write_prior"
+    )]
     pub prior: Option<PriorCase>,
     /// Extensions of the prior. Each extension adds runs to the runs of `[design]`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -176,7 +221,59 @@ pub struct SpecimenCase {
     pub surfaces: BTreeMap<String, PhysicalGroups>,
 }
 
+impl SpecimenCase {
+    /// Whether no key of the table is given.
+    pub(crate) fn is_absent(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+impl Default for SpecimenCase {
+    /// A table without keys.
+    fn default() -> Self {
+        Self {
+            radius_mm: None,
+            height_mm: None,
+            spacing_mm: None,
+            order: order(),
+            grain_mode: GrainMode::default(),
+            homogenisation: Homogenisation::default(),
+            elements_across: elements_across(),
+            min_dihedral_deg: min_dihedral(),
+            grains: None,
+            scan: None,
+            image: None,
+            stl: None,
+            mesh: None,
+            regions: BTreeMap::new(),
+            surfaces: BTreeMap::new(),
+        }
+    }
+}
+
 impl Case {
+    /// Whether the runs are tests that this program simulates: neither `[simulator]` nor `design.import` is given.
+    pub(crate) fn is_built_in(&self) -> bool {
+        self.simulator.is_none() && self.design.import.is_none()
+    }
+
+    /// Adds the parameters of `[parameters]` to the calibrated parameters.
+    fn add_free_parameters(&mut self) {
+        if self.parameters.is_empty() {
+            return;
+        }
+        let prior = self.prior.get_or_insert_default();
+        for (name, own) in &self.parameters {
+            prior.insert(own.parameter(name), own.prior);
+        }
+    }
+
+    /// Calibrated parameter with this path.
+    pub(crate) fn parameter(&self, path: &str) -> Option<&Parameter> {
+        let mut all = self.prior.iter().flat_map(|prior| prior.parameters());
+        all.find(|parameter| parameter.to_string() == path)
+    }
+
     /// Quantities that are compared between specimens and simulations.
     pub(crate) fn compared(&self) -> Vec<Quantity> {
         match self.calibration.likelihood {
@@ -185,10 +282,19 @@ impl Case {
         }
     }
 
+    /// Inserts the default values that depend on other keys.
+    fn complete(&mut self) {
+        self.add_free_parameters();
+        self.test.complete();
+        if let Some(v) = self.experiments.as_mut().and_then(|e| e.virtual_specimens.as_mut()) {
+            v.complete();
+        }
+    }
+
     /// Returns the parts of the case that calibrated parameters can change.
     pub(crate) fn parts(&self) -> SimulationParts {
-        let Self { material, phase_field, test, .. } = self.clone();
-        SimulationParts { material, phase_field, test }
+        let Self { material, interface, phase_field, test, machine, .. } = self.clone();
+        SimulationParts { material, interface, phase_field, test, machine }
     }
 
     /// Returns the prior with the ranges of all extensions. These ranges are the bounds of the surrogate's inputs.

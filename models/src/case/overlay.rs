@@ -10,8 +10,18 @@ pub(crate) fn nested(key: &str, value: Value) -> Table {
     }
 }
 
-/// Copies all values of `set` into `table`, recursively for tables within tables.
+/// Keys of `[test]` that state a load of constant speed, and the key of the load program, which replaces them.
+const CONSTANT_SPEED: [&str; 2] = ["displacement_mm", "duration_s"];
+const PROGRAM: &str = "program";
+
+/// Copies all values of `set` into `table`, recursively for tables within tables. A load program in `set` replaces the
+/// constant speed in `table`, and the reverse.
 pub(crate) fn merge(table: &mut Table, set: &Table) {
+    if set.contains_key(PROGRAM) {
+        CONSTANT_SPEED.iter().for_each(|key| drop(table.remove(*key)));
+    } else if CONSTANT_SPEED.iter().any(|key| set.contains_key(*key)) {
+        table.remove(PROGRAM);
+    }
     for (key, value) in set {
         match (table.get_mut(key), value) {
             (Some(Value::Table(inner)), Value::Table(set)) => merge(inner, set),

@@ -5,10 +5,11 @@ use std::fmt;
 use std::marker::PhantomData;
 
 use ::surrogate::{Input, SurrogateError};
-use serde::de::{DeserializeSeed, Error, MapAccess, Visitor};
+use serde::de::value::SeqAccessDeserializer;
+use serde::de::{DeserializeSeed, Error, IntoDeserializer, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::target::{Parameter, TargetRegistry};
+use super::target::{FreeParameter, Parameter, TargetRegistry};
 use crate::prior::{Prior, PriorBounds};
 
 /// A value for each of several parameters, in the order of the parameters.
@@ -103,21 +104,54 @@ impl<T> FromIterator<(Parameter, T)> for ByParameter<T> {
 
 impl<T: Serialize> Serialize for ByParameter<T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut tables = BTreeMap::<&str, Entries<'_, T>>::new();
+        let mut tables = Entries(Vec::new());
         for (parameter, value) in &self.0 {
+            // free parameters have no table
             let (table, key) = parameter.table_and_key();
-            tables.entry(table).or_insert(Entries(Vec::new())).0.push((key, value));
+            let names = table.split('.').filter(|name| !name.is_empty());
+            names.fold(&mut tables, Entries::table).0.push((key, Entry::Value(value)));
         }
         tables.serialize(serializer)
     }
 }
 
 /// Entries of one table in the order of the parameters.
-struct Entries<'a, T>(Vec<(&'a str, &'a T)>);
+struct Entries<'a, T>(Vec<(&'a str, Entry<'a, T>)>);
+
+/// Value of a parameter, or a table of further entries.
+enum Entry<'a, T> {
+    Value(&'a T),
+    Table(Entries<'a, T>),
+}
+
+impl<'a, T> Entries<'a, T> {
+    /// Returns the table with this name, which is added if it does not exist.
+    fn table(&mut self, name: &'a str) -> &mut Self {
+        let is_own =
+            |(own, entry): &(&str, Entry<'a, T>)| *own == name && matches!(entry, Entry::Table(_));
+        let position = self.0.iter().position(is_own).unwrap_or_else(|| {
+            self.0.push((name, Entry::Table(Entries(Vec::new()))));
+            self.0.len() - 1
+        });
+        match &mut self.0[position].1 {
+            Entry::Table(table) => table,
+            Entry::Value(_) => unreachable!("the entry at this position is a table"),
+        }
+    }
+}
 
 impl<T: Serialize> Serialize for Entries<'_, T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_map(self.0.iter().copied())
+        serializer.collect_map(self.0.iter().map(|(name, entry)| (name, entry)))
+    }
+}
+
+impl<T: Serialize> Serialize for Entry<'_, T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Entry::Value(value) => value.serialize(serializer),
+            Entry::Table(table) => table.serialize(serializer),
+        }
     }
 }
 
@@ -146,7 +180,8 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for Tables<T> {
     }
 }
 
-/// Reads the parameters of one table; for other types of value it reports the expected syntax.
+/// Reads the parameters of one table. A value in place of a table belongs to a parameter with a free name, which only
+/// `[parameters]` can declare.
 struct Table<'a, T>(&'a str, PhantomData<T>);
 
 impl<'de, T: Deserialize<'de>> DeserializeSeed<'de> for Table<'_, T> {
@@ -166,38 +201,66 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for Table<'_, T> {
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
         let mut entries = Vec::new();
-        while let Some(parameter) = map.next_key_seed(Key(self.0))? {
-            entries.push((parameter, map.next_value()?));
+        while let Some(key) = map.next_key_seed(Key(self.0))? {
+            match key {
+                Named::Parameter(parameter) => entries.push((parameter, map.next_value()?)),
+                Named::Table(path) => {
+                    entries.extend(map.next_value_seed(Table(&path, PhantomData))?);
+                }
+            }
         }
         Ok(entries)
     }
 
-    fn visit_seq<A>(self, _: A) -> Result<Self::Value, A::Error>
+    fn visit_seq<A>(self, sequence: A) -> Result<Self::Value, A::Error>
     where
-        A: serde::de::SeqAccess<'de>,
+        A: SeqAccess<'de>,
     {
-        Err(A::Error::custom(
-            "a region is missing; expected a parameter with it, such as matrix.young_mpa",
-        ))
+        let value = T::deserialize(SeqAccessDeserializer::new(sequence))?;
+        Ok(vec![(FreeParameter::named(self.0), value)])
     }
 
-    fn visit_str<E: Error>(self, _: &str) -> Result<Self::Value, E> {
-        Err(E::custom(
-            "is no region; expected a parameter with its region, such as matrix.young_mpa",
-        ))
+    fn visit_f64<E: Error>(self, value: f64) -> Result<Self::Value, E> {
+        let value: Result<T, E> = T::deserialize(value.into_deserializer());
+        value.map(|value| vec![(FreeParameter::named(self.0), value)]).map_err(without_region)
     }
+
+    fn visit_i64<E: Error>(self, value: i64) -> Result<Self::Value, E> {
+        let value: Result<T, E> = T::deserialize(value.into_deserializer());
+        value.map(|value| vec![(FreeParameter::named(self.0), value)]).map_err(without_region)
+    }
+
+    fn visit_str<E: Error>(self, text: &str) -> Result<Self::Value, E> {
+        Err(without_region(text))
+    }
+}
+
+/// Creates the error of a value in the place of a region.
+fn without_region<E: Error>(_: impl fmt::Display) -> E {
+    E::custom("is no region; expected a parameter with its region, such as matrix.young_mpa")
+}
+
+/// What a key of a table names.
+enum Named {
+    Parameter(Parameter),
+    /// Path of a table within the table.
+    Table(String),
 }
 
 /// Reads a key of a table and finds its parameter.
 struct Key<'a>(&'a str);
 
 impl<'de> DeserializeSeed<'de> for Key<'_> {
-    type Value = Parameter;
+    type Value = Named;
 
-    fn deserialize<D: Deserializer<'de>>(self, source: D) -> Result<Parameter, D::Error> {
+    fn deserialize<D: Deserializer<'de>>(self, source: D) -> Result<Named, D::Error> {
         let key = String::deserialize(source)?;
         let registry = TargetRegistry::current();
-        registry.find(&format!("{}.{key}", self.0)).ok_or_else(|| {
+        let path = format!("{}.{key}", self.0);
+        if TargetRegistry::is_table(&path) {
+            return Ok(Named::Table(path));
+        }
+        registry.find(&path).map(Named::Parameter).ok_or_else(|| {
             let known = registry.keys_of(self.0).join("`, `");
             D::Error::custom(format!("unknown variant `{key}`, expected one of `{known}`"))
         })
@@ -215,22 +278,47 @@ mod tests {
             "grain.residual_stiffness",
             "phase_field.length_mm",
             "test.friction",
+            "interface.matrix-grain.toughness_n_per_mm",
         ] {
             assert_eq!(path.parse::<Parameter>().unwrap().to_string(), path);
         }
-        for path in ["matrix.young", "young_mpa", "phase_field.length"] {
+        for path in [
+            "matrix.young",
+            "young_mpa",
+            "phase_field.length",
+            "interface.matrix-grain.young_mpa",
+            "interface.toughness_n_per_mm",
+        ] {
             assert!(path.parse::<Parameter>().is_err(), "{path}");
         }
     }
 
     #[test]
+    fn free_names_have_no_table() {
+        let text = "k1 = 0.5\nmatrix.young_mpa = 275.0\n";
+        let values: ByParameter<f64> = toml::from_str(text).unwrap();
+        assert_eq!(values.names().collect::<Vec<_>>(), ["k1", "matrix.young_mpa"]);
+        let again = toml::to_string(&values).unwrap();
+        assert_eq!(toml::from_str::<ByParameter<f64>>(&again).unwrap(), values);
+        let bounds: BoundsCase = toml::from_str("k1 = [2.0, 3.0]").unwrap();
+        assert_eq!(bounds.iter().next().unwrap().1.0, [2.0, 3.0]);
+        let error = toml::from_str::<PriorCase>("young_mpa = 3.0").unwrap_err().to_string();
+        assert!(error.contains("with its region"), "{error}");
+    }
+
+    #[test]
     fn parameters_are_ordered_by_table_and_property_however_they_are_written() {
         let text = "test.friction = 0.1\nmatrix.viscosity_mpa_s = 0.3\nmatrix.young_mpa = 275.0\n\
-                    grain.poisson = 0.2\n";
+                    grain.poisson = 0.2\ninterface.matrix-grain.toughness_n_per_mm = 0.001\n";
         let values: ByParameter<f64> = toml::from_str(text).unwrap();
         let names: Vec<String> = values.names().collect();
-        let ordered =
-            ["grain.poisson", "matrix.young_mpa", "matrix.viscosity_mpa_s", "test.friction"];
+        let ordered = [
+            "grain.poisson",
+            "interface.matrix-grain.toughness_n_per_mm",
+            "matrix.young_mpa",
+            "matrix.viscosity_mpa_s",
+            "test.friction",
+        ];
         assert_eq!(names, ordered);
         let again = toml::to_string(&values).unwrap();
         assert_eq!(toml::from_str::<ByParameter<f64>>(&again).unwrap(), values);

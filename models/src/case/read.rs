@@ -54,14 +54,29 @@ impl CaseFile {
         let mut mistakes: Vec<InputError> =
             read.errors.iter().map(|error| explain(error, text, path)).collect();
         let Some(mut case) = read.case.take() else { return (None, mistakes) };
-        if let Some(v) = case.experiments.as_mut().and_then(|e| e.virtual_specimens.as_mut()) {
-            v.complete();
-        }
+        case.complete();
         let mut file = Self { path: path.to_owned(), case };
+        mistakes.extend(file.read_hardening().into_iter().map(|m| with_excerpt(m, text, path)));
         let found = file.validate().into_iter().filter(|mistake| !read.explains(mistake));
         mistakes.extend(found.map(|mistake| with_excerpt(mistake, text, path)));
         file.case.qoi.quantities = file.case.compared();
         (Some(file), mistakes)
+    }
+
+    /// Replaces the names of tables of yield stresses by their rows; returns the mistakes.
+    fn read_hardening(&mut self) -> Vec<InputError> {
+        let folder = self.path.with_file_name("");
+        let mut mistakes = Vec::new();
+        for (region, material) in &mut self.case.material {
+            let Some(plastic) = material.plastic.as_mut() else { continue };
+            let Some(table) = plastic.table().map(|table| folder.join(table)) else { continue };
+            if let Err([problem, help]) = plastic.read_table(&table) {
+                let key = format!("material.{region}.plastic.hardening.table");
+                let value = table.display().to_string();
+                mistakes.push(InputError::new(&self.path, &key, value, problem, help));
+            }
+        }
+        mistakes
     }
 
     /// Reads the text of a case file.
@@ -78,10 +93,13 @@ impl CaseFile {
         })
     }
 
-    /// Whether the text is a study: a study has the key `base` and no table `specimen`.
+    /// Whether the text is a study: a study has the key `base` and neither a table `specimen` nor `simulator`.
     pub(crate) fn is_study(text: &str) -> bool {
         let table: Option<toml::Table> = text.parse().ok();
-        table.is_some_and(|table| table.contains_key("base") && !table.contains_key("specimen"))
+        let of_cases = ["specimen", "simulator"];
+        table.is_some_and(|table| {
+            table.contains_key("base") && !of_cases.iter().any(|key| table.contains_key(*key))
+        })
     }
 
     /// Returns the built-in default case.
@@ -262,8 +280,8 @@ fn locate(text: &str, span: Range<usize>) -> (String, String) {
 mod tests {
     use super::*;
     use crate::case::{
-        AdaptiveCase, ArcLengthCase, ConditionsCase, ImageCase, MeasureCase, PrescribeCase,
-        TractionCase,
+        AdaptiveCase, ArcLengthCase, ConditionsCase, FreeParameterCase, ImageCase, InterfaceCase,
+        MeasureCase, PrescribeCase, ProgramPointCase, SimulatorCase, TractionCase,
     };
     use crate::record::{Compression, Decimal, Encoding, ReadOptions, Separator};
 
@@ -307,7 +325,19 @@ mod tests {
         full.specimen.mesh = Some("cylinder.msh".into());
         full.specimen.regions.insert("matrix".into(), 1.into());
         full.specimen.surfaces.insert("top".into(), 1.into());
+        let interface = InterfaceCase { toughness_n_per_mm: 0.001, width_mm: 0.1 };
+        full.interface.insert("matrix-grain".into(), interface);
         full.test.steps = Some(44);
+        let point = ProgramPointCase {
+            time_s: 1.0,
+            displacement_mm: Some(0.1),
+            force_n: Some(1.0),
+            steps: Some(4),
+        };
+        full.test.program = Some(vec![point]);
+        full.test.temperature_celsius = Some(50.0);
+        full.machine.compliance_mm_per_n = Some(1e-5);
+        full.machine.force_offset_n = Some(0.5);
         full.test.stop_below_peak = Some(0.1);
         full.test.adaptive = Some(AdaptiveCase { first: 0.01, largest: 0.025 });
         full.test.arc_length = Some(ArcLengthCase { step: 0.025, release_n_mm: 0.001 });
@@ -326,9 +356,25 @@ mod tests {
             remove_rigid_motions: true,
             measure: MeasureCase { surface: surface(), direction: [0.0; 3] },
         });
+        full.design.import = Some("runs.csv".into());
+        full.simulator = Some(SimulatorCase {
+            command: vec!["solver".into()],
+            input: Some("deck.inp".into()),
+            files: vec!["mesh.inc".into()],
+            result: "result.csv".into(),
+            time_limit_s: Some(600.0),
+            retries: 1,
+        });
+        let parameter = FreeParameterCase {
+            unit: "MPa".into(),
+            label: Some("k₁".into()),
+            prior: crate::prior::Prior::uniform(1.0, 2.0),
+        };
+        full.parameters.insert("k1".into(), parameter);
         full.confirm.second_spacing_mm = Some(0.5);
         let experiments = full.experiments.as_mut().unwrap();
         experiments.table = Some("specimens.csv".into());
+        experiments.values = Some("measured.csv".into());
         experiments.group = Some("50C".into());
         experiments.read = Some(ReadOptions {
             separator: Some(Separator::Semicolon),
@@ -369,7 +415,7 @@ mod tests {
         let text = "[specimen]\nradius_mm = 2.5\nheight_mm = 4\nspacing_mm = 0.7\n\
                     [material.matrix]\nyoung_mpa = 275\npoisson = 0.25\n[test]\ndisplacement_mm = 0.2\n";
         let case = CaseFile::parse(text, Path::new("case.toml")).unwrap().case;
-        assert_eq!((case.specimen.order, case.test.duration_s), (fem::Order::Quadratic, 1.0));
+        assert_eq!((case.specimen.order, case.test.duration_s), (fem::Order::Quadratic, Some(1.0)));
         assert_eq!(case.material["matrix"].residual_stiffness, 0.01);
         assert_eq!((case.design.runs, case.qoi.slope_fraction), (100, 0.3));
     }
@@ -465,7 +511,7 @@ mod tests {
         assert!(part.contains("expected a whole number"), "{part}");
         let three = message(&with("[250.0, 300.0]", "[250.0, 300.0, 1.0]"));
         assert!(three.contains("young_mpa") && three.contains("[lower, upper]"), "{three}");
-        assert!(message("").starts_with("case.toml:1: "), "{}", message(""));
+        assert!(message("").contains("specimen: is missing"), "{}", message(""));
         let broken = message(&with("radius_mm = 2.5", "radius_mm = 2,5"));
         assert!(broken.contains("specimen.radius_mm"), "{broken}");
     }

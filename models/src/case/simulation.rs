@@ -2,24 +2,36 @@
 
 use std::sync::Arc;
 
-use fem::{AdaptiveSteps, ArcLength, FixedSteps, Friction, Platens, Schedule, StepController};
+use fem::{
+    AdaptiveSteps, ArcLength, CompressionTest, FemError, FixedSteps, Friction, LoadProgram,
+    Platens, Schedule, SegmentSteps, StepController,
+};
 use serde::{Deserialize, Serialize};
 
-/// `[test]`: the top platen moves down at constant speed, unless [`ConditionsCase`](crate::ConditionsCase) replaces the
-/// platens.
+use super::program::ProgramPointCase;
+
+/// `[test]`: the top platen moves down at constant speed or follows a load program, unless
+/// [`ConditionsCase`](crate::ConditionsCase) replaces the platens.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TestCase {
-    /// Displacement of the top platen at the end of the test in mm.
+    /// Displacement of the top platen at the end of the test in mm; not with a load program.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub displacement_mm: Option<f64>,
-    /// Duration of the test in s.
-    #[serde(default = "one_second")]
-    pub duration_s: f64,
-    /// Number of equal load steps; without it, the step size is adaptive.
+    /// Duration of the test in s; not with a load program. See [`TestCase::duration_s`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub duration_s: Option<f64>,
+    /// Load program of the top platen: the displacement is linear between these points, and begins at zero.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub program: Option<Vec<ProgramPointCase>>,
+    /// Temperature of the specimen in °C.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub temperature_celsius: Option<f64>,
+    /// Number of equal load steps, with a load program of each segment; without it, the step size is adaptive.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub steps: Option<u32>,
-    /// First and largest step of an adaptive step size, as fractions of the displacement.
+    /// First and largest step of an adaptive step size, as fractions of the displacement, with a load program as
+    /// fractions of the duration of a segment.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub adaptive: Option<AdaptiveCase>,
     /// Settings of the arc-length method, which follows a snap-back of rate-independent damage.
@@ -38,7 +50,8 @@ pub struct TestCase {
     /// Viscous drag of unilateral platens in MPa s/mm.
     #[serde(default)]
     pub drag_mpa_s_per_mm: f64,
-    /// Relative drop of the force below its peak at which the simulation stops.
+    /// Relative drop of the force below its peak at which the simulation stops. With a load program, it counts only while
+    /// the displacement exceeds all earlier displacements.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stop_below_peak: Option<f64>,
 }
@@ -75,13 +88,114 @@ pub struct OutputCase {
     pub checkpoint_every: u32,
 }
 
+impl Default for TestCase {
+    /// A table without keys.
+    fn default() -> Self {
+        Self {
+            displacement_mm: None,
+            duration_s: None,
+            program: None,
+            temperature_celsius: None,
+            steps: None,
+            adaptive: None,
+            arc_length: None,
+            platens: Platens::default(),
+            friction: 0.0,
+            slip_velocity_mm_per_s: slip_velocity(),
+            drag_mpa_s_per_mm: 0.0,
+            stop_below_peak: None,
+        }
+    }
+}
+
 impl TestCase {
-    /// Returns duration, step control and stopping criterion of the test.
-    pub(crate) fn schedule(&self) -> Schedule {
-        Schedule {
-            duration_s: self.duration_s,
-            steps: self.steps_by(),
-            stop_below_peak: self.stop_below_peak,
+    /// Whether no key of the table is given.
+    pub(crate) fn is_absent(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// Duration of the test in s: the time of the last point of the load program, or `duration_s`, which is 1 s unless
+    /// it is given.
+    pub fn duration_s(&self) -> f64 {
+        match self.program.as_deref() {
+            Some(points) => points.last().map_or(0.0, |point| point.time_s),
+            None => self.duration_s.unwrap_or(ONE_SECOND),
+        }
+    }
+
+    /// Speed of the platen while it first moves, mm/s; `None` if the platen does not move.
+    pub(crate) fn first_speed_mm_per_s(&self) -> Option<f64> {
+        let Some(points) = self.program.as_deref() else {
+            return Some(self.displacement_mm? / self.duration_s());
+        };
+        let ends = points.iter().map(|point| (point.time_s, point.displacement_mm.unwrap_or(0.0)));
+        let starts = [(0.0, 0.0)].into_iter().chain(ends.clone());
+        let speeds = starts.zip(ends).map(|(from, to)| (to.1 - from.1) / (to.0 - from.0));
+        speeds.into_iter().find(|speed| *speed > 0.0)
+    }
+
+    /// Number of equal load steps of the whole test; `None` if a step size adapts. `steps` replaces the number of load
+    /// steps of the case.
+    pub(crate) fn load_steps(&self, steps: Option<u32>) -> Option<u32> {
+        let usual = steps.or(self.steps);
+        let Some(points) = self.program.as_deref() else { return usual };
+        let of_segment = |point: &ProgramPointCase| point.steps.or(usual);
+        points.iter().try_fold(0_u32, |sum, point| sum.checked_add(of_segment(point)?))
+    }
+
+    /// Inserts the default values that depend on other keys.
+    pub(super) fn complete(&mut self) {
+        if self.program.is_none() {
+            self.duration_s.get_or_insert(ONE_SECOND);
+        }
+    }
+
+    /// Returns the load program, if the test has one.
+    ///
+    /// # Errors
+    /// If the program is invalid.
+    pub(crate) fn load_program(&self) -> Result<Option<LoadProgram>, FemError> {
+        let points = self.program.as_deref();
+        points
+            .map(|points| LoadProgram::new(points.iter().map(ProgramPointCase::in_fem).collect()))
+            .transpose()
+    }
+
+    /// Returns the test of a specimen between platens. `steps` replaces the number of load steps of the case.
+    ///
+    /// # Errors
+    /// If the load program is invalid.
+    pub(crate) fn compression(&self, steps: Option<u32>) -> Result<CompressionTest, FemError> {
+        let platens = self.platens();
+        if let Some(program) = self.load_program()? {
+            let mut test = CompressionTest::following(program, self.segment_steps(steps));
+            test.schedule.stop_below_peak = self.stop_below_peak;
+            return Ok(test.platens(platens));
+        }
+        // the validation of the case requires this key for tests with platens
+        let displacement_mm = self.displacement_mm.unwrap_or(f64::NAN);
+        Ok(CompressionTest::new(displacement_mm, self.schedule(steps)).platens(platens))
+    }
+
+    /// Returns duration, step control and stopping criterion of a test without load program. `steps` replaces the
+    /// number of load steps of the case.
+    pub(crate) fn schedule(&self, steps: Option<u32>) -> Schedule {
+        let steps: Arc<dyn StepController> = match steps {
+            Some(steps) => Arc::new(FixedSteps(steps)),
+            None => self.steps_by(),
+        };
+        let stop_below_peak = self.stop_below_peak;
+        Schedule { steps, stop_below_peak, ..Schedule::fixed(self.duration_s(), 1) }
+    }
+
+    /// Usual load steps of a segment of the load program.
+    fn segment_steps(&self, steps: Option<u32>) -> SegmentSteps {
+        match (steps.or(self.steps), self.adaptive) {
+            (Some(steps), _) => SegmentSteps::Fixed(steps),
+            (None, Some(AdaptiveCase { first, largest })) => {
+                SegmentSteps::Adaptive(AdaptiveSteps { first, largest })
+            }
+            (None, None) => SegmentSteps::default(),
         }
     }
 
@@ -117,9 +231,8 @@ impl Default for OutputCase {
     }
 }
 
-fn one_second() -> f64 {
-    1.0
-}
+/// Default duration of a test in s.
+const ONE_SECOND: f64 = 1.0;
 
 fn slip_velocity() -> f64 {
     1e-3

@@ -12,8 +12,15 @@ use super::output::print_line;
 /// Prints the interpreted input of a case or a study; exit code 1 if there are mistakes.
 pub(super) fn check(path: &Path) -> Result<ExitCode, Failure> {
     if !StudyCheck::is_study(path) {
-        let CaseCheck { understood, notes, mistakes, .. } = CaseCheck::read(path);
+        let CaseCheck { understood, notes, mistakes, tests, .. } = CaseCheck::read(path);
         print_understood(&understood)?;
+        for (test, understood) in &tests {
+            print_line(format_args!("\n{test}"))?;
+            print_understood(understood)?;
+        }
+        if !tests.is_empty() {
+            print_line("")?;
+        }
         return conclude(&notes, &mistakes);
     }
     let StudyCheck { understood, parts, notes, mistakes } = StudyCheck::read(path);

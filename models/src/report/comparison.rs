@@ -6,8 +6,8 @@ pub(crate) struct SpecimenFacts {
     /// Name of the specimen.
     pub(crate) id: String,
     pub(crate) group: String,
-    pub(crate) height_mm: f64,
-    pub(crate) radius_mm: f64,
+    /// Height and radius, mm; `None` if they are not known.
+    pub(crate) size_mm: Option<[f64; 2]>,
     /// Values of the quantities of interest, in the order of the report's quantities.
     pub(crate) values: Vec<f64>,
 }

@@ -19,7 +19,7 @@ pub(crate) use digits::number;
 pub use fem_pictures::{
     DamagedBody, Raster, damage_picture, grain_picture, mesh_picture, side_by_side,
 };
-pub(crate) use page::page;
+pub(crate) use page::{JointResults, WithoutTest, joint_page, page};
 pub(crate) use results::{
     BandEnd, CalibratedParameter, ChangedKey, DamageModel, DamageState, Finding, FurtherExpected,
     FurtherNeeded, FurtherParameter, FurtherTestResult, InputFile, LeftOut, MOST_SHIFT, Methods,

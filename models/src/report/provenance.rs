@@ -38,6 +38,8 @@ pub(crate) struct ChangedKey {
 pub(crate) struct Methods {
     /// Version of the program.
     pub(crate) version: String,
+    /// Sentence on the source of runs from outside this program; `None` for the built-in simulation.
+    pub(crate) outside: Option<String>,
     /// Damage model; `None` if all regions are elastic.
     pub(crate) damage: Option<DamageModel>,
     /// Order of the elements in words.

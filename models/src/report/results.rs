@@ -48,7 +48,9 @@ pub(crate) struct Results {
     pub(crate) failures: Vec<(usize, String)>,
     /// Total processor time of the runs, s.
     pub(crate) ensemble_seconds: f64,
-    /// Curve of the simulation at the MAP.
+    /// Whether a simulation at the MAP was run.
+    pub(crate) is_confirmed: bool,
+    /// Curve of the simulation at the MAP; empty for a simulation that has quantities and no curve.
     pub(crate) map_curve: Points,
     /// Curve of the simulation with the case's own materials; `None` in results of older versions.
     pub(crate) baseline_curve: Option<Points>,

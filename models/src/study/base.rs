@@ -2,20 +2,10 @@
 
 use std::path::Path;
 
-use toml::{Table, Value};
+use toml::Table;
 
-use crate::case::{CaseFile, merge, remove};
+use crate::case::{CaseFile, make_absolute, merge, remove};
 use crate::error::InputError;
-
-/// Keys of a case whose values are files or folders.
-const FILES: [&str; 6] = [
-    "specimen.mesh",
-    "specimen.stl.surfaces",
-    "specimen.image.stack",
-    "specimen.image.labels",
-    "specimen.image.region.mask",
-    "experiments.table",
-];
 
 /// The base case as written in the file, without defaults, because defaults may depend on the changed keys.
 pub(super) struct Base(Table);
@@ -32,22 +22,12 @@ impl Base {
         let (_, mistakes) = CaseFile::parse_all(&text, &path);
         let written = text.parse().ok().filter(|_| !CaseFile::is_study(&text));
         let Some(mut written): Option<Table> = written else { return (None, mistakes) };
-        for key in FILES {
-            let mut keys = key.split('.');
-            let first = keys.next().and_then(|key| written.get_mut(key));
-            absolute(&path, keys.fold(first, |value, key| value?.get_mut(key)));
+        if written.contains_key("tests") {
+            let help = "Give each test a case of the study, or run the case with breccia run.";
+            let problem = "has several tests, and a study compares cases with one test";
+            return (None, vec![InputError::new(&path, "tests", "", problem, help)]);
         }
-        let images = ["specimen", "image", "further_stacks"];
-        let first = written.get_mut(images[0]);
-        let images = images[1..].iter().fold(first, |value, key| value?.get_mut(key));
-        for image in images.and_then(Value::as_array_mut).into_iter().flatten() {
-            absolute(&path, Some(image));
-        }
-        let further = written.get_mut("further_tests").and_then(|table| table.get_mut("candidate"));
-        for candidate in further.and_then(Value::as_array_mut).into_iter().flatten() {
-            let mesh = ["set", "specimen", "mesh"];
-            absolute(&path, mesh.iter().try_fold(candidate, |value, key| value.get_mut(key)));
-        }
+        make_absolute(&mut written, &path);
         (Some(Self(written)), mistakes)
     }
 
@@ -75,15 +55,6 @@ impl Base {
     }
 }
 
-/// Makes a path absolute; a relative path refers to the folder of the case.
-fn absolute(case: &Path, named: Option<&mut Value>) {
-    if let Some(Value::String(named)) = named {
-        let beside = case.with_file_name("").join(&*named);
-        let path = std::path::absolute(&beside).unwrap_or(beside);
-        *named = path.to_string_lossy().into_owned();
-    }
-}
-
 /// Parses a key with its value from the command line.
 ///
 /// # Errors
@@ -97,7 +68,10 @@ pub(super) fn parsed(entry: &str, study: &Path) -> Result<Table, InputError> {
 
 #[cfg(test)]
 mod tests {
+    use toml::Value;
+
     use super::*;
+    use crate::case::FILES;
 
     /// A case of a study is in another folder than its base case. Paths of the base case become absolute, including the
     /// paths of candidate tests.
@@ -136,5 +110,15 @@ mod tests {
             let named = key.split('.').fold(&table, |value, key| &value[key]);
             assert_eq!(named.as_str().map(Path::new), Some(&*expected), "{key}");
         }
+        let text = "simulator = { command = [\"./own\", \"own\"], files = [\"own\"] }\n";
+        std::fs::write(dir.path().join("cases/base.toml"), text).unwrap();
+        let base = Base::read(&dir.path().join("study.toml"), Path::new("cases/base.toml")).0;
+        let simulator = &base.unwrap().0["simulator"];
+        let named = [&simulator["command"][0], &simulator["command"][1], &simulator["files"][0]];
+        let own = Some(&*expected);
+        assert_eq!(
+            named.map(|own| own.as_str().map(Path::new)),
+            [own, Some(Path::new("own")), own]
+        );
     }
 }

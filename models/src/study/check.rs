@@ -150,7 +150,9 @@ fn checks(setting: &StudySetting) -> Vec<(String, CaseCheck)> {
             let toe = file.case.experiments.as_ref().map(|e| e.toe).unwrap_or_default();
             file.case.experiments = Some(ExperimentsCase {
                 table: None,
+                values: None,
                 group: None,
+                test: None,
                 toe,
                 read: None,
                 virtual_specimens: None,

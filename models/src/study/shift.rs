@@ -270,7 +270,9 @@ pub(super) fn with_specimens(dir: &Path, setting: &StudySetting, case: &StudyCas
         let toe = file.case.experiments.as_ref().map(|e| e.toe).unwrap_or_default();
         file.case.experiments = Some(ExperimentsCase {
             table: Some(folder.join("experiments/specimens.csv")),
+            values: None,
             group: None,
+            test: None,
             toe,
             read: None,
             virtual_specimens: None,

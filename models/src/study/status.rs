@@ -14,7 +14,8 @@ pub struct PartStatus {
     pub stages: Vec<StageStatus>,
 }
 
-/// Returns the state of each part of a study, in order. Returns `None` if the folder does not belong to a study.
+/// Returns the state of each part of a study, or of each test of a case with several tests, in order. Returns `None` if
+/// the folder belongs to neither.
 ///
 /// # Errors
 /// If the state of a part cannot be read.
@@ -34,5 +35,10 @@ pub fn study_status(dir: &Path) -> Result<Option<Vec<PartStatus>>, WorkflowError
         }
         Ok(PartStatus { name, stages })
     };
-    laboratories.chain(cases).map(of).collect::<Result<_, _>>().map(Some)
+    let mut parts: Vec<PartStatus> = laboratories.chain(cases).map(of).collect::<Result<_, _>>()?;
+    // a case with several tests has joint stages in addition to the stages of its tests
+    if dir.join("case.toml").is_file() {
+        parts.push(PartStatus { name: "all tests".to_owned(), stages: status(dir)? });
+    }
+    Ok(Some(parts))
 }

@@ -17,7 +17,9 @@ use super::inputs::Inputs;
 use super::predicted_curves::write_predicted_curves;
 use super::task::Task;
 use super::uncertainty::{Budget, SharedError, budget};
-use crate::fracture::{CalibrationError, calibrate_after, column_means};
+use crate::fracture::{
+    CalibrationError, TestDraws, calibrate_after, calibration_of_draws, column_means,
+};
 use crate::progress::{Bar, say};
 use crate::table::CsvTable;
 
@@ -47,15 +49,20 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let shared = SharedError::of(&fitted, &settings.discrepancy, &means)?;
     fitted.known.told.iter().for_each(|told| say("note", told));
     let evidence = shared.evidence(specimens, &fitted.known);
-    let result = task.on_threads(settings.chains, |threads| {
-        let shown = sampler.clone().threads(threads).progress(&bar);
-        calibrate_after(pce, &priors, &evidence, &shown, burn_in, settings.seed)
-    });
+    let result = match &settings.joint {
+        Some(file) => {
+            let draws = joint_draws(inputs, &file.to_string_lossy())?;
+            calibration_of_draws(pce, &priors, &evidence, &draws)
+        }
+        None => task.on_threads(settings.chains, |threads| {
+            let shown = sampler.clone().threads(threads).progress(&bar);
+            calibrate_after(pce, &priors, &evidence, &shown, burn_in, settings.seed)
+        }),
+    };
     drop(bar);
     task.check_interrupt()?;
     let result = result?;
-    if !result.mode.converged {
-        let mode = &result.mode;
+    if let Some(mode) = result.mode.as_ref().filter(|mode| !mode.converged) {
         say(
             "note",
             &format!("the mode is not sharp: {} of {} searches agree", mode.agreeing, mode.starts),
@@ -63,7 +70,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     }
     let ids = specimen_ids(inputs)?;
     let names: Vec<&str> = ids.iter().map(String::as_str).collect();
-    let parameters = inputs.parameters()?;
+    let parameters = inputs.parameters_in_units()?;
     let units: Vec<Cow<'_, str>> = parameters.iter().map(|parameter| parameter.unit()).collect();
     let units: Vec<&str> = units.iter().map(|unit| &**unit).collect();
     let posterior = result.in_units(pce.outputs(), &names, &evidence.qois, &units);
@@ -98,6 +105,10 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let mut warnings = outside;
     warnings.extend(fitted.made_on.warning(inputs));
     warnings.extend(fitted.known.warning.clone());
+    if settings.joint.is_some() {
+        // the joint calibration reports the warnings about its draws
+        summary.warnings.clear();
+    }
     warnings.extend(summary.warnings.drain(..).map(|warning| plain(warning.to_string())));
     // the warnings of all stages are listed in summary.txt
     let table = plain(summary.to_string()).replace("Nothing wrong was found.\n", "");
@@ -114,7 +125,8 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     }
     let draws =
         |name: &str| posterior.trace(&format!("theta[{name}]")).unwrap_or_default().concat();
-    warnings.extend(offers(&prior, &priors, &draws, fitted.report.rows));
+    let can_extend = !inputs.imports_runs();
+    warnings.extend(offers(&prior, &priors, &draws, fitted.report.rows, can_extend));
     warnings.iter().for_each(|warning| task.warn(warning));
     write_sampling(task, posterior)?;
     write_map(task, &prior, &result.map)?;
@@ -124,6 +136,17 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         summary.chains,
         posterior.chains.divergences()
     ))
+}
+
+/// Reads the draws of a joint calibration of several tests.
+fn joint_draws(inputs: &Inputs<'_>, file: &str) -> Result<TestDraws, WorkflowError> {
+    match inputs.file_if_there(file) {
+        Some(_) => inputs.json(file),
+        None => {
+            let path = inputs.folder().join(file);
+            Err(WorkflowError::Missing { path, stage: "calibrate" })
+        }
+    }
 }
 
 /// Returns a warning if the surrogate's share of the posterior variance is larger than `sequential.share` allows.
@@ -141,7 +164,7 @@ fn unreached(inputs: &Inputs<'_>, budget: &Budget) -> Option<String> {
 }
 
 /// Extracts the path of a parameter from its name in the posterior, such as `theta[matrix.young_mpa]`.
-fn parameter_name(name: &str) -> String {
+pub(super) fn parameter_name(name: &str) -> String {
     let path = name.strip_prefix("theta[").and_then(|rest| rest.strip_suffix(']'));
     path.unwrap_or(name).to_owned()
 }
@@ -193,7 +216,7 @@ fn write_predictions(
 }
 
 /// Writes the posterior draws: one line per draw, one column per scalar component of a variable.
-fn write_draws(task: &Task<'_>, posterior: &Posterior) -> Result<(), WorkflowError> {
+pub(super) fn write_draws(task: &Task<'_>, posterior: &Posterior) -> Result<(), WorkflowError> {
     let group = &posterior.posterior;
     let mut header = vec!["chain".to_owned(), "draw".to_owned()];
     for values in &group.variables {
@@ -214,7 +237,7 @@ fn write_draws(task: &Task<'_>, posterior: &Posterior) -> Result<(), WorkflowErr
 }
 
 /// Writes the statistics of the sampler, one line per chain.
-fn write_sampling(task: &Task<'_>, posterior: &Posterior) -> Result<(), WorkflowError> {
+pub(super) fn write_sampling(task: &Task<'_>, posterior: &Posterior) -> Result<(), WorkflowError> {
     let rows = posterior.chains.chains.iter().enumerate().map(|(index, chain)| {
         let n = chain.stats.len() as f64;
         let mean = |f: &dyn Fn(&ppl::DrawStats) -> f64| chain.stats.iter().map(f).sum::<f64>() / n;
@@ -236,13 +259,13 @@ fn write_sampling(task: &Task<'_>, posterior: &Posterior) -> Result<(), Workflow
 }
 
 /// Progress bar for all chains together.
-struct ChainsBar {
+pub(super) struct ChainsBar {
     bar: Bar,
     fractions: Mutex<Vec<(f64, u64)>>,
 }
 
 impl ChainsBar {
-    fn new(chains: usize) -> Self {
+    pub(super) fn new(chains: usize) -> Self {
         Self { bar: Bar::new("calibrate"), fractions: Mutex::new(vec![(0.0, 0); chains]) }
     }
 }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use fem::{ReadOptions, StackHeader, TetMesh};
 
+use super::check_outside::{measured_specimens, source_in_words};
 use super::expected_cost::ExpectedCost;
 use super::inputs::Inputs;
 use super::mesh::grain_fraction;
@@ -14,9 +15,12 @@ use super::specimen::{import_notes, imported_grains, imported_mesh};
 use super::specimen_checks::{InspectedSpecimens, inspect};
 use super::specimen_quantities::{SpecimenNames, compared};
 use super::stage::Stage;
-use crate::case::{CaseFile, SpecimenGeometry};
+use crate::case::{CaseFile, ProgramPointCase, SingleTest, SpecimenGeometry, single_tests};
 use crate::experiment::{Specimen, SpecimenTable};
 use crate::specimen_files::{SpecimenFiles, recorded_file};
+
+/// Largest number of points of a load program that are printed.
+const MOST_POINTS: usize = 8;
 
 /// Result of the check of a case and its files.
 #[derive(Clone, Debug, Default)]
@@ -29,6 +33,8 @@ pub struct CaseCheck {
     pub mistakes: Vec<String>,
     /// Expected simulations and their cost; `None` for a case without a prior.
     pub cost: Option<ExpectedCost>,
+    /// Interpreted input of each test of a case with several tests, by the name of the test.
+    pub tests: Vec<(String, Vec<(&'static str, String)>)>,
 }
 
 impl CaseCheck {
@@ -48,8 +54,34 @@ impl CaseCheck {
             check.say("case", "its files are read once these mistakes are mended");
             return check;
         };
-        check.calibration(&file);
+        match file.case.tests.is_empty() {
+            true => check.calibration(&file),
+            false => check.several_tests(&file),
+        }
         check
+    }
+
+    /// Checks each test of a case as a case of its own. Mistakes in the case itself have been reported before.
+    fn several_tests(&mut self, file: &CaseFile) {
+        let names: Vec<&str> = file.case.tests.iter().map(|test| test.name.as_str()).collect();
+        self.say("tests", names.join(", "));
+        let Ok(tests) = single_tests(file) else { return };
+        let mut costs = Vec::new();
+        for SingleTest { name, file, own } in tests {
+            let mut check = Self::of_calibration(&file);
+            if !own.is_empty() {
+                let text = format!("of this test alone: {}", own.join(", "));
+                check.say("prior", text);
+            }
+            let named = |text: &String| format!("{name}: {text}");
+            self.notes.extend(check.notes.iter().map(named));
+            self.mistakes.extend(check.mistakes.iter().map(named));
+            costs.extend(check.cost);
+            self.tests.push((name, check.understood));
+        }
+        let total = ExpectedCost::sum(&costs.iter().collect::<Vec<_>>());
+        self.say("cost", format!("{} (all tests together)", total.total()));
+        self.cost = Some(total);
     }
 
     /// Reads the files that a case names.
@@ -96,18 +128,28 @@ impl CaseCheck {
     }
 
     fn case(&mut self, file: &CaseFile) {
-        self.say("units", "mm, N, MPa, s, MPa s (viscosity), N/mm (toughness)");
         let case = &file.case;
-        let names: Vec<&str> = case.material.keys().map(String::as_str).collect();
-        self.say("materials", names.join(", "));
+        if case.is_built_in() {
+            self.say("units", "mm, N, MPa, s, MPa s (viscosity), N/mm (toughness)");
+            let names: Vec<&str> = case.material.keys().map(String::as_str).collect();
+            self.say("materials", names.join(", "));
+        }
+        for (name, interface) in &case.interface {
+            let (toughness, width) = (interface.toughness_n_per_mm, interface.width_mm);
+            let text = format!("{name}: toughness {toughness} N/mm, in a band of {width} mm");
+            self.say("interface", text);
+        }
         let test = &case.test;
+        if let Some(program) = &test.program {
+            self.say("test", described(program, test.steps));
+        }
         if let Some(displacement_mm) = test.displacement_mm {
             let steps = match test.steps {
                 Some(steps) => format!("{steps} load steps"),
                 None => "adaptive load steps".to_owned(),
             };
-            let rate = displacement_mm / test.duration_s;
-            let duration_s = test.duration_s;
+            let rate = displacement_mm / test.duration_s();
+            let duration_s = test.duration_s();
             let text = format!(
                 "compression by {displacement_mm} mm in {duration_s} s ({rate:.4} mm/s), {steps}"
             );
@@ -126,6 +168,13 @@ impl CaseCheck {
     fn specimen(&mut self, file: &CaseFile) -> Option<MeshSize> {
         let geometry = file.geometry().ok()?;
         match &geometry {
+            SpecimenGeometry::Absent => {
+                match source_in_words(file) {
+                    Ok(lines) => self.understood.extend(lines),
+                    Err(mistake) => self.fail(mistake),
+                }
+                None
+            }
             SpecimenGeometry::Cylinder { radius_mm, height_mm, grains, .. } => {
                 let grains = match grains.as_ref().filter(|grains| grains.fraction > 0.0) {
                     Some(grains) => format!("{:.1} % of grains", 100.0 * grains.fraction),
@@ -218,6 +267,17 @@ impl CaseCheck {
             self.say("specimens", text);
             return;
         }
+        if let Some(values) = &experiments.values {
+            let path = file.beside(values);
+            // the check of the case reports a missing file
+            if path.is_file() {
+                match measured_specimens(file, &path) {
+                    Ok(table) => self.table(&path, &table, None),
+                    Err(mistake) => self.fail(mistake),
+                }
+            }
+            return;
+        }
         let path = match file.table() {
             Ok(Some(path)) => path,
             Ok(None) => return,
@@ -225,7 +285,7 @@ impl CaseCheck {
         };
         let options = experiments.read.clone().unwrap_or_default();
         let SpecimenFiles { table, table_understood, understood, mistakes } =
-            SpecimenFiles::read(&path, &options);
+            SpecimenFiles::read(&path, &options).of_test(experiments.test.as_deref(), &path);
         mistakes.into_iter().for_each(|mistake| self.fail(mistake));
         self.table(&path, &table, table_understood.as_deref());
         self.curves(&table, &understood);
@@ -293,14 +353,17 @@ impl CaseCheck {
                 table
             }
         };
-        let size = size.unwrap_or_else(|| {
+        let size = size.or_else(|| {
+            if !file.case.is_built_in() {
+                return None;
+            }
             let text = "radius and height are compared with the image once it has been segmented";
             self.notes.push(text.to_owned());
             let mean_of = |size: fn(&Specimen) -> f64| {
                 mean(&table.specimens.iter().map(size).collect::<Vec<_>>())
             };
             let height_mm = mean_of(|specimen| specimen.height_mm);
-            MeshSize::of_cylinder([height_mm, mean_of(|specimen| specimen.radius_mm)])
+            Some(MeshSize::of_cylinder([height_mm, mean_of(|specimen| specimen.radius_mm)]))
         });
         let curve = |id: &str| recorded_file(path, id).unwrap_or_else(|_| path.to_owned());
         let names = SpecimenNames { table: path, curve: &curve };
@@ -316,7 +379,7 @@ impl CaseCheck {
     }
 
     /// Reports mean and range of each compared quantity over the specimens.
-    fn means(&mut self, file: &CaseFile, table: &SpecimenTable, mesh: MeshSize) {
+    fn means(&mut self, file: &CaseFile, table: &SpecimenTable, mesh: Option<MeshSize>) {
         let qoi = &file.case.qoi;
         let values = table.specimens.iter();
         let values = values.filter_map(|s| compared(s, mesh, qoi, &qoi.quantities).ok());
@@ -343,6 +406,21 @@ impl CaseCheck {
             self.say("prior", format!("{parameter}: {prior}{unit}"));
         }
     }
+}
+
+/// Describes a load program by its first points.
+fn described(program: &[ProgramPointCase], steps: Option<u32>) -> String {
+    let text = |point: &ProgramPointCase| {
+        let displacement_mm = point.displacement_mm.unwrap_or(f64::NAN);
+        let steps = point.steps.or(steps).map(|steps| format!(" in {steps} steps"));
+        format!("{displacement_mm} mm at {} s{}", point.time_s, steps.unwrap_or_default())
+    };
+    let first: Vec<String> = program.iter().take(MOST_POINTS).map(text).collect();
+    let rest = match program.len().saturating_sub(MOST_POINTS) {
+        0 => String::new(),
+        more => format!(", and {more} points more"),
+    };
+    format!("load program: {}{rest}", first.join(", "))
 }
 
 fn mean(values: &[f64]) -> f64 {

@@ -34,7 +34,7 @@ pub(super) fn far_from_closed_form(
     quantities.sort_by_key(|quantity| unit_rank(quantity.unit()));
     let distance = |specimen: &Specimen| {
         // `inspect` reports curves from which quantities cannot be computed
-        let values = compared(specimen, mesh, qoi, &quantities).ok()?;
+        let values = compared(specimen, Some(mesh), qoi, &quantities).ok()?;
         quantities.iter().zip(values).find_map(|(quantity, value)| {
             let [low, high] = form.range(&**quantity, mesh.height_mm, mesh.radius_mm)?;
             let name = quantity.column().into_owned();
@@ -85,7 +85,7 @@ impl ClosedForm {
     /// Creates the closed form of the softest phase of a case, with the bounds of the calibrated parameters; `None` if
     /// the test has no platens.
     pub(super) fn of(setup: &Setup<'_>, bounds: &BoundsCase) -> Option<Self> {
-        let displacement_mm = setup.test.displacement_mm?;
+        let speed = setup.test.first_speed_mm_per_s()?;
         let phase = |(region, material): (&String, &MaterialCase)| {
             let own = material.in_fem().ok()?.elasticity.young_mpa();
             let bounds = |property: Property, own: f64| {
@@ -99,7 +99,7 @@ impl ClosedForm {
                     field: (field.model, field.length_mm),
                     toughness: bounds(Property::Toughness, own),
                     viscosity: bounds(Property::Viscosity, material.viscosity_mpa_s),
-                    velocity: displacement_mm / setup.test.duration_s,
+                    velocity: speed,
                 });
             Some(Self { young: bounds(Property::Young, own), damage })
         };

@@ -3,13 +3,15 @@
 use std::borrow::Cow;
 use std::path::Path;
 
-use fem::{RunInput, gmsh, write_curve};
+use fem::{RunInput, RunRecord, gmsh, write_curve};
 
 use super::WorkflowError;
 use super::fitted::read_experiments;
 use super::map_fields::write_fields;
 use super::mesh_error::mesh_errors;
-use super::runs::run_ensemble;
+use super::run_source::RequestedRuns;
+use super::run_sources::source_of;
+use super::runs::{NamedRuns, run_ensemble};
 use super::simulator::{Simulator, quantities};
 use super::task::Task;
 use crate::case::Parameter;
@@ -19,25 +21,83 @@ use crate::table::CsvTable;
 
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let inputs = &task.inputs;
+    if !inputs.is_built_in() {
+        return confirm_outside(task);
+    }
     baseline(task)?;
-    let (names, mode) = read_map(&inputs.file("map.csv")?)?;
-    let mut points = vec![mode];
-    points.extend(read_draws(&inputs.file("posterior.csv")?, &names, inputs.confirm().draws)?);
-    let labels: Vec<String> = (0..points.len())
-        .map(|i| if i == 0 { "map".to_owned() } else { format!("draw-{i}") })
-        .collect();
-    let runs: Vec<RunInput> =
-        points.into_iter().enumerate().map(|(i, inputs)| RunInput { id: i + 1, inputs }).collect();
+    let Points { names, runs } = Points::read(task)?;
     let mesh = gmsh::read(inputs.file("mesh.msh")?, &gmsh::GmshNames::default())?;
     let simulator = Simulator::new(&inputs.setup(), mesh, parameters(&names)?)?;
     let records = run_ensemble(task, "confirm", &names, &runs, &|_| Ok(Cow::Borrowed(&simulator)))?;
 
-    let qoi = inputs.qoi();
-    let columns: Vec<_> = qoi.quantities.iter().map(|q| q.column()).collect();
-    let columns: Vec<&str> = columns.iter().map(AsRef::as_ref).collect();
+    let map = write_runs(task, &names, &records)?;
+    write_fields(task, &simulator, &records[0].inputs, &records[0].curve)?;
+    let mesh_errors = mesh_errors(task, &names, parameters(&names)?, &records[0], &map)?;
+    let mut told = write_misfits(task, &map, mesh_errors.as_deref())?;
+    if let Some(errors) = mesh_errors {
+        let errors: Vec<String> = errors.iter().map(|error| format!("{error:+.1}")).collect();
+        told += &format!("; error of its mesh, estimated: {} %", errors.join(", "));
+    }
+    Ok(told)
+}
+
+/// Runs the source outside this program at the mode and at posterior draws. A source with finished runs only has nothing
+/// to confirm.
+fn confirm_outside(task: &Task<'_>) -> Result<String, WorkflowError> {
+    let source = source_of(&task.inputs)?;
+    if source.points().is_some() {
+        return Ok("imported runs cannot be repeated at the mode: nothing to confirm".to_owned());
+    }
+    let Points { names, runs } = Points::read(task)?;
+    // includes the files that the points were read from
+    let manifest = task.inputs.manifest();
+    let named = NamedRuns {
+        folder: "confirm",
+        manifest: &manifest,
+        names: &names,
+        runs: &runs,
+        wait: true,
+    };
+    let requested = RequestedRuns { task, level: None, specimens: None, named };
+    let records = source.records(&requested)?;
+    let map = write_runs(task, &names, &records)?;
+    write_misfits(task, &map, None)
+}
+
+/// Points of the simulations: the mode, and posterior draws.
+struct Points {
+    names: Vec<String>,
+    runs: Vec<RunInput>,
+}
+
+impl Points {
+    fn read(task: &Task<'_>) -> Result<Self, WorkflowError> {
+        let inputs = &task.inputs;
+        let (names, mode) = read_map(&inputs.file("map.csv")?)?;
+        let mut points = vec![mode];
+        points.extend(read_draws(&inputs.file("posterior.csv")?, &names, inputs.confirm().draws)?);
+        let run = |(i, inputs)| RunInput { id: i + 1, inputs };
+        let runs = points.into_iter().enumerate().map(run).collect();
+        Ok(Self { names, runs })
+    }
+}
+
+/// Writes the curves and the quantities of the simulations. Returns the quantities at the mode.
+///
+/// # Errors
+/// Fails if the simulation at the mode has no quantities, or if a file cannot be written.
+fn write_runs(
+    task: &Task<'_>,
+    names: &[String],
+    records: &[RunRecord],
+) -> Result<Vec<f64>, WorkflowError> {
+    let qoi = task.inputs.qoi();
     let mut rows = Vec::new();
-    for (record, label) in records.iter().zip(&labels) {
-        task.product(&format!("curves/{label}.csv"), |path| write_curve(path, &record.curve))?;
+    for (i, record) in records.iter().enumerate() {
+        let label = if i == 0 { "map".to_owned() } else { format!("draw-{i}") };
+        if !record.curve.is_empty() || record.values.is_empty() {
+            task.product(&format!("curves/{label}.csv"), |path| write_curve(path, &record.curve))?;
+        }
         let qois = quantities(record, qoi);
         if let Err(reason) = &qois {
             task.warn(&format!(
@@ -45,41 +105,44 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
             ));
         }
         let qois: Vec<String> = qois.map_or_else(
-            |_| vec![String::new(); columns.len()],
+            |_| vec![String::new(); qoi.quantities.len()],
             |values| values.iter().map(f64::to_string).collect(),
         );
         let values = record.inputs.iter().map(f64::to_string);
-        rows.push([label.clone()].into_iter().chain(values).chain(qois).collect::<Vec<_>>());
+        rows.push([label].into_iter().chain(values).chain(qois).collect::<Vec<_>>());
     }
-    let header =
-        ["run"].into_iter().chain(names.iter().map(String::as_str)).chain(columns.iter().copied());
+    let header = ["run".to_owned()].into_iter().chain(names.iter().cloned()).chain(columns(task));
     task.write_csv("confirm_runs.csv", header, rows)?;
+    quantities(&records[0], qoi)
+        .map_err(|reason| WorkflowError::Unusable(format!("the simulation at the mode: {reason}")))
+}
 
-    let map = quantities(&records[0], qoi).map_err(|reason| {
-        WorkflowError::Unusable(format!("the simulation at the mode: {reason}"))
-    })?;
-    write_fields(task, &simulator, &records[0].inputs, &records[0].curve)?;
-    let mesh_errors = mesh_errors(task, &names, parameters(&names)?, &records[0], &map)?;
-    let experiments = column_means(&read_experiments(inputs, &columns)?);
+/// Columns of the compared quantities.
+fn columns(task: &Task<'_>) -> Vec<String> {
+    task.inputs.qoi().quantities.iter().map(|q| q.column().into_owned()).collect()
+}
+
+/// Writes `confirm.csv`: the quantities at the mode against the means of the specimens. Returns the largest misfit in
+/// words.
+fn write_misfits(
+    task: &Task<'_>,
+    map: &[f64],
+    mesh_errors: Option<&[f64]>,
+) -> Result<String, WorkflowError> {
+    let columns = columns(task);
+    let experiments = column_means(&read_experiments(&task.inputs, &columns)?);
     let errors: Vec<f64> =
         map.iter().zip(&experiments).map(|(map, mean)| 100.0 * (map / mean - 1.0).abs()).collect();
     let worst = errors.iter().copied().fold(0.0, f64::max);
     let rows = columns.iter().enumerate().map(|(m, column)| {
         let numbers = [experiments[m], map[m], errors[m]].map(|x| x.to_string());
-        let mesh = mesh_errors.as_ref().map_or_else(String::new, |errors| errors[m].to_string());
-        [column.to_string()].into_iter().chain(numbers).chain([mesh]).collect::<Vec<_>>()
+        let mesh = mesh_errors.map_or_else(String::new, |errors| errors[m].to_string());
+        [column.clone()].into_iter().chain(numbers).chain([mesh]).collect::<Vec<_>>()
     });
-    let rows: Vec<_> = rows.collect();
     let header =
         ["qoi", "experiment_mean", "map_simulation", "percent_error", "mesh_error_percent"];
-    task.write_csv("confirm.csv", header, rows)?;
-    let mut told =
-        format!("the simulation at the mode is within {worst:.2} % of the experimental means");
-    if let Some(errors) = mesh_errors {
-        let errors: Vec<String> = errors.iter().map(|error| format!("{error:+.1}")).collect();
-        told += &format!("; error of its mesh, estimated: {} %", errors.join(", "));
-    }
-    Ok(told)
+    task.write_csv("confirm.csv", header, rows.collect::<Vec<_>>())?;
+    Ok(format!("the simulation at the mode is within {worst:.2} % of the experimental means"))
 }
 
 /// Simulates the case with its uncalibrated materials, for comparison with the simulation of the calibrated materials.

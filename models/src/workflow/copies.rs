@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::WorkflowError;
-use super::files::{SPECIMENS, same_file};
+use super::files::{IMPORTED, SPECIMENS, VALUES, same_file};
 use super::freshness::STAGES_FILE;
 use super::in_place::is_case_of_folder;
 use super::product_folder::{Owner, ProductFolder};
-use crate::case::{Case, CaseFile};
+use crate::case::{Case, CaseFile, with_absolute_paths};
 use crate::error::InputError;
 use crate::progress::say;
 use crate::specimen_files::{SpecimenFiles, recorded_file};
@@ -89,6 +89,11 @@ impl Copies {
         if source.path.is_file() {
             copies.originals.push((dir.join("case.toml"), source.path.clone()));
         }
+        if !source.case.tests.is_empty() {
+            // the folders of the tests have the copies
+            copies.case = with_absolute_paths(source)?;
+            return Ok(copies);
+        }
         if let Some(mesh) = &mut copies.case.specimen.mesh {
             let (from, to) = (source.beside(mesh), dir.join("specimen.msh"));
             if !same_file(&from, &to) {
@@ -96,6 +101,28 @@ impl Copies {
                 copies.originals.push((to, from));
             }
             *mesh = "specimen.msh".into();
+        }
+        if let Some(simulator) = &mut copies.case.simulator {
+            for own in simulator.input.iter_mut().chain(&mut simulator.files) {
+                let name = format!("simulator/{}", own.file_name().unwrap_or_default().display());
+                copies.files.extend(copied(source, dir, &name, own, &mut copies.originals)?);
+            }
+            // a program without a folder is sought in PATH
+            if let Some(program) = simulator.command.first_mut()
+                && Path::new(program.as_str()).components().count() > 1
+            {
+                let from = source.beside(Path::new(program.as_str()));
+                let path = std::path::absolute(&from).map_err(|e| WorkflowError::io(&from, e))?;
+                *program = path.display().to_string();
+            }
+        }
+        let tables = [
+            (copies.case.design.import.as_mut(), IMPORTED),
+            (copies.case.experiments.as_mut().and_then(|e| e.values.as_mut()), VALUES),
+        ];
+        for (own, name) in tables {
+            let Some(own) = own else { continue };
+            copies.files.extend(copied(source, dir, name, own, &mut copies.originals)?);
         }
         for (place, candidate) in (1..).zip(&mut copies.case.further_tests.candidate) {
             let Some(mesh) = candidate.mesh() else { continue };
@@ -124,14 +151,14 @@ impl Copies {
                 std::path::absolute(&from).map_err(|e| WorkflowError::io(&from, e))?;
         }
         let experiments = copies.case.experiments.as_mut();
-        let measured = experiments.and_then(|e| Some((e.table.as_mut()?, &mut e.read)));
-        if let Some((table, read)) = measured {
+        let measured = experiments.and_then(|e| Some((e.table.as_mut()?, &mut e.read, &e.test)));
+        if let Some((table, read, test)) = measured {
             let (from, to) = (source.beside(table), dir.join(SPECIMENS));
             if from.is_file() {
                 // the copies have the columns displacement_mm,force_N
                 let options = read.take().unwrap_or_default();
                 let SpecimenFiles { table: mut specimens, table_understood, understood, mistakes } =
-                    SpecimenFiles::read(&from, &options);
+                    SpecimenFiles::read(&from, &options).of_test(test.as_deref(), &from);
                 if let Some(mistake) = mistakes.into_iter().next() {
                     return Err(mistake.into());
                 }
@@ -184,7 +211,7 @@ impl Copies {
     /// Checks that the results in a folder do not belong to another case.
     ///
     /// Two cases count as the same case if their files have the same path. Otherwise they count as the same case if the
-    /// tables `specimen`, `prior` and `experiments`, the copied curves and the copied mesh are equal. A case file that
+    /// tables `specimen`, `prior`, `parameters`, `simulator` and `experiments`, the copied curves and the copied mesh are equal. A case file that
     /// was edited is therefore still the same case.
     ///
     /// # Errors
@@ -212,7 +239,7 @@ impl Copies {
             return false;
         };
         let part = |key: &str| there.get(key) == here.get(key);
-        ["specimen", "prior", "experiments"].into_iter().all(part)
+        ["specimen", "prior", "parameters", "simulator", "experiments"].into_iter().all(part)
             && self.files.iter().all(|CopiedFile { name, content, .. }| {
                 fem::read_regular(&dir.join(name)).is_ok_and(|now| now == *content)
             })
@@ -328,6 +355,25 @@ impl Copies {
             Some(if rest.as_os_str().is_empty() { own.clone() } else { own.join(rest) })
         })
     }
+}
+
+/// Copies the file at `path` of a case to `name` in the results folder, and makes the path that of the copy. Returns
+/// `None` if the file is already there.
+fn copied(
+    source: &CaseFile,
+    dir: &Path,
+    name: &str,
+    path: &mut PathBuf,
+    originals: &mut Vec<(PathBuf, PathBuf)>,
+) -> Result<Option<CopiedFile>, WorkflowError> {
+    let (from, to) = (source.beside(path), dir.join(name));
+    *path = name.into();
+    if same_file(&from, &to) {
+        return Ok(None);
+    }
+    let copy = copy_of(name, &from)?;
+    originals.push((to, from));
+    Ok(Some(copy))
 }
 
 fn copy_of(name: &str, original: &Path) -> Result<CopiedFile, WorkflowError> {

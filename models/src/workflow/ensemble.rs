@@ -17,11 +17,14 @@ use super::made_on::{IMAGE, MadeOn, SEED};
 use super::microstructures::Microstructures;
 use super::neighbours::Neighbours;
 use super::quadrature::compare_quadratures;
+use super::run_source::RunSource;
+use super::run_sources::source_of;
 use super::runs::place;
 use super::sequential::{Batches, Look};
 use super::simulator::{height_mm, radius_mm};
 use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
+use crate::progress::say;
 use crate::qoi::Quantity;
 
 /// Columns of notes in `runs.csv`, for every ensemble: number of the run, computing time (s), seed of the packing, and
@@ -30,6 +33,7 @@ const NOTES: [&str; 4] = ["run", "seconds", SEED, STIFFNESS_RATIO];
 
 /// The runs of a case, their specimens and their mesh levels.
 pub(super) struct Plan<'a> {
+    source: Box<dyn RunSource>,
     prior: Vec<Input>,
     names: Vec<String>,
     runs: Vec<RunInput>,
@@ -46,24 +50,29 @@ impl<'a> Plan<'a> {
         inputs.check_steps()?;
         let first = inputs.first_prior()?;
         let design = inputs.design();
-        let mut points = design.points(first, design.runs, design.seed)?;
-        let mut specimens = Microstructures::of(inputs, filled.min(points.len()))?;
-        let meshes = specimens.as_ref().map_or(1, Microstructures::meshes);
+        let source = source_of(inputs)?;
+        let mut points = match source.points() {
+            Some(points) => points,
+            None => design.points(first, design.runs, design.seed)?,
+        };
+        let mut specimens = source.specimens(inputs, filled.min(points.len()))?;
+        let meshes = specimens.as_ref().map_or(source.meshes(), Microstructures::meshes);
         let levels = Level::all(inputs, meshes)?;
         // everything read up to `Level::all` (prior, design, specimens) identifies the runs; inputs that are read later
         // do not change the identity of existing runs
+        source.read_rest(inputs);
         let prior = inputs.prior()?;
         for (extension, k) in inputs.extend().iter().zip(1..) {
             let within = first.within(&extension.prior);
             points.extend(design.points(&within, extension.runs, design.seed.wrapping_add(k))?);
         }
         if !inputs.extend().is_empty() {
-            specimens = Microstructures::of(inputs, filled.min(points.len()))?;
+            specimens = source.specimens(inputs, filled.min(points.len()))?;
         }
         let run = |(i, inputs)| RunInput { id: i + 1, inputs };
         let runs: Vec<RunInput> = points.into_iter().enumerate().map(run).collect();
         let names = prior.iter().map(|input| input.name.clone()).collect();
-        Ok(Self { prior, names, runs, specimens, levels, batches: None })
+        Ok(Self { source, prior, names, runs, specimens, levels, batches: None })
     }
 
     /// Creates the plan of a case, with the batches of `[sequential]`; `dir` is the results folder.
@@ -76,7 +85,7 @@ impl<'a> Plan<'a> {
         let runs = plan.runs.len();
         plan.batches = Batches::of(inputs, &plan.levels[0], dir, runs)?;
         if let Some(batches) = &plan.batches {
-            plan.specimens = Microstructures::of(inputs, filled.min(runs + batches.most()))?;
+            plan.specimens = plan.source.specimens(inputs, filled.min(runs + batches.most()))?;
         }
         Ok(plan)
     }
@@ -113,7 +122,11 @@ impl<'a> Plan<'a> {
     fn check_first(&self, runner: &Runner<'_>) -> Result<(), WorkflowError> {
         let task = runner.task;
         let [level, ..] = &self.levels[..] else { return Ok(()) };
-        if task.leave_to_others || !task.path("experiments.csv").is_file() {
+        // without a mesh there is no size to which a specimen could be scaled
+        if !task.inputs.is_built_in()
+            || task.leave_to_others
+            || !task.path("experiments.csv").is_file()
+        {
             return Ok(());
         }
         let records = runner.run(level, first_of(task, &self.runs), true)?;
@@ -124,7 +137,8 @@ impl<'a> Plan<'a> {
     }
 
     fn runner<'r>(&'r self, task: &'r Task<'r>) -> Runner<'r> {
-        Runner { task, names: &self.names, specimens: self.specimens.as_ref() }
+        let (source, specimens) = (&*self.source, self.specimens.as_ref());
+        Runner { task, source, names: &self.names, specimens }
     }
 }
 
@@ -145,12 +159,14 @@ pub(super) fn share(task: &Task<'_>) -> Result<(), WorkflowError> {
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let plan = Plan::with_batches(&task.inputs, &task.path(""), usize::MAX)?;
     let runner = plan.runner(task);
+    plan.source.notes().iter().for_each(|note| say("note", note));
     let design = all_levels(&runner, &plan)?;
     compare_quadratures(&runner, &plan.levels[0], &plan.prior, &design[0])?;
     let Made { done, looks, mut corrected } = with_batches(&runner, &plan, design)?;
     let data = corrected.data(&plan, &task.inputs, &done[0])?;
     let (first, corrections) = (&done[0], &corrected.corrections);
-    for record in &first.records {
+    let is_built_in = task.inputs.is_built_in();
+    for record in first.records.iter().filter(|run| is_built_in || !run.curve.is_empty()) {
         let name = format!("curves/run-{:03}.csv", record.id);
         task.product(&name, |path| write_curve(path, &record.curve))?;
     }
@@ -163,6 +179,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let table = data.to_csv().map_err(|e| WorkflowError::io(&task.path("runs.csv"), e))?;
     task.write("runs.csv", table)?;
     write_failures(task, &plan.names, &done)?;
+    warn_of_failures(task, first);
     if !corrections.is_empty() {
         write_corrections(task, &data, &done, corrections, &MadeOn::of(&data))?;
     }
@@ -343,6 +360,10 @@ pub(super) struct Progress {
 pub(super) fn progress(inputs: &Inputs<'_>, dir: &Path) -> Result<Vec<Progress>, WorkflowError> {
     // one packing is sufficient, because the identity of the runs does not depend on the number of generated packings
     let plan = Plan::with_batches(inputs, dir, 1)?;
+    if plan.source.points().is_some() {
+        // there is nothing to compute
+        return Ok(Vec::new());
+    }
     let neighbours = Neighbours::of(dir);
     let look = |folder: &Path, derivatives: bool, total: usize| {
         let state = EnsembleState::of(folder)?;
@@ -386,6 +407,10 @@ pub(super) fn so_far(inputs: &Inputs<'_>) -> Result<(LevelRuns, usize), Workflow
     let dir = inputs.folder();
     let plan = Plan::with_batches(&inputs, dir, 1)?;
     let level = &plan.levels[0];
+    if plan.source.points().is_some() {
+        let none = LevelRuns::new(Vec::new(), inputs.qoi(), false);
+        return Ok((none, plan.levels.len()));
+    }
     let ended = |folder: &Path| {
         let records = EnsembleState::of(folder)?.records;
         Ok::<_, WorkflowError>(LevelRuns::new(records, inputs.qoi(), level.setup.derivatives))
@@ -395,6 +420,19 @@ pub(super) fn so_far(inputs: &Inputs<'_>) -> Result<(LevelRuns, usize), Workflow
         runs.extend(ended(batches.known().1)?);
     }
     Ok((runs, plan.levels.len()))
+}
+
+/// Warns of failed runs of a source outside this program: the surrogate knows nothing of the parameters of these runs.
+fn warn_of_failures(task: &Task<'_>, runs: &LevelRuns) {
+    let failed = runs.failed().count();
+    if let Some((record, reason)) = runs.failed().next().filter(|_| !task.inputs.is_built_in()) {
+        task.warn(&format!(
+            "{failed} of {} runs have no quantities and are left out of the surrogate, which is less accurate where they \
+             are (failed_runs.csv). Run {}: {reason}.",
+            runs.records.len(),
+            record.id
+        ));
+    }
 }
 
 /// Writes `failed_runs.csv`: the runs without quantities, each with the reason.

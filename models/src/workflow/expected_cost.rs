@@ -47,6 +47,9 @@ impl ExpectedCost {
     /// prior.
     pub(super) fn of_calibration(case: &Case, geometry: &SpecimenGeometry) -> Option<Self> {
         case.prior.as_ref()?;
+        if case.design.import.is_some() {
+            return None;
+        }
         Some(Self::of_runs(virtual_tests(case).chain(calibration(case)), geometry))
     }
 
@@ -94,8 +97,7 @@ impl ExpectedCost {
                 duration(seconds)
             ),
             None => format!(
-                "{all} simulations; their time is known after the first (breccia simulate), since the number of \
-                 tetrahedra is not in the case"
+                "{all} simulations; their time is known after the first, since the case does not say how large they are"
             ),
         }
     }
@@ -113,7 +115,8 @@ fn volume_mm3(geometry: &SpecimenGeometry) -> Option<f64> {
         }
         SpecimenGeometry::Image { .. }
         | SpecimenGeometry::Surfaces { .. }
-        | SpecimenGeometry::Mesh { .. } => None,
+        | SpecimenGeometry::Mesh { .. }
+        | SpecimenGeometry::Absent => None,
     }
 }
 
@@ -144,7 +147,7 @@ fn on_specimen(case: &Case, count: usize, what: &str) -> Runs {
         what: what.to_owned(),
         spacing_mm: case.specimen.spacing_mm.unwrap_or(f64::NAN),
         order: case.specimen.order,
-        steps: case.test.steps,
+        steps: case.test.load_steps(None),
     }
 }
 
@@ -161,7 +164,7 @@ fn calibration(case: &Case) -> Vec<Runs> {
             what,
             spacing_mm: level.spacing_mm,
             order: level.order.unwrap_or(case.specimen.order),
-            steps: level.steps.or(case.test.steps),
+            steps: case.test.load_steps(level.steps),
         });
         count = level.repeats;
         what = "of them repeated on the next mesh".to_owned();
@@ -176,7 +179,9 @@ fn calibration(case: &Case) -> Vec<Runs> {
         }
         plan.push(runs);
     }
-    plan.push(on_specimen(2 + case.confirm.draws, "to confirm the posterior"));
+    // the built-in simulation also simulates the materials before the calibration
+    let confirming = if case.is_built_in() { 2 } else { 1 };
+    plan.push(on_specimen(confirming + case.confirm.draws, "to confirm the posterior"));
     if let Some(spacing_mm) = case.confirm.second_spacing_mm {
         plan.push(Runs { spacing_mm, ..on_specimen(1, "on a second mesh") });
     }

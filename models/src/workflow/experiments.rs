@@ -7,9 +7,10 @@ use rayon::prelude::*;
 
 use super::WorkflowError;
 use super::files::SPECIMENS;
+use super::measured_values::write_measured;
 use super::mesh_scale::{MeshScale, MeshSize};
 use super::runs::run_ensemble;
-use super::simulator::{Simulator, recorded};
+use super::simulator::{Simulator, recorded_run};
 use super::specimen::packed_mesh;
 use super::specimen_checks::checked;
 use super::specimen_images::{scan, stiffness_ratios};
@@ -18,18 +19,26 @@ use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
 use crate::case::{ByParameter, Parameter, QoiCase, SpecimenGeometry};
 use crate::error::InputError;
-use crate::experiment::{Specimen, SpecimenTable};
+use crate::experiment::{Specimen, SpecimenTable, TestCurve};
 use crate::qoi::Qois;
 use crate::virtual_specimen::VirtualSpecimen;
 
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let inputs = &task.inputs;
+    if let Some(values) = inputs.measured_values() {
+        return write_measured(task, &values);
+    }
     let table = match inputs.are_specimens_virtual()? {
         true => test_virtual_specimens(task)?,
         false => inputs.specimen_table()?,
     };
-    let mesh = gmsh::read(inputs.file("mesh.msh")?, &gmsh::GmshNames::default())?;
-    let mesh = MeshSize::of(&mesh);
+    let mesh = match inputs.is_built_in() {
+        true => {
+            let mesh = gmsh::read(inputs.file("mesh.msh")?, &gmsh::GmshNames::default())?;
+            Some(MeshSize::of(&mesh))
+        }
+        false => None,
+    };
     let comparison = Comparison { mesh, qoi: inputs.qoi() };
     let table = checked(task, inputs.chosen(table)?, mesh)?;
     let mut rows = table
@@ -51,9 +60,9 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     Ok(format!("{} specimens", table.specimens.len()))
 }
 
-/// Size of the mesh, and the quantities that are compared between specimens and simulations.
+/// Size of the mesh, if there is one, and the quantities that are compared between specimens and simulations.
 struct Comparison<'a> {
-    mesh: MeshSize,
+    mesh: Option<MeshSize>,
     qoi: &'a QoiCase,
 }
 
@@ -156,6 +165,14 @@ fn write_specimens(
 ) -> Result<SpecimenTable, WorkflowError> {
     let (group, noise) = (task.inputs.group()?, task.inputs.noise()?);
     let scanned = *task.inputs.scans()?;
+    let machine = task.inputs.known_machine().machine();
+    let quantities = &task.inputs.qoi().quantities;
+    let needs_time =
+        task.inputs.test().program.is_some() || quantities.iter().any(|q| q.needs_time());
+    let timed = |curve: TestCurve| match needs_time {
+        true => curve,
+        false => TestCurve { time_s: Vec::new(), ..curve },
+    };
     let image = |id: &str| scanned.then(|| format!("scans/{id}.tif").into());
     let measured = specimens.iter().zip(records).map(|(v, record)| Specimen {
         id: v.id.clone(),
@@ -164,8 +181,9 @@ fn write_specimens(
         group: group.clone(),
         slope_fraction: None,
         image: image(&v.id),
+        test: None,
         rate_mm_per_s: None,
-        curve: v.measure(&recorded(&record.curve), noise),
+        curve: timed(v.measure(&machine.record(&recorded_run(record)), noise)),
     });
     let table = SpecimenTable { specimens: measured.collect() };
     let files = table.to_files().map_err(|e| WorkflowError::io(&task.path(SPECIMENS), e))?;
@@ -190,7 +208,7 @@ fn write_bias(
 ) -> Result<(), WorkflowError> {
     let qoi = task.inputs.qoi();
     let qois = |record: &RunRecord| {
-        Qois::values_of(&recorded(&record.curve), qoi.slope_fraction, &qoi.quantities)
+        Qois::values_of(&recorded_run(record), qoi.slope_fraction, &qoi.quantities)
             .map_err(|e| WorkflowError::Unusable(format!("the comparison of the two meshes: {e}")))
     };
     let (coarse, fine) = (qois(runs[0])?, qois(runs[1])?);

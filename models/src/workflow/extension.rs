@@ -10,13 +10,14 @@ use crate::prior::Prior;
 const QUANTILES: u32 = 1000;
 
 /// Returns a warning for each parameter whose posterior is truncated at a bound of the prior. The warning states the
-/// entry of the case that adds `runs` runs beyond the bound to the existing runs. `draws` returns the posterior draws
-/// of a parameter.
+/// entry of the case that adds `runs` runs beyond the bound to the existing runs; without `can_extend`, the source of the
+/// runs cannot make further runs. `draws` returns the posterior draws of a parameter.
 pub(super) fn offers(
     inputs: &[Input],
     priors: &[Prior],
     draws: &dyn Fn(&str) -> Vec<f64>,
     runs: usize,
+    can_extend: bool,
 ) -> Vec<String> {
     let offer = |(Input { name, lower, upper }, prior): (&Input, &Prior)| {
         let at = |i| prior.quantile((f64::from(i) + 0.5) / f64::from(QUANTILES));
@@ -32,9 +33,16 @@ pub(super) fn offers(
         let (word, bound, [from, to]) = match is_upper {
             true => ("upper", upper, [*upper, upper + width]),
             // material constants are positive, so that the extended range must stay above zero
-            false => ("lower", lower, [(lower - width).max(0.5 * lower), *lower]),
+            false if *lower >= 0.0 => ("lower", lower, [(lower - width).max(0.5 * lower), *lower]),
+            false => ("lower", lower, [lower - width, *lower]),
         };
         let [from, to] = [from, to].map(shown);
+        if !can_extend {
+            return Some(format!(
+                "the prior cuts the posterior of {name} at its {word} bound {bound}; to go on beyond it, import runs \
+                 from {from} to {to} too, and widen the prior"
+            ));
+        }
         let written =
             format!("extend = [{{ runs = {runs}, prior = {{ {name} = [{from}, {to}] }} }}]");
         Some(format!(
@@ -71,7 +79,7 @@ mod tests {
             "matrix.viscosity_mpa_s" => draws(0.2, 0.3, 1.0),
             _ => draws(0.001, 0.005, 1.0),
         };
-        let offers = offers(&prior, &Prior::uniform_on(&prior), &after, 100);
+        let offers = offers(&prior, &Prior::uniform_on(&prior), &after, 100, true);
         assert_eq!(offers.len(), 1, "{offers:?}");
         let written = "extend = [{ runs = 100, prior = { matrix.young_mpa = [300.0, 350.0] } }]";
         assert!(

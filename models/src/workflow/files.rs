@@ -5,6 +5,12 @@ use std::path::Path;
 /// The table of the specimens, measured or virtual.
 pub(super) const SPECIMENS: &str = "experiments/specimens.csv";
 
+/// Copy of the table of measured quantities.
+pub(super) const VALUES: &str = "experiments/values.csv";
+
+/// Copy of the imported table of runs.
+pub(super) const IMPORTED: &str = "imported_runs.csv";
+
 /// Stages that can issue warnings, in order; [`warnings_of`] returns the name of each stage's file.
 pub(super) const WARNING_STAGES: [&str; 6] =
     ["segment", "mesh", "experiments", "ensemble", "calibrate", "confirm"];

@@ -154,8 +154,9 @@ pub(super) fn read_experiments(
     let columns: Vec<&str> = columns.iter().map(AsRef::as_ref).collect();
     let table = CsvTable::read(&path, &columns)?;
     let cell = |row: &TableRow, column: &str| match Quantity::of_column(column) {
-        Some(quantity) if !quantity.is_positive() => row.number(column),
-        _ => row.positive(column),
+        Some(quantity) if quantity.is_positive() => row.positive(column),
+        // a quantity that is not computed from curves may have any sign
+        _ => row.number(column),
     };
     let row = |row: TableRow| columns.iter().map(|column| cell(&row, column)).collect();
     Ok(table.rows().map(row).collect::<Result<_, InputError>>()?)

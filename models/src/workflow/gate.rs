@@ -4,6 +4,7 @@ use surrogate::Dataset;
 
 use super::WorkflowError;
 use super::files::SPECIMENS;
+use super::inputs::Inputs;
 use super::task::Task;
 use crate::error::InputError;
 use crate::fracture::column_means;
@@ -20,47 +21,71 @@ pub(super) fn check_range(
     task: &Task<'_>,
     specimens: &[Vec<f64>],
 ) -> Result<Vec<String>, WorkflowError> {
-    let data = Dataset::read_csv(task.inputs.file("runs.csv")?)?;
-    let means = column_means(specimens);
-    let reached = |m: usize| {
-        let values = data.rows().map(|(_, qois)| qois[m]);
-        values.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], q| [a.min(q), b.max(q)])
-    };
-    let ranges: Vec<Range> = data
-        .outputs()
-        .iter()
-        .zip(means)
-        .enumerate()
-        .map(|(m, (name, mean))| Range { name: name.clone(), value: mean, reached: reached(m) })
-        .collect();
+    let ranges = ranges(&task.inputs, specimens)?;
     let rows = ranges.iter().map(|range| {
         let [low, high] = range.reached.map(|x| x.to_string());
         [range.name.clone(), range.value.to_string(), low, high, range.is_inside().to_string()]
     });
     task.write_csv("range.csv", ["qoi", "experiment_mean", "low", "high", "inside"], rows)?;
-    let mut outside: Vec<&Range> = ranges.iter().filter(|range| !range.is_inside()).collect();
-    outside.sort_by_key(|range| Quantity::of_column(&range.name).map(|q| unit_rank(q.unit())));
-    if let ([first, rest @ ..], false) = (&outside[..], task.accept_out_of_range) {
-        let others: Vec<String> = rest.iter().map(|range| format!("; {}", range.words())).collect();
-        let cause = outside.iter().find_map(|range| range.cause()).unwrap_or(
-            "If units are right, widen the box of [prior], or look for what the model leaves out.",
-        );
-        let [low, high] = first.reached;
-        return Err(InputError::new(
-            &task.path(SPECIMENS),
-            format!("mean of {} over {} specimens", first.name, specimens.len()),
-            format!("{:.4}", first.value),
-            format!(
-                "lies outside what the ensemble reaches, {low:.4} to {high:.4}{}",
-                others.concat()
-            ),
-            format!(
-                "{cause} --accept-out-of-range goes on, and then nothing is called identified."
-            ),
-        )
-        .into());
+    if !task.accept_out_of_range {
+        refuse_outside(&ranges, &task.inputs, specimens.len())?;
     }
+    let outside = ranges.iter().filter(|range| !range.is_inside());
+    let mut outside: Vec<&Range> = outside.collect();
+    outside.sort_by_key(|range| range.rank());
     Ok(outside.iter().map(|range| format!("Data out of range: {}", range.warning())).collect())
+}
+
+/// Stops a joint calibration if the mean of a quantity over the specimens of a test is outside the range of its ensemble.
+///
+/// # Errors
+/// As [`check_range`].
+pub(super) fn check_range_of_test(
+    inputs: &Inputs<'_>,
+    specimens: &[Vec<f64>],
+) -> Result<(), WorkflowError> {
+    refuse_outside(&ranges(inputs, specimens)?, inputs, specimens.len())
+}
+
+/// Mean of each quantity over the specimens, and its range over the runs.
+fn ranges(inputs: &Inputs<'_>, specimens: &[Vec<f64>]) -> Result<Vec<Range>, WorkflowError> {
+    let data = Dataset::read_csv(inputs.file("runs.csv")?)?;
+    let means = column_means(specimens);
+    let reached = |m: usize| {
+        let values = data.rows().map(|(_, qois)| qois[m]);
+        values.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], q| [a.min(q), b.max(q)])
+    };
+    let named = data.outputs().iter().zip(means).enumerate();
+    let range = named.map(|(m, (name, mean))| Range {
+        name: name.clone(),
+        value: mean,
+        reached: reached(m),
+    });
+    Ok(range.collect())
+}
+
+/// Fails if the mean of a quantity over `count` specimens is outside its range.
+fn refuse_outside(
+    ranges: &[Range],
+    inputs: &Inputs<'_>,
+    count: usize,
+) -> Result<(), WorkflowError> {
+    let mut outside: Vec<&Range> = ranges.iter().filter(|range| !range.is_inside()).collect();
+    outside.sort_by_key(|range| range.rank());
+    let [first, rest @ ..] = &outside[..] else { return Ok(()) };
+    let others: Vec<String> = rest.iter().map(|range| format!("; {}", range.words())).collect();
+    let cause = outside.iter().find_map(|range| range.cause()).unwrap_or(
+        "If units are right, widen the box of [prior], or look for what the model leaves out.",
+    );
+    let [low, high] = first.reached;
+    Err(InputError::new(
+        &inputs.folder().join(SPECIMENS),
+        format!("mean of {} over {count} specimens", first.name),
+        format!("{:.4}", first.value),
+        format!("lies outside what the ensemble reaches, {low:.4} to {high:.4}{}", others.concat()),
+        format!("{cause} --accept-out-of-range goes on, and then nothing is called identified."),
+    )
+    .into())
 }
 
 /// Whether the means of the specimens are within the ranges of the runs.
@@ -90,6 +115,11 @@ pub(super) struct Range {
 }
 
 impl Range {
+    /// Rank by how well the quantity identifies a wrong unit; quantities of other programs come first.
+    fn rank(&self) -> Option<usize> {
+        Quantity::of_column(&self.name).map(|quantity| unit_rank(quantity.unit()))
+    }
+
     pub(super) fn is_inside(&self) -> bool {
         (self.reached[0]..=self.reached[1]).contains(&self.value)
     }

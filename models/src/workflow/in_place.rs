@@ -2,21 +2,24 @@
 
 use std::path::{Path, PathBuf};
 
-use super::files::{SPECIMENS, same_file};
+use super::files::{IMPORTED, SPECIMENS, VALUES, same_file};
 use super::freshness::STAGES_FILE;
 use super::pattern::{folder, matches};
 use super::stages::STAGES;
 use super::written::WRITTEN;
 use super::{InputInPlace, WorkflowError};
-use crate::case::CaseFile;
+use crate::case::{CaseFile, SimulatorCase};
 use crate::table_format::DetectedTable;
 
 /// Files that opening a results folder copies into it. If such a file is an input, it is used where it is.
-const OPENING: [&str; 6] = [
+const OPENING: [&str; 9] = [
     "case.toml",
     "origin.toml",
     "specimen.msh",
     "candidates/#.msh",
+    "simulator/*",
+    IMPORTED,
+    VALUES,
     SPECIMENS,
     "experiments/curves/*.csv",
 ];
@@ -114,6 +117,13 @@ fn named_by(source: &CaseFile) -> Vec<Named> {
         image.labels.iter().for_each(|labels| add_image("specimen.image.labels", labels));
         let further = image.further_stacks.iter().flatten();
         further.for_each(|stack| add_image("specimen.image.further_stacks", stack));
+    }
+    for own in case.simulator.iter().flat_map(SimulatorCase::paths) {
+        add("simulator", own);
+    }
+    case.design.import.iter().for_each(|import| add("design.import", import));
+    if let Some(values) = case.experiments.as_ref().and_then(|e| e.values.as_ref()) {
+        add("experiments.values", values);
     }
     if let Some(table) = case.experiments.as_ref().and_then(|e| e.table.as_ref()) {
         add("experiments.table", table);

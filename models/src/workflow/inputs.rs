@@ -15,9 +15,10 @@ use super::sources::{Origin, Sources};
 use super::specimen::{Scanned, Source};
 use crate::case::{
     ByParameter, CalibrationCase, CandidateCase, Case, CaseFile, ConditionsCase, ConfirmCase,
-    DesignCase, ExtendCase, FidelityCase, FurtherTestsCase, ImageCase, MaterialCase,
-    Microstructure, NoiseCase, Parameter, PriorCase, QoiCase, SequentialCase, SpecimenGeometry,
-    SurrogateCase, TestCase, Toe, VirtualCase,
+    DesignCase, ExtendCase, FidelityCase, FurtherTestsCase, ImageCase, InterfaceCase, MachineCase,
+    MaterialCase, Microstructure, NoiseCase, Parameter, PriorCase, QoiCase, SequentialCase,
+    SimulatorCase, SingleTest, SpecimenGeometry, SurrogateCase, TestCase, Toe, VirtualCase,
+    single_tests,
 };
 use crate::experiment::SpecimenTable;
 use crate::prior::Prior;
@@ -57,6 +58,11 @@ impl<'a> Inputs<'a> {
         'a: 'b,
     {
         Inputs::new(file, self.dir, self.writer)
+    }
+
+    /// Creates the inputs of another case in another results folder with an empty record.
+    pub(super) fn of_folder<'b>(&self, file: &'b CaseFile, dir: &'b Path) -> Inputs<'b> {
+        Inputs::new(file, dir, self.writer)
     }
 
     /// Creates the inputs of the same case and the same folder with an empty record.
@@ -123,10 +129,13 @@ parts! {
     order: specimen.order => Order;
     homogenisation: specimen.homogenisation => Homogenisation;
     material: material => BTreeMap<String, MaterialCase>;
+    interface: interface => BTreeMap<String, InterfaceCase>;
     phase_field: phase_field => Option<PhaseField>;
     test: test => TestCase;
+    machine: machine => MachineCase;
     conditions: conditions => Option<ConditionsCase>;
     solver: solver => SolverOptions;
+    simulator: simulator => Option<SimulatorCase>;
     qoi: qoi => QoiCase;
     prior_table: prior => Option<PriorCase>;
     extend: extend => Vec<ExtendCase>;
@@ -191,6 +200,7 @@ impl Inputs<'_> {
             order: *self.order(),
             homogenisation: *self.homogenisation(),
             material: self.material(),
+            interface: self.interface(),
             phase_field: self.phase_field().as_ref(),
             test: self.test(),
             steps: None,
@@ -200,6 +210,42 @@ impl Inputs<'_> {
             ranks: None,
             derivatives: false,
         }
+    }
+
+    /// Returns `[simulator]`, if the case has it. Records only the keys that change the result of a run.
+    pub(super) fn simulator_of_runs(&self) -> Option<&SimulatorCase> {
+        let simulator = self.file.case.simulator.as_ref()?;
+        for key in ["command", "input", "files", "result"] {
+            self.reads(&format!("simulator.{key}"));
+        }
+        Some(simulator)
+    }
+
+    /// Whether this program simulates the runs. Records the source of the runs if it is outside this program.
+    pub(super) fn is_built_in(&self) -> bool {
+        let is_built_in = self.file.case.is_built_in();
+        if !is_built_in {
+            self.simulator();
+            self.reads("design.import");
+        }
+        is_built_in
+    }
+
+    /// Whether the runs are imported, so that no further run can be made.
+    pub(super) fn imports_runs(&self) -> bool {
+        !self.is_built_in() && self.file.case.design.import.is_some()
+    }
+
+    /// Path of a file that the case names; records its content.
+    pub(super) fn named_file(&self, path: &Path) -> PathBuf {
+        self.reads_file(&path.to_string_lossy())
+    }
+
+    /// Path of the table of measured quantities, if the case has one in place of curves.
+    pub(super) fn measured_values(&self) -> Option<PathBuf> {
+        let path = self.file.case.experiments.as_ref()?.values.as_ref()?;
+        self.reads("experiments.values");
+        Some(self.named_file(path))
     }
 
     /// The geometry of the specimen.
@@ -249,6 +295,20 @@ impl Inputs<'_> {
             Scanned { source, segmentation: own.segmentation.clone(), size_mm: own.size_mm }
         };
         Ok(further.into_iter().map(scanned).collect())
+    }
+
+    /// The tests of a case with several tests, each as a case of its own.
+    pub(super) fn tests(&self) -> Result<Vec<SingleTest>, WorkflowError> {
+        Ok(single_tests(self.file)?)
+    }
+
+    /// Records all keys of the case from which a test in a folder within the results folder has read keys, and all files
+    /// that the test has read.
+    pub(super) fn reads_in_folder(&self, test: &Inputs<'_>, folder: &str) {
+        let sources = test.sources();
+        sources.parts().for_each(|key| self.reads(key));
+        self.reads("tests");
+        sources.files().for_each(|name| drop(self.reads_file(&format!("{folder}/{name}"))));
     }
 
     /// Creates an error about the image of a further specimen.
@@ -305,6 +365,27 @@ impl Inputs<'_> {
     /// Returns the priors without extensions. Their ranges are the box of the runs of `[design]`.
     pub(super) fn first_prior(&self) -> Result<&PriorCase, WorkflowError> {
         self.prior_table().as_ref().ok_or_else(|| self.missing_prior())
+    }
+
+    /// The calibrated parameters, with the units of free parameters.
+    pub(super) fn parameters_in_units(&self) -> Result<Vec<Parameter>, WorkflowError> {
+        if !self.file.case.parameters.is_empty() {
+            self.reads("parameters");
+        }
+        self.parameters()
+    }
+
+    /// Properties of the machine that records of specimens are corrected by: those that no prior calibrates.
+    pub(super) fn known_machine(&self) -> MachineCase {
+        self.machine().without(self.calibrated_machine())
+    }
+
+    /// Properties of the machine that are calibrated, with arbitrary values.
+    fn calibrated_machine(&self) -> MachineCase {
+        self.reads("prior.machine");
+        let prior = self.file.case.prior.iter().flat_map(PriorCase::names);
+        let names: Vec<String> = prior.collect();
+        MachineCase::of_inputs(names.iter().map(|name| (name.as_str(), 0.0)))
     }
 
     /// The calibrated parameters.

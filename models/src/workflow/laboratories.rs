@@ -13,7 +13,9 @@ use super::inputs::Inputs;
 use super::level_runs::Runner;
 use super::levels::Level;
 use super::microstructures::Microstructures;
-use super::simulator::{quantities, recorded};
+use super::preparation::Preparation;
+use super::run_sources::source_of;
+use super::simulator::{quantities, recorded_run};
 use super::specimen_stiffness::with_stiffness_ratio;
 use super::stage::Stage;
 use super::stiffness::STIFFNESS_RATIO;
@@ -113,7 +115,9 @@ impl Study<'_> {
         let mut levels = Level::all(&self.task.inputs, 0)?;
         let mut level = levels.swap_remove(0);
         level.manifest += &kept;
-        let runner = Runner { task: self.task, names: &names, specimens: Some(&packings) };
+        let source = source_of(&self.task.inputs)?;
+        let specimens = Some(&packings);
+        let runner = Runner { task: self.task, source: &*source, names: &names, specimens };
         let run = |(i, inputs): (usize, &Vec<f64>)| RunInput { id: i + 1, inputs: inputs.clone() };
         let records =
             runner.run(&level, &points.iter().enumerate().map(run).collect::<Vec<_>>(), true)?;
@@ -189,8 +193,13 @@ impl Study<'_> {
         let points: Vec<Vec<f64>> = drawn.iter().map(|v| v.parameters.clone()).collect();
         let seeds = drawn.iter().map(|v| v.packing_seed).collect();
         let (records, ratios) = self.records(&points, seeds)?;
+        let (machine, preparation) = (inputs.known_machine().machine(), Preparation::of(inputs));
         let measured = drawn.iter().zip(&records).map(|(specimen, record)| {
-            let curve = specimen.measure(&recorded(&record.curve), inputs.noise()?);
+            let reading = specimen.measure(&machine.record(&recorded_run(record)), inputs.noise()?);
+            let curve = match inputs.test().program.is_some() {
+                true => preparation.apply(&reading, qoi.slope_fraction).0,
+                false => machine.specimen(&reading),
+            };
             Qois::values_of(&curve, qoi.slope_fraction, &qoi.quantities).map_err(|error| {
                 let message = format!("a specimen of laboratory {}: {error}", record.id);
                 WorkflowError::Unusable(message)

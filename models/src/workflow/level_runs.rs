@@ -1,15 +1,14 @@
 //! Runs of a mesh level: computation of the runs, and their quantities of interest.
 
-use std::borrow::Cow;
-
 use fem::{RunInput, RunRecord, TetMesh};
 
 use super::WorkflowError;
 use super::images;
 use super::levels::Level;
 use super::microstructures::Microstructures;
-use super::runs::run_named;
-use super::simulator::{Simulator, jacobian, quantities};
+use super::run_source::{RequestedRuns, RunSource};
+use super::runs::NamedRuns;
+use super::simulator::{jacobian, quantities};
 use super::task::Task;
 use crate::case::QoiCase;
 
@@ -24,6 +23,7 @@ pub(super) fn curve_of_level(level: usize, run: &str) -> String {
 /// Computes the runs of a level.
 pub(super) struct Runner<'a> {
     pub(super) task: &'a Task<'a>,
+    pub(super) source: &'a dyn RunSource,
     /// Names of the runs' inputs.
     pub(super) names: &'a [String],
     /// Specimens of the runs; `None` if all runs use the case's own specimen.
@@ -40,27 +40,9 @@ impl Runner<'_> {
         runs: &[RunInput],
         wait: bool,
     ) -> Result<Vec<RunRecord>, WorkflowError> {
-        let Self { task, names, specimens } = *self;
-        if let Some(specimens) = specimens {
-            if let Some(packings) = specimens.packing_of_each() {
-                let parameters = task.inputs.parameters()?;
-                return run_named(task, FOLDER, &level.manifest, names, runs, wait, &|run| {
-                    packings.simulator(run.id - 1, level, &parameters).map(Cow::Owned)
-                });
-            }
-            let simulators = specimens.shared_simulators(&task.inputs, level, runs)?;
-            return run_named(task, FOLDER, &level.manifest, names, runs, wait, &|run| {
-                Ok(Cow::Borrowed(&simulators[&specimens.of_run(run.id)]))
-            });
-        }
-        let mesh = level.mesh(&task.inputs, images::OWN)?;
-        let simulator = Simulator::new(&level.setup, mesh, task.inputs.parameters()?)?;
-        if let Some(run) = runs.first() {
-            simulator.check(&level.setup, &run.inputs)?;
-        }
-        run_named(task, FOLDER, &level.manifest, names, runs, wait, &|_| {
-            Ok(Cow::Borrowed(&simulator))
-        })
+        let Self { task, source, names, specimens } = *self;
+        let named = NamedRuns { folder: FOLDER, manifest: &level.manifest, names, runs, wait };
+        source.records(&RequestedRuns { task, level: Some(level), specimens, named })
     }
 }
 

@@ -20,8 +20,13 @@ use crate::progress::say;
 use crate::report::{mesh_picture, mesh_quality};
 
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
-    let setup = task.inputs.setup();
     let geometry = task.inputs.geometry()?;
+    if geometry == SpecimenGeometry::Absent {
+        // record the source, so that the stage is run again once the case has a specimen
+        task.inputs.is_built_in();
+        return Ok("the case has no specimen: nothing to mesh".to_owned());
+    }
+    let setup = task.inputs.setup();
     let (mesh, report, surfaces) = match &geometry {
         SpecimenGeometry::Surfaces { import, radius_mm, height_mm, meshing } => {
             let case = task.inputs.case_path();

@@ -31,7 +31,7 @@ pub(super) fn mesh_errors(
 ) -> Result<Option<Vec<f64>>, WorkflowError> {
     let inputs = &task.inputs;
     let spacing_mm = match inputs.geometry()? {
-        SpecimenGeometry::Mesh { .. } => return Ok(None),
+        SpecimenGeometry::Mesh { .. } | SpecimenGeometry::Absent => return Ok(None),
         SpecimenGeometry::Cylinder { meshing, .. }
         | SpecimenGeometry::Image { meshing, .. }
         | SpecimenGeometry::Surfaces { meshing, .. } => meshing.spacing_mm,

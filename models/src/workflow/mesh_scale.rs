@@ -50,7 +50,9 @@ impl MeshScale {
     /// Columns of `experiments.csv` with the displacement factor and the force factor.
     pub(super) const COLUMNS: [&str; 2] = ["displacement_factor", "force_factor"];
 
-    pub(super) fn of(specimen: &Specimen, mesh: MeshSize) -> Self {
+    /// Factors for the size of a mesh; without a mesh, both factors are 1.
+    pub(super) fn of(specimen: &Specimen, mesh: Option<MeshSize>) -> Self {
+        let Some(mesh) = mesh else { return Self { displacement: 1.0, force: 1.0 } };
         let factor = |ratio: f64| if (ratio - 1.0).abs() > ROUNDING { ratio } else { 1.0 };
         let displacement = factor(mesh.height_mm / specimen.height_mm);
         let force = match mesh.is_cylinder {
@@ -85,10 +87,7 @@ mod tests {
     use super::*;
 
     fn specimen(height_mm: f64, radius_mm: f64, factor: f64) -> Specimen {
-        let curve = TestCurve {
-            displacement_mm: vec![0.0, 0.1 * height_mm],
-            force_n: vec![0.0, factor * 7.0],
-        };
+        let curve = TestCurve::new(vec![0.0, 0.1 * height_mm], vec![0.0, factor * 7.0]);
         Specimen {
             id: "S-1".into(),
             height_mm,
@@ -96,6 +95,7 @@ mod tests {
             group: String::new(),
             slope_fraction: None,
             image: None,
+            test: None,
             rate_mm_per_s: None,
             curve,
         }
@@ -108,14 +108,16 @@ mod tests {
         let mesh = MeshSize::of_cylinder([4.4, 2.5]);
         for (height_mm, radius_mm) in [(4.4, 2.5), (4.95, 2.52), (8.8, 2.4)] {
             let own = specimen(height_mm, radius_mm, radius_mm * radius_mm);
-            let curve = MeshScale::of(&own, mesh).apply(&own.curve);
+            let curve = MeshScale::of(&own, Some(mesh)).apply(&own.curve);
             assert!((curve.displacement_mm[1] - 0.44).abs() < 1e-12, "{curve:?}");
             assert!((curve.force_n[1] - 6.25 * 7.0).abs() < 1e-12, "{curve:?}");
         }
         let same = specimen(4.4, 2.5 * (1.0 + 1e-12), 1.0);
-        assert_eq!(MeshScale::of(&same, mesh), MeshScale { displacement: 1.0, force: 1.0 });
+        assert_eq!(MeshScale::of(&same, Some(mesh)), MeshScale { displacement: 1.0, force: 1.0 });
         let block = MeshSize { is_cylinder: false, ..mesh };
-        assert_eq!(MeshScale::of(&specimen(4.4, 2.4, 1.0), block).force, 1.0);
+        assert_eq!(MeshScale::of(&specimen(4.4, 2.4, 1.0), Some(block)).force, 1.0);
+        let none = MeshScale::of(&specimen(1.0, 1.0, 1.0), None);
+        assert_eq!(none, MeshScale { displacement: 1.0, force: 1.0 });
     }
 
     #[test]

@@ -14,6 +14,13 @@
 //! | design | `posterior.csv`, `surrogate.json`, `experiments.csv`; runs and curves, for candidates with further quantities of existing curves | `design.csv` (`candidate,parameter,specimens,contraction,contraction_q05,contraction_q95,width90`), `design_specimens.csv` (`candidate,parameter,goal,value,specimens,limit`; `specimens` is empty if 1000 specimens do not reach the goal), `design/candidate-*.csv` (runs of each candidate, a [`surrogate::Dataset`]) |
 //! | report | the results of all other stages | `report.html` |
 //!
+//! The runs come from a source (`run_sources/`, one file each): simulations of this program, a program of the user
+//! (`[simulator]`; a run works in `ensemble/*/work/run-*`), or an imported table (`imported_runs.csv`). Without a specimen of this
+//! program, the stages `segment` and `mesh` write nothing, `confirm` writes no fields and no second mesh, and runs without a
+//! curve have no file in `curves/`. `simulator/` and `experiments/values.csv` are copies of files that the case names.
+//! A case with several tests has a results folder for each test, `tests/NAME`, and joint stages in its own folder: see
+//! `joint` and `docs/how-to/several-tests.md`.
+//!
 //! `breccia surfaces` writes the surface of each grain, `surfaces/grain-*.stl` and `surfaces.csv`. `breccia simulate`
 //! runs one simulation. Neither is a stage.
 //!
@@ -43,6 +50,7 @@
 mod adoption;
 mod calibrate;
 mod check;
+mod check_outside;
 mod closed_form;
 mod confirm;
 mod content_hash;
@@ -64,6 +72,7 @@ mod first_runs;
 mod fit;
 mod fitted;
 mod folder_copies;
+mod followed_program;
 mod found;
 mod freshness;
 mod gate;
@@ -71,12 +80,15 @@ mod images;
 mod in_place;
 mod influence;
 mod inputs;
+mod joint;
+mod joint_workflow;
 mod laboratories;
 mod level_runs;
 mod levels;
 mod locks;
 mod made_on;
 mod map_fields;
+mod measured_values;
 mod mesh;
 mod mesh_error;
 mod mesh_scale;
@@ -87,18 +99,22 @@ mod ownership;
 mod packings;
 mod pattern;
 mod predicted_curves;
+mod preparation;
 mod product_folder;
 mod quadrature;
 mod report;
 mod resolution;
 mod rule;
 mod rules;
+mod run_source;
+mod run_sources;
 mod runs;
 mod segment;
 mod segmented_grains;
 mod sequential;
 mod sharing;
 mod simulate;
+mod simulate_outside;
 mod simulator;
 mod sources;
 mod specimen;
@@ -133,6 +149,7 @@ pub use copies::missing_case;
 pub(crate) use cores::Cores;
 pub use error::{InputInPlace, WorkflowError};
 pub use expected_cost::ExpectedCost;
+pub use joint_workflow::JointWorkflow;
 pub use laboratories::{SimulatedLaboratories, simulate_laboratories};
 pub(crate) use neighbours::Together;
 pub(crate) use product_folder::ProductFolder;
@@ -140,6 +157,7 @@ pub use product_folder::{FolderAccess, create_file};
 pub use simulate::{DeviceChoice, simulate};
 pub use stage::Stage;
 pub use stages::STAGES;
+use stages::stages_of;
 pub use status::{RunCounts, StageState, StageStatus, status};
 pub use surfaces::SurfaceOptions;
 
@@ -263,16 +281,31 @@ impl<'a> Workflow<'a> {
     /// # Errors
     /// The error that ended a stage.
     pub fn run_all(&self) -> Result<(), WorkflowError> {
-        let ready = self.file.table().and_then(|_| self.file.check_steps());
-        ready.map_err(|e| self.copies.named_by_owner(e.into()))?;
-        // check all products before anything is computed
+        self.check_ready()?;
+        self.stages().iter().try_for_each(|stage| self.make(stage))
+    }
+
+    /// Stages that are run in this folder, in order.
+    fn stages(&self) -> &'static [Stage] {
+        stages_of(&self.file.case)
+    }
+
+    /// Checks the inputs and the paths of all products before anything is computed.
+    ///
+    /// # Errors
+    /// Fails if an input has an error, or if a file of the user has the path of a product.
+    fn check_ready(&self) -> Result<(), WorkflowError> {
+        if self.file.case.tests.is_empty() {
+            let ready = self.file.table().and_then(|_| self.file.check_steps());
+            ready.map_err(|e| self.copies.named_by_owner(e.into()))?;
+        }
         let finished = self.finished();
-        for stage in STAGES.iter().filter(|stage| !finished.contains_key(stage.name)) {
+        for stage in self.stages().iter().filter(|stage| !finished.contains_key(stage.name)) {
             let case = &self.file.case;
             let may_write = |name: &str| Stage::may_write(case, name);
             self.folder.claim_unwritten(stage.products_of(case), stage.name, may_write)?;
         }
-        STAGES.iter().try_for_each(|stage| self.make(stage))
+        Ok(())
     }
 
     fn inputs(&self) -> Inputs<'_> {

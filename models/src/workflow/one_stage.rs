@@ -61,6 +61,22 @@ impl Workflow<'_> {
         Ok(())
     }
 
+    /// Checks that the stages `names` are finished and up to date.
+    pub(super) fn check_stages(&self, names: &[&str]) -> Result<(), WorkflowError> {
+        let (records, inputs) = (self.finished(), self.inputs());
+        for stage in STAGES.iter().filter(|stage| names.contains(&stage.name)) {
+            let Some(record) = records.get(stage.name) else {
+                let path = self.dir.join(stage.products[0]);
+                return Err(WorkflowError::Missing { path, stage: stage.name });
+            };
+            if let Some(change) = record.change(&inputs, &self.dir) {
+                let path = self.dir.join(stage.products[0]);
+                return Err(WorkflowError::Stale { path, stage: stage.name.to_owned(), change });
+            }
+        }
+        Ok(())
+    }
+
     /// Checks that all finished stages before `stage` are up to date. The report needs this check because it shows the
     /// results of all stages.
     fn check_all_before(&self, stage: &Stage) -> Result<(), WorkflowError> {

@@ -14,12 +14,11 @@ use super::inputs::Inputs;
 use super::level_runs::curve_of_level;
 use super::made_on::{IMAGE, MadeOn, SEED};
 use super::mesh_scale::MeshScale;
-use super::simulator::recorded;
+use super::preparation::Preparation;
+use super::simulator::recorded_with;
 use super::specimen_stiffness::with_stiffness_ratio;
 use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
-use crate::case::Toe;
-use crate::curve_check::InspectedCurve;
 use crate::experiment::TestCurve;
 use crate::fracture::{Evidence, column_means};
 use crate::predicted_curve::{
@@ -42,6 +41,11 @@ pub(super) fn write_predicted_curves(
     posterior: &Posterior,
     evidence: &Evidence,
 ) -> Result<Option<String>, WorkflowError> {
+    let has_curves = task.inputs.is_built_in()
+        || !task.inputs.imports_runs() && task.inputs.measured_values().is_none();
+    if !has_curves {
+        return Ok(None);
+    }
     let found = match predicted(&task.inputs, pce, posterior, evidence) {
         Ok(found) => found,
         Err(reason) => {
@@ -129,9 +133,17 @@ struct Named {
 }
 
 impl Named {
-    fn simulated(inputs: &Inputs<'_>, name: String) -> Result<Self, Reason> {
+    /// The curve of run `i` of `runs`, or of its repetition on another mesh.
+    fn simulated(
+        inputs: &Inputs<'_>,
+        name: String,
+        runs: &Dataset,
+        i: usize,
+    ) -> Result<Self, Reason> {
         let path = inputs.file_if_there(&name).ok_or_else(|| Reason::NoCurve(name.clone()))?;
-        let curve = recorded(&read_curve(path).map_err(WorkflowError::from)?);
+        let names = runs.inputs().iter().map(|input| input.name.as_str());
+        let of_run = names.zip(runs.row(i).0.iter().copied());
+        let curve = recorded_with(of_run, &read_curve(path).map_err(WorkflowError::from)?);
         Ok(Self { name, curve })
     }
 
@@ -154,7 +166,7 @@ impl Curves {
         let runs = Dataset::read_csv(inputs.file("runs.csv")?)?;
         let run = |i: usize| runs.note(i, "run").unwrap_or_default();
         let of_runs = (0..runs.len())
-            .map(|i| Named::simulated(inputs, format!("curves/run-{:0>3}.csv", run(i))))
+            .map(|i| Named::simulated(inputs, format!("curves/run-{:0>3}.csv", run(i)), &runs, i))
             .collect::<Result<_, Reason>>()?;
         let mut better: Vec<BTreeMap<String, Named>> = Vec::new();
         if let Some(path) = inputs.file_if_there("fidelity_runs.csv") {
@@ -163,8 +175,12 @@ impl Curves {
                 let (level, run) =
                     (row.number("level").map_err(WorkflowError::from)?, row.text("run"));
                 let Some(place) = (level as usize).checked_sub(2) else { continue };
+                let Some(i) = (0..runs.len()).find(|&i| runs.note(i, "run") == Some(run)) else {
+                    continue;
+                };
                 better.resize_with(better.len().max(place + 1), BTreeMap::new);
-                let curve = Named::simulated(inputs, curve_of_level(level as usize, run))?;
+                let curve =
+                    Named::simulated(inputs, curve_of_level(level as usize, run), &runs, i)?;
                 better[place].insert(run.to_owned(), curve);
             }
         }
@@ -198,13 +214,12 @@ fn specimens(inputs: &Inputs<'_>) -> Result<Vec<Named>, WorkflowError> {
     let table = inputs.chosen(inputs.specimen_table()?)?;
     let path = inputs.file("experiments.csv")?;
     let used = CsvTable::read(&path, &["id", MeshScale::COLUMNS[0], "slope_fraction"])?;
-    let correct = inputs.toe() == Toe::Correct;
+    let preparation = Preparation::of(inputs);
     let mut curves = Vec::new();
     for specimen in table.specimens {
         let row = used.named("id", &specimen.id)?;
         let fraction = row.number("slope_fraction")?;
-        let looked = InspectedCurve::of(&specimen.curve, fraction);
-        let curve = if correct { looked.without_toe(fraction).0 } else { looked.loading };
+        let (curve, _) = preparation.apply(&specimen.curve, fraction);
         let curve = MeshScale::of_row(row)?.apply(&curve);
         curves.push(Named { name: format!("curves/{}.csv", specimen.id), curve });
     }

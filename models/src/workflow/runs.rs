@@ -7,7 +7,8 @@ use std::sync::OnceLock;
 use std::sync::atomic::Ordering;
 
 use fem::{
-    CurvePoint, Ensemble, EnsembleError, EnsembleProgress, FemError, Fields, RunInput, RunRecord,
+    CurvePoint, Ensemble, EnsembleError, EnsembleProgress, FemError, Fields, Outcome, RunInput,
+    RunRecord,
 };
 
 use super::WorkflowError;
@@ -31,7 +32,8 @@ pub(super) fn run_ensemble<'s>(
     runs: &[RunInput],
     simulator: &(dyn Fn(&RunInput) -> Result<Cow<'s, Simulator>, FemError> + Sync),
 ) -> Result<Vec<RunRecord>, WorkflowError> {
-    run_named(task, folder, &task.inputs.manifest(), names, runs, true, simulator)
+    let manifest = task.inputs.manifest();
+    run_named(task, NamedRuns { folder, manifest: &manifest, names, runs, wait: true }, simulator)
 }
 
 /// Returns the folder of the runs that `manifest` identifies. All neighbouring results folders, if there are any, share
@@ -46,17 +48,56 @@ pub(super) fn place(
     folder.join(ContentHash::of(manifest).to_string())
 }
 
-/// Computes runs like [`run_ensemble`]; `manifest` identifies the runs. If `wait` is false, it returns as soon as other
-/// processes are computing all missing runs; only the records that exist at this time are then returned.
+/// Runs that are computed together and stored in one folder.
+#[derive(Clone, Copy)]
+pub(super) struct NamedRuns<'a> {
+    /// Folder of the results folder that contains the folder of the runs.
+    pub(super) folder: &'a str,
+    /// Text that identifies the runs.
+    pub(super) manifest: &'a str,
+    /// Names of the runs' inputs.
+    pub(super) names: &'a [String],
+    pub(super) runs: &'a [RunInput],
+    /// Whether to wait for runs that other processes compute. Otherwise the computation ends as soon as other processes
+    /// are computing all missing runs; only the records that exist at this time are then returned.
+    pub(super) wait: bool,
+}
+
+/// Computes a run. The arguments are the input of the run, the folder of the ensemble, and a function that reports the
+/// completed fraction.
+pub(super) type RunJob<'a> =
+    &'a (dyn Fn(&RunInput, &Path, &dyn Fn(f64)) -> Result<Outcome, FemError> + Sync);
+
+/// Condition on the record of a failed run; the runs that meet the condition are computed again.
+pub(super) type Retry = Box<dyn Fn(&RunRecord) -> bool + Send + Sync>;
+
+/// Computes the unfinished runs of `named` with simulators.
 pub(super) fn run_named<'s>(
     task: &Task<'_>,
-    folder: &str,
-    manifest: &str,
-    names: &[String],
-    runs: &[RunInput],
-    wait: bool,
+    named: NamedRuns<'_>,
     simulator: &(dyn Fn(&RunInput) -> Result<Cow<'s, Simulator>, FemError> + Sync),
 ) -> Result<Vec<RunRecord>, WorkflowError> {
+    let interrupt = task.interrupt;
+    run_jobs(task, named, None, &|run, _, done| {
+        let simulator = simulator(run)?;
+        simulator.run(&run.inputs, &mut |point: &CurvePoint, _: &Fields| {
+            done(simulator.fraction_done(point));
+            match interrupt.load(Ordering::Relaxed) {
+                true => ControlFlow::Break(()),
+                false => ControlFlow::Continue(()),
+            }
+        })
+    })
+}
+
+/// Computes the unfinished runs of `named`, and the failed ones that meet the condition `retry`.
+pub(super) fn run_jobs(
+    task: &Task<'_>,
+    named: NamedRuns<'_>,
+    retry: Option<Retry>,
+    job: RunJob<'_>,
+) -> Result<Vec<RunRecord>, WorkflowError> {
+    let NamedRuns { folder, manifest, names, runs, wait } = named;
     let own = place(&task.path(""), None, folder, manifest);
     let directory = place(&task.path(""), task.neighbours.as_ref(), folder, manifest);
     if directory != own {
@@ -72,7 +113,10 @@ pub(super) fn run_named<'s>(
         }
         other => other.into(),
     })?;
-    let ensemble = ensemble.leave_to_others(!wait);
+    let mut ensemble = ensemble.leave_to_others(!wait);
+    if let Some(retry) = retry {
+        ensemble = ensemble.retry_failed_if(retry);
+    }
     let bar = EnsembleBar { title: task.stage(), of: speaker(), bar: OnceLock::new() };
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let interrupt = task.interrupt;
@@ -82,16 +126,7 @@ pub(super) fn run_named<'s>(
             runs,
             &names,
             threads,
-            &|run, done| {
-                let simulator = simulator(run)?;
-                simulator.run(&run.inputs, &mut |point: &CurvePoint, _: &Fields| {
-                    done(simulator.fraction_done(point));
-                    match interrupt.load(Ordering::Relaxed) {
-                        true => ControlFlow::Break(()),
-                        false => ControlFlow::Continue(()),
-                    }
-                })
-            },
+            &|run, done| job(run, &directory, done),
             &bar,
             interrupt,
         )

@@ -18,6 +18,7 @@ const STEPS: f64 = 7.0;
 
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let inputs = &task.inputs;
+    inputs.is_built_in();
     let Some(scanned) = inputs.scanned()? else {
         return Ok("the case has no image: nothing to segment".to_owned());
     };

@@ -16,6 +16,7 @@ use super::in_place::{SIMULATION, check_inputs};
 use super::product_folder::{FolderAccess, ProductFolder};
 use super::quadrature::quadrature_note;
 use super::resolution::resolution_note;
+use super::simulate_outside::simulate_outside;
 use super::simulator::{Setup, Simulator, failure};
 use super::specimen::mesh_of;
 use crate::case::CaseFile;
@@ -64,6 +65,8 @@ impl DeviceChoice {
 /// asks for pictures; and `simulate.state`, from which the same command resumes after an interruption with
 /// bit-identical results. `simulate.state` is removed at the end.
 ///
+/// For a case with `[simulator]`, runs the program of the user once, at the medians of the priors.
+///
 /// All ranks call this function. The first rank writes the files. A run may be resumed with another number of ranks.
 ///
 /// # Errors
@@ -79,6 +82,9 @@ pub fn simulate(
     interrupt: &AtomicBool,
     access: &FolderAccess,
 ) -> Result<PathBuf, WorkflowError> {
+    if !file.case.is_built_in() {
+        return simulate_outside(file, dir, interrupt);
+    }
     let folder = ProductFolder::new(dir, &access.replace);
     // an error of one rank must stop all ranks before they communicate in the simulation
     let mesh = agreed(ranks, mesh_for(file, dir, &folder))?;

@@ -3,20 +3,19 @@
 use std::collections::BTreeMap;
 use std::iter;
 use std::path::Path;
-use std::sync::Arc;
 
 use fem::{
-    CompressionTest, ComputeDevice, CurvePoint, End, FemError, FixedSteps, Homogenisation, Order,
-    Outcome, PhaseField, Problem, Ranks, RunRecord, RunStatus, SolverOptions, TetMesh, Unsupported,
+    ComputeDevice, CurvePoint, End, FemError, Homogenisation, Order, Outcome, PhaseField, Problem,
+    Ranks, RunRecord, RunStatus, SolverOptions, TetMesh, Unsupported,
 };
 
 use super::WorkflowError;
 use crate::case::{
-    CaseFile, ConditionsCase, MaterialCase, Parameter, QoiCase, SimulationParts, TargetError,
-    TestCase,
+    CaseFile, ConditionsCase, InterfaceCase, MachineCase, MaterialCase, Parameter, QoiCase,
+    SimulationParts, TargetError, TestCase,
 };
 use crate::experiment::TestCurve;
-use crate::qoi::Qois;
+use crate::qoi::{Qois, Quantity};
 
 /// Parts of a case that define a simulation, except for the mesh.
 #[derive(Clone, Copy)]
@@ -26,9 +25,11 @@ pub(super) struct Setup<'a> {
     pub(super) order: Order,
     pub(super) homogenisation: Homogenisation,
     pub(super) material: &'a BTreeMap<String, MaterialCase>,
+    pub(super) interface: &'a BTreeMap<String, InterfaceCase>,
     pub(super) phase_field: Option<&'a PhaseField>,
     pub(super) test: &'a TestCase,
-    /// Number of equal load steps; `None` for the load steps of the test.
+    /// Number of equal load steps, with a load program of each segment without steps of its own; `None` for the load
+    /// steps of the test.
     pub(super) steps: Option<u32>,
     pub(super) conditions: Option<&'a ConditionsCase>,
     pub(super) solver: SolverOptions,
@@ -47,6 +48,7 @@ impl<'a> From<&'a CaseFile> for Setup<'a> {
             order: case.specimen.order,
             homogenisation: case.specimen.homogenisation,
             material: &case.material,
+            interface: &case.interface,
             phase_field: case.phase_field.as_ref(),
             test: &case.test,
             steps: None,
@@ -121,9 +123,20 @@ impl Simulator {
         }
         let parts = SimulationParts {
             material: setup.material.clone(),
+            interface: setup.interface.clone(),
             phase_field: setup.phase_field.copied(),
             test: setup.test.clone(),
+            machine: MachineCase::default(),
         };
+        let is_idle = |name: &&String| regions_of(name, &parts, &mesh.regions).is_none();
+        for name in parts.interface.keys().filter(is_idle) {
+            let table = format!("interface.{name}.");
+            if let Some(p) = parameters.iter().find(|p| p.path().starts_with(&table)) {
+                let known = mesh.regions.join(", ");
+                let message = format!("{p} is calibrated, but the mesh's regions are: {known}");
+                return Err(WorkflowError::Unusable(message));
+            }
+        }
         let rest = Rest {
             order: setup.order,
             homogenisation: setup.homogenisation,
@@ -146,19 +159,29 @@ impl Simulator {
             (&parts.phase_field, &parts.test) == (&self.parts.phase_field, &self.parts.test)
         };
         let problem = match is_material(&parts) {
-            true => self.problem.with_materials(in_fem(&parts, regions)?)?,
+            true => {
+                let problem = self.problem.with_materials(in_fem(&parts, regions)?)?;
+                match interfaces(&parts, regions) {
+                    none if none.is_empty() => problem,
+                    interfaces => problem.with_interfaces(interfaces)?,
+                }
+            }
             false => problem(&self.rest, &parts, self.problem.mesh().clone())?,
         };
         if !self.derivatives {
             return Ok(problem);
         }
         let by = |(i, parameter): (usize, &Parameter)| {
-            fem::MaterialParameter::try_new(parameter.to_string(), values[i], |value| {
+            let name = parameter.to_string();
+            fem::MaterialParameter::try_with_interfaces(name, values[i], |value| {
                 let mut values = values.to_vec();
                 values[i] = value;
                 let shifted = self.parts_at(&values)?;
-                match (&shifted.phase_field, &shifted.test) == (&parts.phase_field, &parts.test) {
-                    true => in_fem(&shifted, regions),
+                let others = |parts: &SimulationParts| {
+                    (parts.phase_field, parts.test.clone(), parts.machine)
+                };
+                match others(&shifted) == others(&parts) {
+                    true => Ok((in_fem(&shifted, regions)?, interfaces(&shifted, regions))),
                     false => {
                         Err(unsupported(parameter, "is no constant of a material", NO_DERIVATIVE))
                     }
@@ -207,7 +230,7 @@ impl Simulator {
 
     /// The fraction of the test that is done.
     pub(super) fn fraction_done(&self, point: &CurvePoint) -> f64 {
-        point.time_s / self.parts.test.duration_s
+        point.time_s / self.parts.test.duration_s()
     }
 }
 
@@ -221,40 +244,58 @@ fn unsupported(parameter: &Parameter, problem: &str, help: &'static str) -> FemE
 
 fn problem(rest: &Rest, parts: &SimulationParts, mesh: TetMesh) -> Result<Problem, FemError> {
     let materials = in_fem(parts, &mesh.regions)?;
+    let interfaces = interfaces(parts, &mesh.regions);
     let SimulationParts { test, phase_field, .. } = parts;
-    let mut schedule = test.schedule();
-    if let Some(steps) = rest.steps {
-        schedule.steps = Arc::new(FixedSteps(steps));
-    }
     let builder = match &rest.conditions {
         Some(conditions) => Problem::builder(mesh)
-            .conditions(conditions.in_fem(schedule.duration_s))
-            .schedule(schedule),
-        None => {
-            // the validation of the case requires this key for tests with platens
-            let displacement_mm = test.displacement_mm.unwrap_or(f64::NAN);
-            CompressionTest::new(displacement_mm, schedule).platens(test.platens()).builder(mesh)?
-        }
+            .conditions(conditions.in_fem(test.duration_s()))
+            .schedule(test.schedule(rest.steps)),
+        None => test.compression(rest.steps)?.builder(mesh)?,
     };
     builder
         .order(rest.order)
         .homogenisation(rest.homogenisation)
         .materials(materials)
         .phase_field(*phase_field)
+        .interfaces(interfaces)
         .options(rest.solver)
         .device(rest.device.clone())
         .ranks(rest.ranks.clone().unwrap_or_default())
         .build()
 }
 
-/// Converts a simulated curve to the form that a testing machine records: the first point is the unloaded start.
+/// Displacements of a simulation that differ by at most this fraction of the largest displacement count as equal. They
+/// are piecewise linear up to rounding errors.
+const EQUAL: f64 = 1e-6;
+
+/// Converts a simulated curve to the form that a testing machine records: the first point is the unloaded start. Hold and
+/// unloading of a load program are branches of the curve.
 pub(super) fn recorded(points: &[CurvePoint]) -> TestCurve {
-    let mut curve = TestCurve { displacement_mm: vec![0.0], force_n: vec![0.0] };
-    for point in points {
-        curve.displacement_mm.push(point.displacement_mm);
-        curve.force_n.push(point.force_n);
-    }
-    curve
+    let start = CurvePoint::default();
+    let all = || iter::once(&start).chain(points);
+    let curve = TestCurve {
+        displacement_mm: all().map(|point| point.displacement_mm).collect(),
+        force_n: all().map(|point| point.force_n).collect(),
+        time_s: all().map(|point| point.time_s).collect(),
+        ..TestCurve::default()
+    };
+    let largest_mm = curve.displacement_mm.iter().fold(0.0_f64, |most, u| most.max(u.abs()));
+    curve.with_branches(EQUAL * largest_mm)
+}
+
+/// Returns the curve of a run as the machine of the run records it: with the compliance and the force offset that are
+/// among the inputs of the run.
+pub(super) fn recorded_run(record: &RunRecord) -> TestCurve {
+    let names = record.names.iter().map(String::as_str);
+    recorded_with(names.zip(record.inputs.iter().copied()), &record.curve)
+}
+
+/// Returns a simulated curve as a machine records it whose properties are among `inputs`, given by names and values.
+pub(super) fn recorded_with<'a>(
+    inputs: impl IntoIterator<Item = (&'a str, f64)>,
+    points: &[CurvePoint],
+) -> TestCurve {
+    MachineCase::of_inputs(inputs).machine().record(&recorded(points))
 }
 
 /// Returns the error of a failed run.
@@ -265,26 +306,61 @@ pub(super) fn failure(end: &End) -> Option<FemError> {
     }
 }
 
-/// Materials of the regions of a mesh.
+/// Materials of the regions of a mesh, at the temperature of the test.
 fn in_fem(parts: &SimulationParts, regions: &[String]) -> Result<Vec<fem::Material>, FemError> {
-    regions.iter().map(|region| parts.material[region].in_fem()).collect()
+    let at_temperature = |material: fem::Material| match parts.test.temperature_celsius {
+        Some(celsius) => material.at_temperature(celsius),
+        None => material,
+    };
+    regions.iter().map(|region| parts.material[region].in_fem().map(at_temperature)).collect()
+}
+
+/// The two regions of an interface; `None` if one of them is not in the mesh.
+fn regions_of<'a>(
+    name: &'a str,
+    parts: &SimulationParts,
+    regions: &[String],
+) -> Option<[&'a str; 2]> {
+    let pair = InterfaceCase::regions(name, &parts.material)?;
+    pair.iter().all(|region| regions.iter().any(|own| own == region)).then_some(pair)
+}
+
+/// Interfaces between regions of a mesh.
+fn interfaces(parts: &SimulationParts, regions: &[String]) -> Vec<fem::Interface> {
+    let in_mesh = |(name, interface): (&String, &InterfaceCase)| {
+        Some(interface.in_fem(regions_of(name, parts, regions)?))
+    };
+    parts.interface.iter().filter_map(in_mesh).collect()
 }
 
 /// Quantities of interest of a run, or the reason why the run has no quantities.
 pub(super) fn quantities(record: &RunRecord, qoi: &QoiCase) -> Result<Vec<f64>, String> {
     match &record.status {
         RunStatus::Failed(reason) => Err(format!("failed: {reason}")),
+        RunStatus::Finished if record.curve.is_empty() => reported(record, qoi),
         RunStatus::Finished => {
-            Qois::values_of(&recorded(&record.curve), qoi.slope_fraction, &qoi.quantities)
+            Qois::values_of(&recorded_run(record), qoi.slope_fraction, &qoi.quantities)
                 .map_err(|error| format!("unusable: {error}"))
         }
     }
 }
 
+/// Quantities that a run without a curve reports by name.
+fn reported(record: &RunRecord, qoi: &QoiCase) -> Result<Vec<f64>, String> {
+    let value = |quantity: &Quantity| {
+        let column = quantity.column();
+        record.values.get(&*column).copied().ok_or_else(|| {
+            let known: Vec<&str> = record.values.keys().map(String::as_str).collect();
+            format!("unusable: there is no {column} among the results {}", known.join(", "))
+        })
+    };
+    qoi.quantities.iter().map(value).collect()
+}
+
 /// Derivatives of the quantities of interest with respect to the parameters of the force derivatives (quantities ×
 /// parameters), or the reason why the run has no derivatives.
 pub(super) fn jacobian(record: &RunRecord, qoi: &QoiCase) -> Result<Vec<Vec<f64>>, String> {
-    let (curve, found) = (recorded(&record.curve), &record.sensitivities);
+    let (curve, found) = (recorded_run(record), &record.sensitivities);
     if found.force_n.len() < record.curve.len() {
         return Err(format!(
             "without derivatives from {} mm on: {}",
@@ -341,5 +417,58 @@ mod tests {
             let refused = forces(&own, Some((path, value)), true).unwrap_err().to_string();
             assert!(refused.contains(path), "{refused}");
         }
+    }
+
+    /// The toughness of an interface is set like any other parameter, with derivatives.
+    #[test]
+    fn the_toughness_of_an_interface_is_set_in_the_simulation() {
+        let lattice = CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 };
+        let mesh = lattice
+            .build()
+            .unwrap()
+            .with_regions(&["matrix", "grain"], |[x, _, z]| u16::from(x.hypot(z - 2.2) < 1.2));
+        let table =
+            "[interface.matrix-grain]\ntoughness_n_per_mm = 0.001\nwidth_mm = 2.0\n\n[test]";
+        let text = Case::TEMPLATE.replacen("[test]", table, 1).replacen(
+            "viscosity_mpa_s = 0.3",
+            "viscosity_mpa_s = 0.003",
+            1,
+        );
+        let case = |text: &str| CaseFile::parse(text, Path::new("case.toml")).unwrap();
+        let path = "interface.matrix-grain.toughness_n_per_mm";
+        let outcome = |file: &CaseFile, value: Option<f64>| {
+            let setup =
+                Setup { order: Order::Linear, derivatives: value.is_some(), ..Setup::from(file) };
+            let setup = Setup { steps: Some(8), ..setup };
+            let paths = value.iter().map(|_| path.parse().unwrap()).collect();
+            let simulator = Simulator::new(&setup, mesh.clone(), paths).unwrap();
+            let values: Vec<f64> = value.into_iter().collect();
+            simulator.run(&values, &mut ()).unwrap()
+        };
+        let own = case(&text);
+        let other = case(&text.replacen(
+            "toughness_n_per_mm = 0.001\nw",
+            "toughness_n_per_mm = 0.002\nw",
+            1,
+        ));
+        let found = outcome(&own, Some(0.002));
+        let difference = |other: &Outcome| {
+            let pairs = found.curve.iter().zip(&other.curve);
+            pairs.map(|(a, b)| (a.force_n / b.force_n - 1.0).abs()).fold(0.0, f64::max)
+        };
+        assert!(difference(&outcome(&other, None)) < 1e-6);
+        assert!(difference(&outcome(&own, None)) > 1e-4);
+        assert_eq!(found.sensitivities.names, [path]);
+        assert!(found.sensitivities.force_n.iter().any(|row| row[0] > 0.0));
+
+        let matrix = TetMesh {
+            regions: vec!["matrix".into()],
+            region_of: vec![0; mesh.tets.len()],
+            ..mesh.clone()
+        };
+        let setup = Setup::from(&own);
+        assert!(Simulator::new(&setup, matrix.clone(), Vec::new()).is_ok());
+        let refused = Simulator::new(&setup, matrix, vec![path.parse().unwrap()]).unwrap_err();
+        assert!(refused.to_string().contains(path), "{refused}");
     }
 }

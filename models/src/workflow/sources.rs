@@ -19,7 +19,16 @@ pub(super) struct Origin<'a> {
 
 impl<'a> Origin<'a> {
     pub(super) fn of(case: &Case, dir: &'a Path) -> Self {
-        Self { values: toml::Table::try_from(case).unwrap_or_default(), dir }
+        let mut values = toml::Table::try_from(case).unwrap_or_default();
+        // the key `prior` stands for all priors, those of `[parameters]` too
+        for (name, parameter) in &case.parameters {
+            let prior = toml::Value::try_from(parameter.prior);
+            let priors = values.entry("prior").or_insert_with(|| toml::Table::new().into());
+            if let (Some(priors), Ok(prior)) = (priors.as_table_mut(), prior) {
+                priors.insert(name.clone(), prior);
+            }
+        }
+        Self { values, dir }
     }
 
     /// Fingerprint of the value at a key of the case; of the whole case if the key is empty.

@@ -359,6 +359,10 @@ pub(super) fn direct_mesh(
         SpecimenGeometry::Image { .. } => {
             Err(WorkflowError::Unusable("the image has not been segmented".to_owned()))
         }
+        SpecimenGeometry::Absent => Err(WorkflowError::Unusable(format!(
+            "{}: the case has no [specimen] to mesh or to simulate: its runs come from [simulator] or design.import",
+            case.display()
+        ))),
     }
 }
 

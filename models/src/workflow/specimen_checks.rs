@@ -5,15 +5,16 @@ use std::path::Path;
 use super::WorkflowError;
 use super::closed_form::far_from_closed_form;
 use super::files::SPECIMENS;
+use super::followed_program::check_programs;
 use super::inputs::Inputs;
 use super::mesh_scale::MeshSize;
-use super::specimen_notes::{Notes, check_rates, note_sizes};
+use super::preparation::Preparation;
+use super::specimen_notes::{Notes, check_machine, check_rates, note_sizes};
 use super::specimen_quantities::{SpecimenNames, compared};
 use super::task::Task;
-use crate::case::Toe;
-use crate::curve_check::{Finding, InspectedCurve, Weight};
+use crate::curve_check::{Finding, Weight};
 use crate::error::InputError;
-use crate::experiment::{Specimen, SpecimenTable, TestCurve};
+use crate::experiment::{Specimen, SpecimenTable};
 use crate::progress::say;
 
 /// Largest plausible ratio between the heights of specimen and mesh; the larger height is the numerator.
@@ -24,8 +25,7 @@ const RADII: f64 = 1.5;
 
 /// Result of the checks of specimens.
 pub(super) struct InspectedSpecimens {
-    /// The specimens. Their curves end where loading ends. With `experiments.toe = "correct"`, they begin where the
-    /// load begins.
+    /// The specimens, with the curves from which quantities are computed: see [`Preparation::apply`].
     pub(super) table: SpecimenTable,
     pub(super) notes: Notes,
     /// Errors that would make quantities of interest wrong.
@@ -40,7 +40,7 @@ pub(super) struct InspectedSpecimens {
 pub(super) fn checked(
     task: &Task<'_>,
     table: SpecimenTable,
-    mesh: MeshSize,
+    mesh: Option<MeshSize>,
 ) -> Result<SpecimenTable, WorkflowError> {
     let file = task.path(SPECIMENS);
     let curve = |id: &str| task.path("experiments/curves").join(format!("{id}.csv"));
@@ -53,7 +53,7 @@ pub(super) fn checked(
     mistakes.into_iter().next().map_or(Ok(table), |mistake| Err(mistake.into()))
 }
 
-/// Checks whether specimens can be compared with a mesh of the given size: number, sizes, rates, curves and quantities,
+/// Checks whether specimens can be compared with a mesh of the given size, or without a mesh: number, sizes, rates, curves and quantities,
 /// and whether the quantities are plausible for the materials of the case.
 ///
 /// # Errors
@@ -61,7 +61,7 @@ pub(super) fn checked(
 pub(super) fn inspect(
     inputs: &Inputs<'_>,
     mut table: SpecimenTable,
-    mesh: MeshSize,
+    mesh: Option<MeshSize>,
     names: &SpecimenNames<'_>,
     accept_out_of_range: bool,
 ) -> Result<InspectedSpecimens, WorkflowError> {
@@ -72,24 +72,33 @@ pub(super) fn inspect(
         let problem = "is the only specimen";
         mistakes.push(InputError::new(names.table, "specimen", &only.id, problem, help));
     }
-    mistakes.extend(table.specimens.iter().flat_map(|own| far_sizes(own, mesh, names.table)));
-
     let mut notes = Notes::default();
     let are_virtual = inputs.are_specimens_virtual()?;
-    mistakes.extend(check_rates(
-        inputs.test(),
-        &table,
-        mesh.height_mm,
-        are_virtual,
-        names.curve,
-        &mut notes,
-    ));
-    note_sizes(&table, mesh, &mut notes);
-    let (qoi, correct) = (inputs.qoi(), inputs.toe() == Toe::Correct);
+    if let Some(mesh) = mesh {
+        mistakes.extend(table.specimens.iter().flat_map(|own| far_sizes(own, mesh, names.table)));
+        mistakes.extend(check_rates(
+            inputs.test(),
+            &table,
+            mesh.height_mm,
+            are_virtual,
+            names.curve,
+            &mut notes,
+        ));
+        note_sizes(&table, mesh, &mut notes);
+        mistakes.extend(check_machine(inputs.known_machine(), &table, names.curve, &mut notes));
+        mistakes.extend(check_programs(
+            inputs.test(),
+            &table,
+            mesh.height_mm,
+            names.curve,
+            &mut notes,
+        ));
+    }
+    let (qoi, preparation) = (inputs.qoi(), Preparation::of(inputs));
     let mut toes = Vec::new();
     for specimen in &mut table.specimens {
         let fraction = specimen.slope_fraction.unwrap_or(qoi.slope_fraction);
-        let (curve, findings) = looked_at(&specimen.curve, fraction, correct);
+        let (curve, findings) = preparation.apply(&specimen.curve, fraction);
         specimen.curve = curve;
         let file = (names.curve)(&specimen.id);
         let mut refused = None;
@@ -120,11 +129,11 @@ pub(super) fn inspect(
         [low.min(toe), high.max(toe)]
     });
     if !toes.is_empty() {
-        let done = if correct { "taken away" } else { "left in" };
+        let done = if preparation.corrects_toe() { "taken away" } else { "left in" };
         let text = format!("the curves begin to carry load at {low:.4} to {high:.4} mm: {done}");
         notes.say("load", &text);
     }
-    if !are_virtual {
+    if let Some(mesh) = mesh.filter(|_| !are_virtual) {
         let distance = far_from_closed_form(inputs, &table, mesh, names);
         match distance {
             Some((specimen, mistake)) if accept_out_of_range => {
@@ -157,30 +166,4 @@ fn far_sizes(
         Some(InputError::new(table, place, own.to_string(), problem, help))
     });
     mistakes.into_iter().flatten()
-}
-
-/// Returns the part of a measured curve from which quantities are computed, and the findings. The part ends where
-/// loading ends; with `correct`, it begins where the load begins.
-pub(super) fn looked_at(
-    curve: &TestCurve,
-    slope_fraction: f64,
-    correct: bool,
-) -> (TestCurve, Vec<Finding>) {
-    let mut seen = InspectedCurve::of(curve, slope_fraction);
-    if !correct {
-        return (seen.loading, seen.findings);
-    }
-    let (curve, moved) = seen.without_toe(slope_fraction);
-    if let Some(late) = seen.findings.iter_mut().find(|finding| finding.name == "late-load") {
-        late.weight = Weight::Note;
-        late.help = "Displacement is counted from there.";
-    }
-    let toe = seen.findings.iter_mut().find(|finding| finding.name == "toe");
-    if let Some(toe) = toe {
-        toe.value = moved;
-        toe.problem = format!("begins to carry load at {moved:.4} mm");
-        toe.help = "Displacement is counted from there.";
-        toe.weight = Weight::Note;
-    }
-    (curve, seen.findings)
 }

@@ -70,7 +70,9 @@ pub(super) fn stiffness_ratios(
             let all = [stack].into_iter().chain(further).take(images::count(inputs)?);
             (meshing, all.map(|path| canonical(&path)).collect(), labels)
         }
-        SpecimenGeometry::Mesh { .. } => return Ok(vec![None; table.specimens.len()]),
+        SpecimenGeometry::Mesh { .. } | SpecimenGeometry::Absent => {
+            return Ok(vec![None; table.specimens.len()]);
+        }
     };
     let level = Level::all(inputs, 0)?.swap_remove(0);
     let meshing = level.meshing(&meshing);

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use super::mesh_scale::{MeshScale, MeshSize};
-use crate::case::TestCase;
+use crate::case::{MachineCase, TestCase};
 use crate::error::InputError;
 use crate::experiment::{Specimen, SpecimenTable};
 
@@ -84,7 +84,7 @@ impl Notes {
 /// forces are scaled because its radius differs.
 pub(super) fn note_sizes(table: &SpecimenTable, mesh: MeshSize, notes: &mut Notes) {
     for specimen in &table.specimens {
-        let scale = MeshScale::of(specimen, mesh);
+        let scale = MeshScale::of(specimen, Some(mesh));
         if scale.displacement != 1.0 {
             let text = format!(
                 "is {} mm high, the mesh {:.4} mm: its displacements are scaled by {:.4}",
@@ -121,6 +121,48 @@ pub(super) fn note_sizes(table: &SpecimenTable, mesh: MeshSize, notes: &mut Note
     }
 }
 
+/// Notes what compliance and force offset of the machine change in the curves. Returns an error for each curve whose
+/// displacement the machine would explain completely.
+pub(super) fn check_machine(
+    machine: MachineCase,
+    table: &SpecimenTable,
+    curve: &dyn Fn(&str) -> PathBuf,
+    notes: &mut Notes,
+) -> Vec<InputError> {
+    let machine = machine.machine();
+    let mut mistakes = Vec::new();
+    if machine.is_ideal() {
+        return mistakes;
+    }
+    for specimen in &table.specimens {
+        let record = &specimen.curve;
+        let corrected = machine.specimen(record);
+        let top = (0..record.force_n.len())
+            .max_by(|&a, &b| record.force_n[a].total_cmp(&record.force_n[b]));
+        let Some(top) = top else { continue };
+        let [before_mm, after_mm] = [record, &corrected].map(|curve| curve.displacement_mm[top]);
+        let text = format!(
+            "at its largest force, {:.2} N: the machine is compressed by {:.4} mm of {before_mm:.4} mm, and the load \
+             cell shows {} N too much; both are subtracted (machine.compliance_mm_per_n, machine.force_offset_n)",
+            corrected.force_n[top],
+            before_mm - after_mm,
+            machine.force_offset_n
+        );
+        notes.say("machine", &format!("{} {text}", specimen.id));
+        notes.list(&specimen.id, "machine", before_mm - after_mm, text);
+        if after_mm <= corrected.displacement_mm[0] {
+            let problem = format!(
+                "leaves {after_mm:.4} mm of the {before_mm:.4} mm at the largest force of this curve to the specimen"
+            );
+            let value = machine.compliance_mm_per_n.to_string();
+            let help = "Write the compliance of the machine in mm/N, without the specimen.";
+            let key = "machine.compliance_mm_per_n";
+            mistakes.push(InputError::new(&curve(&specimen.id), key, value, problem, help));
+        }
+    }
+    mistakes
+}
+
 /// Compares the strain rate of each test with the strain rate of the case, and notes the rate that is assumed for tests
 /// without a time column. Returns an error for each test with a different rate.
 pub(super) fn check_rates(
@@ -132,10 +174,10 @@ pub(super) fn check_rates(
     notes: &mut Notes,
 ) -> Vec<InputError> {
     let Some(displacement_mm) = test.displacement_mm else { return Vec::new() };
-    let case = CaseRate { displacement_mm, duration_s: test.duration_s, height_mm };
+    let case = CaseRate { displacement_mm, duration_s: test.duration_s(), height_mm };
     let is_unknown = |specimen: &Specimen| specimen.rate_mm_per_s.is_none();
     if !are_virtual && table.specimens.iter().any(is_unknown) {
-        let rate = displacement_mm / test.duration_s;
+        let rate = displacement_mm / test.duration_s();
         let text = format!(
             "curves without a column time_s are taken as tests at {rate:.4} mm/s (test.displacement_mm / \
              test.duration_s), and the viscosity is inversely proportional to this speed"
@@ -196,6 +238,7 @@ mod tests {
             group: String::new(),
             slope_fraction: None,
             image: None,
+            test: None,
             rate_mm_per_s,
             curve: crate::experiment::TestCurve::default(),
         };

@@ -14,13 +14,13 @@ pub(super) struct SpecimenNames<'a> {
     pub(super) curve: &'a dyn Fn(&str) -> PathBuf,
 }
 
-/// Computes the quantities of a specimen's curve, scaled to the size of the mesh.
+/// Computes the quantities of a specimen's curve, scaled to the size of the mesh, if there is one.
 ///
 /// # Errors
 /// Fails if a quantity cannot be computed from the curve.
 pub(super) fn compared(
     specimen: &Specimen,
-    mesh: MeshSize,
+    mesh: Option<MeshSize>,
     qoi: &QoiCase,
     quantities: &[Quantity],
 ) -> Result<Vec<f64>, QoiError> {

@@ -3,7 +3,8 @@
 use super::pattern::matches;
 use super::stage::Stage;
 use super::{
-    calibrate, confirm, design, ensemble, experiments, mesh, report, segment, surrogate, verdict,
+    calibrate, confirm, design, ensemble, experiments, joint, mesh, report, segment, surrogate,
+    verdict,
 };
 use crate::case::Case;
 
@@ -163,6 +164,50 @@ pub static STAGES: [Stage; 10] = [
     },
 ];
 
+/// Stages that calibrate several tests together, in order. All other stages are run in the folder of each test.
+pub(super) static JOINT_STAGES: [Stage; 3] = [
+    Stage {
+        name: "calibrate",
+        about: "Sample the joint posterior of several tests, and the posterior without each test",
+        products: &[
+            "posterior.zarr",
+            "posterior.csv",
+            "sampling.csv",
+            "summary.csv",
+            "posterior.txt",
+            "map.csv",
+            "uncertainty.csv",
+            "without_tests.csv",
+            "joint/*.json",
+            "warnings/calibrate.txt",
+        ],
+        share: None,
+        run: joint::calibrate,
+    },
+    Stage {
+        name: "verdict",
+        about: "Say what all tests together identify, and what warns against it",
+        products: &["verdict.csv", "warnings.txt", "summary.txt"],
+        share: None,
+        run: joint::verdict,
+    },
+    Stage {
+        name: "report",
+        about: "Put figures and tables of all tests on one page: report.html",
+        products: &["report.html"],
+        share: None,
+        run: joint::report,
+    },
+];
+
+/// Stages that are run in the results folder of a case.
+pub(super) fn stages_of(case: &Case) -> &'static [Stage] {
+    match case.tests.is_empty() {
+        true => &STAGES,
+        false => &JOINT_STAGES,
+    }
+}
+
 impl Stage {
     /// Returns the stage of this name.
     pub fn named(name: &str) -> Option<&'static Stage> {
@@ -172,7 +217,8 @@ impl Stage {
     /// Returns the name of the stage that writes a file of the results folder.
     pub(super) fn that_writes(file: &str) -> Option<&'static str> {
         let writes = |product: &&str| matches(product, file);
-        STAGES.iter().find(|stage| stage.products.iter().any(writes)).map(|stage| stage.name)
+        let mut all = STAGES.iter().chain(&JOINT_STAGES);
+        all.find(|stage| stage.products.iter().any(writes)).map(|stage| stage.name)
     }
 
     /// The products that the stage may write for a case.

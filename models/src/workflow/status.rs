@@ -12,7 +12,7 @@ use super::inputs::Inputs;
 use super::level_runs::FOLDER;
 use super::locks::{has_locks, holder};
 use super::stage::Stage;
-use super::stages::STAGES;
+use super::stages::{STAGES, stages_of};
 use crate::case::CaseFile;
 
 /// Progress of a stage.
@@ -82,13 +82,17 @@ pub fn status(dir: &Path) -> Result<Vec<StageStatus>, WorkflowError> {
     let of = |stage: &'static Stage| {
         let runs = match stage.share {
             // the number of runs is unknown until the inputs of the runs exist
-            Some(_) => progress(&inputs(), dir).ok().map(|levels| counts(&levels)),
+            Some(_) => {
+                let levels = progress(&inputs(), dir).ok();
+                // imported runs are not computed
+                levels.filter(|levels| !levels.is_empty()).map(|levels| counts(&levels))
+            }
             None => None,
         };
         let state = state(stage, &records, &inputs(), &freshness, dir, runs.as_ref());
         StageStatus { stage: stage.name, state, runs }
     };
-    Ok(STAGES.iter().map(of).collect())
+    Ok(stages_of(&file.case).iter().map(of).collect())
 }
 
 fn check_results(dir: &Path) -> Result<(), WorkflowError> {

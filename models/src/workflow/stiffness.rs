@@ -1,9 +1,8 @@
 //! Stiffness ratio of a microstructure: one number per mesh, computed with elastic solves.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
-use fem::{CompressionTest, FemError, FixedSteps, Schedule, TetMesh, Unsupported};
+use fem::{CompressionTest, FemError, Schedule, TetMesh, Unsupported};
 
 use super::simulator::{Setup, height_mm};
 use crate::case::MaterialCase;
@@ -30,9 +29,7 @@ pub(super) fn stiffness_ratio(setup: &Setup<'_>, mesh: TetMesh) -> Result<f64, F
 /// mesh, in the order of the regions.
 fn stiffness(setup: &Setup<'_>, mesh: TetMesh, materials: &[&str]) -> Result<f64, FemError> {
     let displacement_mm = SMALL * height_mm(&mesh);
-    let schedule =
-        Schedule { duration_s: 1.0, steps: Arc::new(FixedSteps(1)), stop_below_peak: None };
-    let problem = CompressionTest::new(displacement_mm, schedule)
+    let problem = CompressionTest::new(displacement_mm, Schedule::fixed(1.0, 1))
         .builder(mesh)?
         .order(setup.order)
         .homogenisation(setup.homogenisation)
@@ -60,7 +57,14 @@ fn elastic(
                 help: "its stiffness ratio is over that of the material `matrix`",
             },
         })?;
-        MaterialCase { toughness_n_per_mm: None, viscosity_mpa_s: 0.0, ..material.clone() }.in_fem()
+        let elastic = MaterialCase {
+            toughness_n_per_mm: None,
+            viscosity_mpa_s: 0.0,
+            viscoelastic: None,
+            plastic: None,
+            ..material.clone()
+        };
+        elastic.in_fem()
     };
     names.iter().map(material).collect()
 }

@@ -214,6 +214,6 @@ fn grain_surfaces(inputs: &Inputs<'_>) -> Result<Vec<GrainSurface>, WorkflowErro
             };
             Ok(grains.into_iter().map(surface).collect())
         }
-        SpecimenGeometry::Image { .. } => Ok(Vec::new()),
+        SpecimenGeometry::Image { .. } | SpecimenGeometry::Absent => Ok(Vec::new()),
     }
 }

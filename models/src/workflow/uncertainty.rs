@@ -172,7 +172,18 @@ const IDENTIFIED: f64 = 0.1;
 /// Name of the source whose share decreases with more runs.
 pub(super) const OF_SURROGATE: &str = "surrogate";
 
-/// Computes the contributions of the sources to the posterior variance:
+/// Errors of the quantities of one test, linearised at the posterior mean.
+pub(super) struct TestSources {
+    /// Derivatives of the quantities of each group of specimens with respect to the parameters, relative to the means
+    /// of the specimens.
+    pub(super) jacobian: Vec<Vec<f64>>,
+    /// Covariance of each source for the means of all groups.
+    pub(super) sources: Vec<(&'static str, DMatrix<f64>)>,
+    /// Covariance of the error of surrogate and corrections together, quantities × quantities.
+    of_runs: Vec<Vec<f64>>,
+}
+
+/// Computes the covariance of the means of the quantities of a test that each source contributes:
 ///
 /// - surrogate: the error of the surrogate that all specimens share, averaged over the posterior;
 /// - mesh: the error of the correction from cheaper meshes. No interval includes the discretisation error of the
@@ -182,22 +193,17 @@ pub(super) const OF_SURROGATE: &str = "surrogate";
 ///   estimated from few specimens; and the unknown stiffness of specimens without an image;
 /// - specimens: the scatter between specimens minus the scatter between packings, divided by n.
 ///
-/// Returns `None` if the covariance of all sources together is not positive definite.
-pub(super) fn budget(
+/// Returns `None` if the posterior has no covariance between specimens.
+pub(super) fn sources_of_test(
     fitted: &Fitted,
-    priors: &[Prior],
     posterior: &Posterior,
     evidence: &Evidence,
     shared: &SharedError,
-) -> Result<Option<Budget>, WorkflowError> {
+) -> Result<Option<TestSources>, WorkflowError> {
     let means = column_means(&evidence.qois);
     let (unknown, groups) = (fitted.unknown(), groups(evidence));
     let draws = draws_of(posterior, "theta");
     let means_of_draws = column_means(&draws);
-    let variance = |(i, mean): (usize, &f64)| {
-        draws.iter().map(|draw| (draw[i] - mean).powi(2)).sum::<f64>() / draws.len() as f64
-    };
-    let variances: Vec<f64> = means_of_draws.iter().enumerate().map(variance).collect();
     let Some(scatter) = mean_scatter(posterior, means.len()) else { return Ok(None) };
     let of_surrogate = shared.surrogate.over(posterior, evidence)?;
     let of_runs = match &shared.mesh {
@@ -262,10 +268,30 @@ pub(super) fn budget(
     sources.extend(geometry.map(|geometry| ("geometry", geometry)));
     sources.push(("specimens", of_each(&own)));
 
+    Ok(Some(TestSources { jacobian, sources, of_runs }))
+}
+
+/// Computes the shares of the sources of [`sources_of_test`] in the posterior variance of each parameter.
+///
+/// Returns `None` if the covariance of all sources together is not positive definite.
+pub(super) fn budget(
+    fitted: &Fitted,
+    priors: &[Prior],
+    posterior: &Posterior,
+    evidence: &Evidence,
+    shared: &SharedError,
+) -> Result<Option<Budget>, WorkflowError> {
+    let Some(test) = sources_of_test(fitted, posterior, evidence, shared)? else { return Ok(None) };
+    let TestSources { jacobian, sources, of_runs } = test;
+    let draws = draws_of(posterior, "theta");
+    let means_of_draws = column_means(&draws);
+    let variance = |(i, mean): (usize, &f64)| {
+        draws.iter().map(|draw| (draw[i] - mean).powi(2)).sum::<f64>() / draws.len() as f64
+    };
+    let variances = means_of_draws.iter().enumerate().map(variance);
     let prior: Vec<f64> = priors.iter().map(Univariate::variance).collect();
-    let contractions =
-        variances.iter().zip(&prior).map(|(after, prior)| 1.0 - after / prior).collect();
-    let parameters = unknown.iter().map(|input| input.name.clone()).collect();
+    let contractions = variances.zip(&prior).map(|(after, prior)| 1.0 - after / prior).collect();
+    let parameters = fitted.unknown().iter().map(|input| input.name.clone()).collect();
     let (sources, covariances): (Vec<&str>, Vec<DMatrix<f64>>) = sources.into_iter().unzip();
     Ok(shares(&jacobian, &prior, &covariances).map(|shares| Budget {
         parameters,

@@ -43,7 +43,11 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
 }
 
 /// Text of the verdicts, the table of the posterior and the warnings.
-fn summary(parameters: &[CalibratedParameter], table: &str, warnings: &[Warning]) -> String {
+pub(super) fn summary(
+    parameters: &[CalibratedParameter],
+    table: &str,
+    warnings: &[Warning],
+) -> String {
     let width = parameters.iter().map(|p| p.label.chars().count()).max().unwrap_or_default();
     let mut text = String::new();
     // writing to a String cannot fail

@@ -5,13 +5,14 @@ use syn::visit::{self, Visit};
 use syn::{Expr, Stmt};
 
 use super::activity::Activity;
-use crate::ast::{Block, Flow, Init, Kind, Left, Mark, Statement};
+use crate::ast::{Block, Flow, Init, Kind, Mark, Statement};
 use crate::syntax::expressions::{ends_with, is_comparison, keeps_its_length};
 use crate::syntax::patterns::bound_names;
 use crate::syntax::tokens::{mentions, says};
 use crate::walk::{self, Walk};
 
-/// Whether the model runs the same statements and uses the same data at every point of the parameter space.
+/// Whether the model runs the same statements and uses the same data at every point of the parameter space. The
+/// statements of called submodels are not included: the library checks at run time whether they are the same.
 pub(super) fn is_static(body: &Block, activity: &Activity) -> bool {
     let mut branches = Branches { activity, is_static: true };
     branches.block(body);
@@ -45,8 +46,6 @@ impl<'a> Walk<'a> for Branches<'_> {
 
     fn statement(&mut self, statement: &'a Statement) {
         match &statement.kind {
-            // the macro cannot inspect the statements of the called submodel
-            Kind::Tilde { left: Left::Part(..), .. } => self.is_static = false,
             Kind::Let { init: Some(Init { value, diverge: Some(_), .. }), .. } => {
                 value.rust().iter().for_each(|value| self.decides(value));
             }

@@ -23,7 +23,8 @@ pub(crate) use plates::Plate;
 /// The results of all analyses of a body.
 pub(crate) struct Analysis {
     pub(crate) activity: Activity,
-    /// Whether the model runs the same statements and uses the same data at every point of the parameter space.
+    /// Whether the model runs the same statements and uses the same data at every point of the parameter space, if the
+    /// submodels that it calls do.
     pub(crate) is_static: bool,
     pub(crate) facts: Facts,
 }
@@ -34,11 +35,19 @@ impl Analysis {
         let is_number =
             |data: &&Argument| model.value.is_some() && says(data.ty.to_token_stream(), "Real");
         let numbers = model.arguments.iter().filter(is_number).map(|data| data.name.clone());
-        let activity = Activity::new(&model.body, numbers);
+        let activity = Activity::new(&model.body, numbers.clone());
+        // the caller of a submodel can also choose a generic type that holds unknowns
+        let is_generic = |data: &&Argument| {
+            let mut parameters = model.generics.type_params();
+            model.value.is_some()
+                && parameters.any(|own| says(data.ty.to_token_stream(), &own.ident.to_string()))
+        };
+        let generic = model.arguments.iter().filter(is_generic).map(|data| data.name.clone());
+        let possible = Activity::new(&model.body, numbers.chain(generic));
         let names = model.arguments.iter().map(|data| data.name.clone());
         let scope: Scope = names.map(|name| (name, false)).collect();
         Self {
-            is_static: branches::is_static(&model.body, &activity),
+            is_static: branches::is_static(&model.body, &possible),
             facts: facts(&model.body, &activity, scope),
             activity,
         }

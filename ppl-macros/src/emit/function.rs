@@ -57,7 +57,10 @@ pub(crate) fn function(model: &Model, analysis: &Analysis) -> TokenStream {
             quote!(::ppl::Part<impl ::ppl::Submodel<__S, Value = #value>>),
             quote!(::ppl::Part(#made)),
             quote!(::ppl::Submodel<__S>),
-            quote!(type Value = #value;),
+            quote! {
+                type Value = #value;
+                const STATIC: bool = #is_static;
+            },
             quote!(::ppl::Context<Number = __S>),
             quote!(Self::Value),
         ),
@@ -70,14 +73,14 @@ pub(crate) fn function(model: &Model, analysis: &Analysis) -> TokenStream {
             quote!(()),
         ),
     };
-    let formulas = model.value.is_none().then(|| {
-        quote_spanned! {span=>
-            #[allow(unused_imports)]
-            use ::ppl::__private::{
-                Apart as _, At as _, Number as _, Of as __Of, Other as _, Together as _,
-            };
-        }
-    });
+    let formulas = quote_spanned! {span=>
+        #[allow(unused_imports)]
+        use ::ppl::__private::{
+            Apart as _, At as _, Number as _, Of as __Of, Other as _, Together as _,
+        };
+    };
+    // a submodel compiles to the code of its body in place
+    let inline = model.value.is_some().then(|| quote!(#[inline(always)]));
     let (cx, this) = (cx(), Ident::new("self", span));
     let (statements, sites) = statements(model, analysis);
     let (sites, bindings) = (table(&sites), arguments.iter().map(binding));
@@ -97,6 +100,7 @@ pub(crate) fn function(model: &Model, analysis: &Analysis) -> TokenStream {
             #declaration
             impl #introduced #interface for #data #bounds {
                 #item
+                #inline
                 fn run<__C: #context>(
                     &#this,
                     #cx: &mut __C,

@@ -14,7 +14,7 @@ use crate::syntax::patterns::only_name;
 
 /// Emits the statements of a body in order. Returns the code and the sites to which the code refers.
 pub(super) fn statements(model: &Model, analysis: &Analysis) -> (TokenStream, Vec<Site>) {
-    let plan = Plan::new(model, analysis);
+    let plan = Plan::new(analysis);
     let mut emitter = Emitter { analysis, plan, is_predicted: false };
     (emitter.statements(&model.body), emitter.plan.sites)
 }

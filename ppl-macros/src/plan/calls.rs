@@ -47,6 +47,11 @@ pub(crate) fn element(shared: &Expr, index: &ExprIndex, is_same_element: bool) -
     Expr::Verbatim(quote_spanned!(index.span()=> #shared.#element(#at)))
 }
 
+/// Emits a reference to a variable.
+pub(crate) fn reference(name: &Expr) -> Expr {
+    Expr::Verbatim(quote_spanned!(here(name)=> &#name))
+}
+
 /// Converts a literal into an expression whose type the compiler infers from the context.
 pub(crate) fn literal(expr: &Expr) -> Expr {
     Expr::Verbatim(quote_spanned!(here(expr)=> ::ppl::__private::literal(#expr)))

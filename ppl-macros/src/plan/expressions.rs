@@ -113,7 +113,8 @@ impl Plan<'_> {
         }
     }
 
-    /// Rewrites `dot(data, &numbers)`. `numbers` can be a variable that all iterations of a plate share.
+    /// Rewrites `dot(data, &numbers)` and `dot(data, numbers)`. `numbers` can be a variable that all iterations of a
+    /// plate share; without `&` it is a reference.
     fn dot(&mut self, expr: &mut Expr) {
         let Expr::Call(call) = &mut *expr else { return };
         let last = call.args.len().saturating_sub(1);
@@ -123,6 +124,10 @@ impl Plan<'_> {
                 && let Some(shared) = self.shared(&numbers.expr)
             {
                 *numbers.expr = shared;
+            } else if i == last
+                && let Some(shared) = self.shared(argument)
+            {
+                *argument = calls::reference(&shared);
             } else {
                 self.visit_expr_mut(argument);
             }

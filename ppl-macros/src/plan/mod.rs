@@ -10,15 +10,14 @@ use syn::visit_mut::VisitMut;
 use syn::{Expr, Ident, Pat};
 
 use crate::analyse::{Analysis, Plate, Site};
-use crate::ast::{Flow, Id, Model};
+use crate::ast::{Flow, Id};
 
 pub(crate) use calls::{here, shared_name, site};
 
 /// Rewrites the Rust code of the statements, in source order.
 pub(crate) struct Plan<'a> {
     analysis: &'a Analysis,
-    /// Whether arithmetic is rewritten as formulas. False in a submodel: there, each arithmetic operation is recorded
-    /// on the tape separately.
+    /// Whether arithmetic is rewritten as formulas. False in an observed or assigned place.
     formulas: bool,
     /// The sites to which emitted statements refer. A site is the position and the name of a statement.
     pub(crate) sites: Vec<Site>,
@@ -45,10 +44,10 @@ pub(crate) struct Sums {
 }
 
 impl<'a> Plan<'a> {
-    pub(crate) fn new(model: &Model, analysis: &'a Analysis) -> Self {
+    pub(crate) fn new(analysis: &'a Analysis) -> Self {
         Self {
             analysis,
-            formulas: model.value.is_none(),
+            formulas: true,
             sites: Vec::new(),
             numbers: HashMap::new(),
             at: Id(0),
@@ -78,10 +77,9 @@ impl<'a> Plan<'a> {
         rust
     }
 
-    /// Returns the properties of a plate (a `for` loop of the model); None in a submodel, whose loops are emitted as
-    /// plain Rust loops.
+    /// Returns the properties of a plate (a `for` loop of the model).
     pub(crate) fn plate(&self, statement: Id) -> Option<&'a Plate> {
-        self.analysis.facts.plates.get(&statement).filter(|_| self.formulas)
+        self.analysis.facts.plates.get(&statement)
     }
 
     /// Starts new sums if the loop `plate` is not inside another loop. Returns whether the sums were started.

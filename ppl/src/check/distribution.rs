@@ -26,6 +26,8 @@ const KOLMOGOROV_SMIRNOV: f64 = 2.225;
 ///
 /// - The density integrates to 1. Its mean and variance, by quadrature, equal `mean` and `variance`.
 /// - `cdf` and `sf` are integrals of the density, and the quantiles are their inverses.
+/// - At ±∞ and NaN no function panics. The log density is −∞ at ±∞, and NaN or −∞ at NaN. `cdf` and `sf` are 0 and 1 at
+///   ±∞, and NaN or a probability at NaN.
 /// - Draws follow the `cdf` (Kolmogorov-Smirnov test with seed 1 at level 1 in 10 000).
 /// - The maps to and from unconstrained space are inverse to each other, and the density contains their Jacobian.
 /// - The partial derivatives in x and in the parameters equal finite differences of the log density, for every subset
@@ -90,6 +92,7 @@ pub fn assert_conformance<const P: usize, D: Over<f64>, G: Over<Lifted>>(
     assert!(valid.is_ok(), "{}: {valid:?}", case.name);
     case.moments(&distribution);
     case.distribution_functions(&distribution);
+    case.arguments_that_are_not_finite(&distribution);
     case.draws(&distribution);
     case.maps(&distribution);
     case.partials(make, lifted);
@@ -187,6 +190,30 @@ impl<const P: usize> Case<'_, P> {
                 let none: f64 = distribution.ln_density(&outside);
                 assert_eq!(none, f64::NEG_INFINITY, "density at {outside}, {}", self.name);
             }
+        }
+    }
+
+    /// Checks densities and tails at ±∞ and NaN.
+    fn arguments_that_are_not_finite<D: Over<f64>>(&self, distribution: &D) {
+        for (x, below) in [(f64::NEG_INFINITY, 0.0), (f64::INFINITY, 1.0)] {
+            let ln_density: f64 = distribution.ln_density(&x);
+            assert_eq!(ln_density, f64::NEG_INFINITY, "log density at {x}, {}", self.name);
+            let tails = [distribution.cdf(x), distribution.sf(x)];
+            assert_eq!(tails, [below, 1.0 - below], "cdf and sf at {x}, {}", self.name);
+        }
+        let nan = f64::NAN;
+        let ln_density: f64 = distribution.ln_density(&nan);
+        assert!(
+            ln_density.is_nan() || ln_density == f64::NEG_INFINITY,
+            "the log density at NaN of {}: got {ln_density}, expected NaN or -inf",
+            self.name
+        );
+        for (function, value) in [("cdf", distribution.cdf(nan)), ("sf", distribution.sf(nan))] {
+            assert!(
+                value.is_nan() || (0.0..=1.0).contains(&value),
+                "{function} at NaN of {}: got {value}, expected NaN or a probability",
+                self.name
+            );
         }
     }
 

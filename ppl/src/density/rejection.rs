@@ -137,6 +137,17 @@ pub enum FatalError {
         /// Number of unknowns.
         unknowns: usize,
     },
+    /// A point has a length that differs from the number of coordinates of the density.
+    #[error(
+        "the point has length {point} and the density has {dim} coordinates: both must be equal; a kernel must \
+         evaluate and move to points of length `ChainState::dim()`"
+    )]
+    PointLength {
+        /// Length of the point.
+        point: usize,
+        /// Number of coordinates of the density.
+        dim: usize,
+    },
     /// Gradient and point have different lengths.
     #[error(
         "the gradient has length {gradient} and the point has length {point}: both must have the same length"

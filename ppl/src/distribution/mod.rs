@@ -2,9 +2,10 @@
 //!
 //! Each family has its own file: continuous univariate distributions in `continuous`, distributions of counts and
 //! flags in `discrete`, distributions of vectors and matrices in `multivariate`, variations and mixtures in
-//! `compound`, regressions in `glm`. Parameters are public fields (`Normal(mean, sd)`). Each parameter is a number, a
-//! reference to a number, or an unknown of the model. Variations are methods of [`Family`]: `.truncate(a..b)`,
-//! `.censor(a..b)`, `.iid(n)`, `.array::<N>()`, `.array::<N>().ordered()`, `.non_centered()`.
+//! `compound`, regressions in `glm`, Gaussian processes in `gaussian_process`. Parameters are public fields
+//! (`Normal(mean, sd)`). Each parameter is a number, a reference to a number, or an unknown of the model. Variations
+//! are methods of [`Family`]: `.truncate(a..b)`, `.censor(a..b)`, `.iid(n)`, `.array::<N>()`,
+//! `.array::<N>().ordered()`, `.non_centered()`.
 
 // the modules are in order of dependency: each module uses only modules above it
 mod interval;
@@ -33,10 +34,13 @@ mod compound;
 
 mod glm;
 
+mod gaussian_process;
+
 pub use compound::*;
 pub use continuous::*;
 pub use discrete::*;
 pub use family::{Array, Censored, Family, Iid, NonCentered, Ordered, Truncated};
+pub use gaussian_process::*;
 pub use glm::{
     BernoulliLogitGlm, ByGroup, Design, Intercept, NormalGlm, PoissonLogGlm, Predictors,
 };

@@ -43,8 +43,8 @@ use crate::term::accumulator::Settled;
 /// # Ok::<(), ppl::ModelError>(())
 /// ```
 pub trait Model: Sync {
-    /// Whether the model executes the same statements with the same data at every point of the parameter space. If
-    /// so, the terms that depend only on data are constant, and sufficient statistics of the data can be computed
+    /// Whether the model executes the same statements with the same data at every point of the parameter space, if its
+    /// [submodels](crate::Submodel::STATIC) do. If so, the terms that depend only on data are constant, and sufficient statistics of the data can be computed
     /// when the data are bound. `model!` sets this value; a manual implementation can keep the default `false`.
     const STATIC: bool = false;
 
@@ -326,10 +326,10 @@ pub trait ContextHooks {
     }
 
     /// Begins a submodel. In the results, the names of the submodel's statements are preceded by the name of `site`
-    /// and a dot.
+    /// and a dot. `is_static`: whether the submodel executes the same statements at every point of the parameter space.
     #[inline(always)]
-    fn enter(&mut self, site: &'static Site) {
-        let _ = site;
+    fn enter(&mut self, site: &'static Site, is_static: bool) {
+        let _ = (site, is_static);
     }
 
     /// Ends the most recently entered submodel.

@@ -86,7 +86,7 @@ impl Inspection {
 }
 
 /// Determines the names and shapes of the quantities of a model. With `is_static`, also determines the constant terms
-/// and the sufficient statistics.
+/// and the sufficient statistics, if the submodels of the model are static too.
 pub(crate) fn inspect(model: &dyn Statements, is_static: bool) -> Inspection {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(0);
     let (record, statistics) = match run(model, &mut rng, is_static.then(Vec::new), &mut |_| ()) {
@@ -118,7 +118,7 @@ pub(crate) fn draw_counting(
 }
 
 /// Draws one record from the prior. If `statistics` is given, also returns `statistics` with the sufficient statistics
-/// of the observations appended.
+/// of the observations appended; `None` if a submodel is not static.
 fn run(
     model: &dyn Statements,
     rng: &mut dyn RngCore,

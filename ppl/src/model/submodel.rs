@@ -43,6 +43,11 @@ pub trait Submodel<S: Scalar> {
     /// Type of the result.
     type Value;
 
+    /// Whether the submodel executes the same statements with the same data at every point of the parameter space, for
+    /// given data; see [`Model::STATIC`](crate::Model::STATIC). `model!` sets this value; a manual implementation can
+    /// keep the default `false`.
+    const STATIC: bool = false;
+
     /// Executes every statement in order in the context `cx`.
     ///
     /// # Errors
@@ -70,7 +75,7 @@ pub trait Declaration<C: Context> {
 impl<C: Context, D: Unknown<Real<C::Number>>> Declaration<C> for D {
     type Value = D::Value;
 
-    #[inline]
+    #[inline(always)]
     fn declare(self, site: &'static Site, cx: &mut C) -> Result<D::Value, Rejection> {
         cx.unknown(site, self)
     }
@@ -79,9 +84,9 @@ impl<C: Context, D: Unknown<Real<C::Number>>> Declaration<C> for D {
 impl<C: Context, M: Submodel<C::Number>> Declaration<C> for Part<M> {
     type Value = M::Value;
 
-    #[inline]
+    #[inline(always)]
     fn declare(self, site: &'static Site, cx: &mut C) -> Result<M::Value, Rejection> {
-        cx.enter(site);
+        cx.enter(site, M::STATIC);
         let value = self.0.run(cx)?;
         cx.leave();
         Ok(value)
@@ -113,7 +118,7 @@ impl<C: Context, M: Submodel<C::Number>> Prediction<C> for Part<M> {
     type Value = M::Value;
 
     fn predict(self, site: &'static Site, cx: &mut C) -> Result<M::Value, Rejection> {
-        cx.enter(site);
+        cx.enter(site, true);
         let value = self.0.run(&mut Predicting(&mut *cx))?;
         cx.leave();
         Ok(value)
@@ -196,8 +201,9 @@ impl<C: Context> Context for Predicting<'_, C> {
 }
 
 impl<C: Context> ContextHooks for Predicting<'_, C> {
-    fn enter(&mut self, site: &'static Site) {
-        self.0.enter(site);
+    fn enter(&mut self, site: &'static Site, _: bool) {
+        // predictions do not affect the density
+        self.0.enter(site, true);
     }
 
     fn leave(&mut self) {

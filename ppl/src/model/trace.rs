@@ -55,7 +55,8 @@ pub(crate) struct Trace<'y> {
     pub(crate) record: Record,
     /// Sites of the submodels around the current statement.
     around: Vec<&'static Site>,
-    /// Sufficient statistics of the observations; `None` if they are not requested.
+    /// Sufficient statistics of the observations; `None` if they are not requested, or if a submodel does not execute
+    /// the same statements at every point.
     pub(crate) statistics: Option<Vec<SufficientStatistics>>,
     /// Description of the datum at which the distribution of an observation was invalid; `None` if there was no such
     /// datum.
@@ -410,8 +411,11 @@ impl ContextHooks for Trace<'_> {
         Ok(())
     }
 
-    fn enter(&mut self, site: &'static Site) {
+    fn enter(&mut self, site: &'static Site, is_static: bool) {
         self.around.push(site);
+        if !is_static {
+            self.statistics = None;
+        }
     }
 
     fn leave(&mut self) {

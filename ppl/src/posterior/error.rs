@@ -55,6 +55,9 @@ pub enum PosteriorError {
         /// Description of the problem, with the names of the model.
         problem: String,
     },
+    /// There is no chain.
+    #[error("there are no chains: a posterior needs the draws of at least one chain")]
+    NoChains,
     /// At least one chain has no draw.
     #[error(
         "chain {chain} has no draw: {}. Call `run` of the sampler instead: it returns the incomplete \

@@ -116,8 +116,8 @@ impl Posterior {
     /// numbers of a sampler with the same seed.
     ///
     /// # Errors
-    /// [`PosteriorError`] if the number of coordinates of the chains differs from the model's, if a chain is empty,
-    /// or if the model is invalid. Chains that were drawn with different data are not an error, because they are used
+    /// [`PosteriorError`] if the number of coordinates of the chains differs from the model's, if there is no chain, if a
+    /// chain is empty, or if the model is invalid. Chains that were drawn with different data are not an error, because they are used
     /// to predict held-out data; the summary then warns that the chains come from another density. A draw at which a
     /// prediction is rejected is not an error either: the values of the following statements are NaN, and the draw is
     /// counted in `unpredicted`.
@@ -138,6 +138,9 @@ impl Posterior {
         let layout = model.layout()?.clone();
         if chains.dim != layout.dim {
             return Err(PosteriorError::Dimension { expected: layout.dim, got: chains.dim });
+        }
+        if chains.chains.is_empty() {
+            return Err(PosteriorError::NoChains);
         }
         chains.check().map_err(PosteriorError::Damaged)?;
         for (index, chain) in chains.chains.iter().enumerate() {

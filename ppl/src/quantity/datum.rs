@@ -4,6 +4,9 @@
 /// A value on which a statement `place ~ D` can condition, convertible to the value type of `D`.
 ///
 /// Implemented for data (`f64`, counts, flags), unknowns, and arrays, slices and vectors of these.
+///
+/// A datum of a scalar type is also a linear form: its value, with its derivatives with respect to the scalars on which
+/// it depends. Formulas, linear predictors and intercepts of regressions are such data.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` fits neither the values nor the parameters of this distribution",
     label = "expected a value that can be converted to `{V}`",

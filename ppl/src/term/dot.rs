@@ -4,7 +4,8 @@ use std::fmt::Debug;
 
 use crate::number::real::Real;
 use crate::number::scalar::Scalar;
-use crate::term::formula::{Expression, Formula};
+use crate::quantity::datum::Datum;
+use crate::term::formula::{Expression, Formula, closed};
 
 /// Second argument of [`dot`]: a slice, array or vector of scalars.
 pub trait Numbers: Debug {
@@ -14,13 +15,13 @@ pub trait Numbers: Debug {
     /// The scalars.
     fn numbers(&self) -> &[Real<Self::Scalar>];
 
-    /// Calls `f(x, weight · d)` for each scalar x and its datum d. The products are final contributions to the
-    /// adjoints of the scalars, that is, they are not multiplied by a further factor.
+    /// Scalar `i`, which can sum its adjoint itself.
+    ///
+    /// # Panics
+    /// If there is no such scalar.
     #[inline(always)]
-    fn settle(&self, data: &[f64], weight: f64, f: &mut impl FnMut(Real<Self::Scalar>, f64)) {
-        for (d, x) in data.iter().zip(self.numbers()) {
-            f(*x, weight * d);
-        }
+    fn element(&self, i: usize) -> impl Datum<Real<Self::Scalar>> {
+        self.numbers()[i]
     }
 }
 
@@ -48,6 +49,20 @@ impl<S: Scalar> Numbers for Vec<Real<S>> {
     #[inline(always)]
     fn numbers(&self) -> &[Real<S>] {
         self
+    }
+}
+
+impl<T: Numbers + ?Sized> Numbers for &T {
+    type Scalar = T::Scalar;
+
+    #[inline(always)]
+    fn numbers(&self) -> &[Real<T::Scalar>] {
+        (**self).numbers()
+    }
+
+    #[inline(always)]
+    fn element(&self, i: usize) -> impl Datum<Real<T::Scalar>> {
+        (**self).element(i)
     }
 }
 
@@ -79,17 +94,27 @@ impl<N: Numbers + ?Sized> Formula for Dot<'_, N> {
     fn lengths(self) -> Option<[usize; 2]> {
         Some([self.data.len(), self.numbers.numbers().len()])
     }
+}
+
+impl<N: Numbers + ?Sized> Datum<Real<N::Scalar>> for Dot<'_, N> {
+    #[inline(always)]
+    fn lift(&self) -> Real<N::Scalar> {
+        closed(*self)
+    }
 
     #[inline(always)]
-    fn spread(self, weight: f64, f: &mut impl FnMut(Self::Number, f64)) {
+    fn spread(&self, weight: f64, f: &mut impl FnMut(Real<N::Scalar>, f64)) {
         for (d, x) in self.data.iter().zip(self.numbers.numbers()) {
             f(*x, weight * d);
         }
     }
 
     #[inline(always)]
-    fn settle(self, weight: f64, f: &mut impl FnMut(Self::Number, f64)) {
-        self.numbers.settle(self.data, weight, f);
+    fn settle(&self, weight: f64, f: &mut impl FnMut(Real<N::Scalar>, f64)) {
+        let length = self.numbers.numbers().len();
+        for (i, d) in self.data.iter().enumerate().take(length) {
+            self.numbers.element(i).settle(weight * d, f);
+        }
     }
 }
 

@@ -10,7 +10,6 @@ use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use crate::number::dual::Dual;
-use crate::number::partials::Partials;
 use crate::number::real::Real;
 use crate::number::scalar::Scalar;
 use crate::quantity::datum::{Datum, Recordable};
@@ -22,17 +21,10 @@ use crate::term::parameter::Parameter;
 #[derive(Clone, Copy, Debug)]
 pub struct Expression<E>(pub(crate) E);
 
-/// A formula or a part of a formula.
-pub trait Formula: Copy + Debug {
+/// A formula or a part of a formula. As a [`Datum`], it propagates a derivative to the scalars in the formula.
+pub trait Formula: Datum<<Self as Formula>::Number> + Copy + Debug {
     /// Type of the scalars in the formula.
     type Number: Scalar;
-
-    /// Whether the formula has the same value in every iteration of the surrounding plate (a `for` loop of the
-    /// model).
-    const SHARED: bool = false;
-
-    /// Largest number of scalars in the formula; `usize::MAX` if the type does not determine the number.
-    const NUMBERS: usize = usize::MAX;
 
     /// Value of the formula.
     fn result(self) -> f64;
@@ -42,30 +34,20 @@ pub trait Formula: Copy + Debug {
     fn lengths(self) -> Option<[usize; 2]> {
         None
     }
+}
 
-    /// Calls `f(scalar, weight · ∂formula/∂scalar)` for each scalar in the formula.
-    fn spread(self, weight: f64, f: &mut impl FnMut(Self::Number, f64));
-
-    /// Version of [`spread`](Formula::spread) for weights that are final, that is, are not multiplied by a further
-    /// factor.
-    #[inline(always)]
-    fn settle(self, weight: f64, f: &mut impl FnMut(Self::Number, f64)) {
-        self.spread(weight, f);
-    }
+/// Converts a formula to one scalar, which is stored on the tape as a single operation.
+#[inline(always)]
+pub(crate) fn closed<A: Formula>(formula: A) -> A::Number {
+    A::Number::gather(formula.result(), ((formula, 1.0),))
 }
 
 impl<S: Scalar> Formula for Real<S> {
     type Number = Self;
-    const NUMBERS: usize = 1;
 
     #[inline(always)]
     fn result(self) -> f64 {
         self.value()
-    }
-
-    #[inline(always)]
-    fn spread(self, weight: f64, f: &mut impl FnMut(Self, f64)) {
-        f(self, weight);
     }
 }
 
@@ -79,20 +61,28 @@ pub struct Unary<A> {
 
 impl<A: Formula> Formula for Unary<A> {
     type Number = A::Number;
-    const NUMBERS: usize = A::NUMBERS;
 
     #[inline(always)]
     fn result(self) -> f64 {
         self.value
     }
+}
+
+impl<A: Formula> Datum<A::Number> for Unary<A> {
+    const NUMBERS: usize = A::NUMBERS;
 
     #[inline(always)]
-    fn spread(self, weight: f64, f: &mut impl FnMut(A::Number, f64)) {
+    fn lift(&self) -> A::Number {
+        closed(*self)
+    }
+
+    #[inline(always)]
+    fn spread(&self, weight: f64, f: &mut impl FnMut(A::Number, f64)) {
         self.argument.spread(weight * self.slope, f);
     }
 
     #[inline(always)]
-    fn settle(self, weight: f64, f: &mut impl FnMut(A::Number, f64)) {
+    fn settle(&self, weight: f64, f: &mut impl FnMut(A::Number, f64)) {
         self.argument.settle(weight * self.slope, f);
     }
 }
@@ -107,21 +97,29 @@ pub struct Binary<A, B> {
 
 impl<A: Formula, B: Formula<Number = A::Number>> Formula for Binary<A, B> {
     type Number = A::Number;
-    const NUMBERS: usize = A::NUMBERS.saturating_add(B::NUMBERS);
 
     #[inline(always)]
     fn result(self) -> f64 {
         self.value
     }
+}
+
+impl<A: Formula, B: Formula<Number = A::Number>> Datum<A::Number> for Binary<A, B> {
+    const NUMBERS: usize = A::NUMBERS.saturating_add(B::NUMBERS);
 
     #[inline(always)]
-    fn spread(self, weight: f64, f: &mut impl FnMut(A::Number, f64)) {
+    fn lift(&self) -> A::Number {
+        closed(*self)
+    }
+
+    #[inline(always)]
+    fn spread(&self, weight: f64, f: &mut impl FnMut(A::Number, f64)) {
         self.arguments.0.spread(weight * self.slopes.0, f);
         self.arguments.1.spread(weight * self.slopes.1, f);
     }
 
     #[inline(always)]
-    fn settle(self, weight: f64, f: &mut impl FnMut(A::Number, f64)) {
+    fn settle(&self, weight: f64, f: &mut impl FnMut(A::Number, f64)) {
         self.arguments.0.settle(weight * self.slopes.0, f);
         self.arguments.1.settle(weight * self.slopes.1, f);
     }
@@ -137,7 +135,7 @@ impl<A: Formula> Expression<A> {
     /// Converts the formula to one scalar.
     #[inline(always)]
     pub fn close(self) -> A::Number {
-        A::Number::gather(self.value(), self)
+        closed(self.0)
     }
 
     #[inline(always)]
@@ -188,20 +186,6 @@ macro_rules! elementary {
     };
 }
 elementary!(exp, exp_m1, ln, ln_1p, sqrt, square, recip, sin, cos, tanh, abs, logistic, softplus);
-
-impl<A: Formula> Partials<A::Number> for Expression<A> {
-    const MOST: usize = A::NUMBERS;
-
-    #[inline(always)]
-    fn spread(self, f: &mut impl FnMut(A::Number, f64)) {
-        self.0.spread(1.0, f);
-    }
-
-    #[inline(always)]
-    fn settle(self, f: &mut impl FnMut(A::Number, f64)) {
-        self.0.settle(1.0, f);
-    }
-}
 
 impl<A: Formula> Parameter for Expression<A> {
     #[inline(always)]

@@ -230,6 +230,15 @@ impl<S: Scalar, const N: usize> Apart for Of<'_, [Real<S>; N]> {
     }
 }
 
+impl<S: Scalar, const N: usize> Apart for Of<'_, &[Real<S>; N]> {
+    type Sum = Sums<S, N>;
+
+    #[inline(always)]
+    fn sum(&self) -> Sums<S, N> {
+        Sums::new(**self.0)
+    }
+}
+
 /// Any value from outside a loop of the model whose adjoint is not summed separately, such as data.
 pub trait Together<'a> {
     /// Type of the value.

@@ -8,8 +8,9 @@ use std::ops::{Deref, Index};
 
 use crate::number::real::Real;
 use crate::number::scalar::Scalar;
+use crate::quantity::datum::Datum;
 use crate::term::dot::Numbers;
-use crate::term::formula::{Expression, Formula};
+use crate::term::formula::{Expression, Formula, closed};
 
 /// −0.0, the exact additive identity (0.0 + x changes −0.0), so that the compiler can omit the first addition.
 const NOTHING: f64 = -0.0;
@@ -49,21 +50,29 @@ pub struct Summed<'a, R, const SHARED: bool = true> {
 
 impl<S: Scalar, const SHARED: bool> Formula for Summed<'_, Real<S>, SHARED> {
     type Number = Real<S>;
-    const SHARED: bool = SHARED;
-    const NUMBERS: usize = 1;
 
     #[inline(always)]
     fn result(self) -> f64 {
         self.number.value()
     }
+}
+
+impl<S: Scalar, const SHARED: bool> Datum<Real<S>> for Summed<'_, Real<S>, SHARED> {
+    const SHARED: bool = SHARED;
+    const NUMBERS: usize = 1;
 
     #[inline(always)]
-    fn spread(self, weight: f64, f: &mut impl FnMut(Real<S>, f64)) {
+    fn lift(&self) -> Real<S> {
+        self.number
+    }
+
+    #[inline(always)]
+    fn spread(&self, weight: f64, f: &mut impl FnMut(Real<S>, f64)) {
         f(self.number, weight);
     }
 
     #[inline(always)]
-    fn settle(self, weight: f64, _: &mut impl FnMut(Real<S>, f64)) {
+    fn settle(&self, weight: f64, _: &mut impl FnMut(Real<S>, f64)) {
         self.adjoint.set(self.adjoint.get() + weight);
     }
 }
@@ -110,20 +119,28 @@ impl<A> Copy for OpenSummed<'_, A> {}
 
 impl<A: Formula> Formula for OpenSummed<'_, A> {
     type Number = A::Number;
-    const NUMBERS: usize = A::NUMBERS;
 
     #[inline(always)]
     fn result(self) -> f64 {
         self.0.formula.value()
     }
+}
+
+impl<A: Formula> Datum<A::Number> for OpenSummed<'_, A> {
+    const NUMBERS: usize = A::NUMBERS;
 
     #[inline(always)]
-    fn spread(self, weight: f64, f: &mut impl FnMut(A::Number, f64)) {
+    fn lift(&self) -> A::Number {
+        closed(*self)
+    }
+
+    #[inline(always)]
+    fn spread(&self, weight: f64, f: &mut impl FnMut(A::Number, f64)) {
         self.0.formula.0.spread(weight, f);
     }
 
     #[inline(always)]
-    fn settle(self, weight: f64, _: &mut impl FnMut(A::Number, f64)) {
+    fn settle(&self, weight: f64, _: &mut impl FnMut(A::Number, f64)) {
         self.0.adjoint.set(self.0.adjoint.get() + weight);
     }
 }
@@ -178,11 +195,8 @@ impl<S: Scalar, const N: usize> Numbers for Sums<S, N> {
     }
 
     #[inline(always)]
-    fn settle(&self, data: &[f64], weight: f64, _: &mut impl FnMut(Real<S>, f64)) {
-        let Some(data) = data.first_chunk::<N>() else { return };
-        for (adjoint, d) in self.adjoints.iter().zip(data) {
-            adjoint.set(adjoint.get() + weight * d);
-        }
+    fn element(&self, i: usize) -> impl Datum<Real<S>> {
+        self.part::<true>(i).0
     }
 }
 
@@ -240,7 +254,7 @@ impl<T: Numbers + ?Sized> Numbers for Kept<'_, T> {
     }
 
     #[inline(always)]
-    fn settle(&self, data: &[f64], weight: f64, f: &mut impl FnMut(Real<T::Scalar>, f64)) {
-        self.0.settle(data, weight, f);
+    fn element(&self, i: usize) -> impl Datum<Real<T::Scalar>> {
+        self.0.element(i)
     }
 }

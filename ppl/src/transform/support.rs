@@ -129,12 +129,17 @@ impl<R: Scalar> Support<R> {
         }
     }
 
-    /// Whether `x` lies in the closed support.
+    /// Whether `x` lies in the closed support. A support with an end does not contain ±∞: the density is 0 there, but
+    /// the formulas of some families give NaN.
     #[inline(always)]
     #[allow(clippy::manual_range_contains)] // the range method takes longer to compile
     pub fn contains(&self, x: f64) -> bool {
-        let (a, b) = self.bounds();
-        a <= x && x <= b
+        match self {
+            Self::Real => !x.is_nan(),
+            Self::Above(a) => a.value() <= x && x < f64::INFINITY,
+            Self::Below(b) => f64::NEG_INFINITY < x && x <= b.value(),
+            Self::Between(a, b) => a.value() <= x && x <= b.value(),
+        }
     }
 
     /// Lower and upper end; `None` if the support has no such end.

@@ -258,3 +258,50 @@ fn quadrature_agrees_with_the_incomplete_functions() {
         assert_mass(got, expected.value(), expected.gradient(), "Beta");
     }
 }
+
+/// Standard logistic distribution. The formula of the density is ∞ − ∞ at x = −∞.
+#[derive(Clone, Copy, Debug)]
+struct Logistic;
+
+ppl::univariate!([] Logistic);
+
+impl Univariate for Logistic {
+    fn validate(&self) -> Result<(), DomainError> {
+        Ok(())
+    }
+    fn mean(&self) -> f64 {
+        0.0
+    }
+    fn variance(&self) -> f64 {
+        std::f64::consts::PI.powi(2) / 3.0
+    }
+    fn cdf(&self, x: f64) -> f64 {
+        (1.0 + (-x).exp()).recip()
+    }
+    fn sf(&self, x: f64) -> f64 {
+        (1.0 + x.exp()).recip()
+    }
+    fn quantile(&self, p: f64) -> f64 {
+        (p / (1.0 - p)).ln()
+    }
+    fn upper_quantile(&self, q: f64) -> f64 {
+        ((1.0 - q) / q).ln()
+    }
+}
+
+impl<R: Scalar> UnivariateDensity<R> for Logistic {
+    fn support(&self) -> Support<R> {
+        Support::Real
+    }
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Accumulator<R>) {
+        let z = x.value();
+        let power = (-z).exp();
+        terms.add(-z - 2.0 * power.ln_1p(), ((x, 2.0 * power / (1.0 + power) - 1.0),));
+    }
+}
+
+#[test]
+#[should_panic(expected = "log density at -inf")]
+fn a_density_that_is_nan_at_infinity_is_found() {
+    ppl::check::assert_distribution!([] Logistic, [0.0; 0], [-1.0, 0.5]);
+}

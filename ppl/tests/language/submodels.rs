@@ -307,3 +307,116 @@ fn a_varying_submodel_is_evaluated_at_every_point() {
         assert!((found - expected).abs() < 1e-12, "{found} instead of {expected} at {x}");
     }
 }
+
+ppl::model! {
+    /// Observations of a plane; all sizes of the arrays are known at compile time.
+    fn around_plane<const D: usize>(
+        x: &[[f64; D]],
+        y: &[f64],
+        slope: &[Real; D],
+        sd: Real,
+    ) -> () {
+        for (row, y) in x.iter().zip(y) {
+            y ~ Normal(0.5 + dot(row, slope), sd);
+        }
+    }
+
+    /// Observations of a plane whose number of slopes is known at run time.
+    fn around_slopes(x: &[[f64; 2]], y: &[f64], slope: &[Real], sd: Real) -> () {
+        for (row, y) in x.iter().zip(y) {
+            y ~ Normal(0.5 + dot(row, slope), sd);
+        }
+    }
+
+    fn plane(x: &[[f64; 2]], y: &[f64]) {
+        let slope ~ Normal(0.0, 2.0).array::<2>();
+        let sd ~ HalfNormal(1.0);
+        let data ~ around_plane(x, y, &slope, sd);
+    }
+
+    fn slopes(x: &[[f64; 2]], y: &[f64]) {
+        let slope ~ Normal(0.0, 2.0).iid(2);
+        let sd ~ HalfNormal(1.0);
+        let data ~ around_slopes(x, y, &slope, sd);
+    }
+
+    fn plane_in_place(x: &[[f64; 2]], y: &[f64]) {
+        let slope ~ Normal(0.0, 2.0).array::<2>();
+        let sd ~ HalfNormal(1.0);
+        for (row, y) in x.iter().zip(y) {
+            y ~ Normal(0.5 + dot(row, &slope), sd);
+        }
+    }
+
+    /// A submodel whose generic argument can hold unknowns: the observed data depend on this argument.
+    fn chosen<P: Parameter>(mean: P, low: &[f64], high: &[f64]) -> () {
+        let mean = mean.number();
+        if mean < 0.0 {
+            for y in low {
+                y ~ Normal(-1.0, 1.0);
+            }
+        } else {
+            for y in high {
+                y ~ Normal(2.0, 1.0);
+            }
+        }
+    }
+
+    fn with_a_generic_argument(low: &[f64], high: &[f64]) {
+        let x ~ Normal(0.0, 1.0);
+        let data ~ chosen(x, low, high);
+    }
+
+    /// A static submodel that runs a submodel whose statements depend on the value of an unknown.
+    fn outer(x: Real, ys: &[f64], zs: &[f64]) -> Real {
+        let inner ~ one_of_two(x, ys, zs);
+        inner
+    }
+
+    fn with_a_nested_varying_submodel(ys: &[f64], zs: &[f64]) {
+        let x ~ Normal(0.0, 1.0);
+        let same ~ outer(x, ys, zs);
+        factor(-0.1 * same.square());
+    }
+}
+
+/// Formulas, plates and linear predictors of a submodel have the derivatives of its body in place.
+#[test]
+fn plates_of_a_submodel_are_those_of_its_body() {
+    let x = [[0.3, 1.0], [-0.7, 2.0], [1.1, -1.0], [0.2, 0.4]];
+    let y = [0.3, 1.2, -0.4, 2.0];
+    let (fixed, free, whole) = (plane(&x, &y), slopes(&x, &y), plane_in_place(&x, &y));
+    check::gradient(&fixed, 5);
+    check::gradient(&free, 5);
+    for at in [[0.2, -0.5, 0.1], [-1.0, 0.7, -0.8], [1.5, 0.1, 0.9]] {
+        let (b, db) = gradient(&whole, &at);
+        for (a, da) in [gradient(&fixed, &at), gradient(&free, &at)] {
+            assert!((a - b).abs() < 1e-11, "{a} and {b}");
+            assert!(da.iter().zip(&db).all(|(a, b)| (a - b).abs() < 1e-12), "{da:?} and {db:?}");
+        }
+    }
+}
+
+/// Submodels that are not static make the model not static, through generic arguments and other submodels.
+#[test]
+fn submodels_that_vary_are_found_through_arguments_and_submodels() {
+    let (ys, zs) = ([0.3, 1.2], [0.1, 0.9, -0.4]);
+    let ln_normal = |x: f64, mean: f64, sd: f64| -> f64 { Normal(mean, sd).ln_density(&x) };
+    let (generic, nested) =
+        (with_a_generic_argument(&ys, &zs), with_a_nested_varying_submodel(&ys, &zs));
+    for x in [0.8, -0.8, 1.7, -0.1] {
+        let data: f64 = match x < 0.0 {
+            true => ys.iter().map(|y| ln_normal(*y, -1.0, 1.0)).sum(),
+            false => zs.iter().map(|z| ln_normal(*z, 2.0, 1.0)).sum(),
+        };
+        let (expected, found) = (ln_normal(x, 0.0, 1.0) + data, gradient(&generic, &[x]).0);
+        assert!((found - expected).abs() < 1e-12, "{found} instead of {expected} at {x}");
+        let data: f64 = match x > 0.0 {
+            true => ys.iter().map(|y| ln_normal(*y, x, 1.0)).sum(),
+            false => zs.iter().map(|z| ln_normal(*z, 2.0 * x, 0.5)).sum(),
+        };
+        let expected = ln_normal(x, 0.0, 1.0) + data - 0.1 * x * x;
+        let found = gradient(&nested, &[x]).0;
+        assert!((found - expected).abs() < 1e-12, "{found} instead of {expected} at {x}");
+    }
+}

@@ -269,3 +269,52 @@ fn what_is_impossible_is_rejected() {
         assert!(model.log_density(&[0.1, 0.9, 0.8, 0.3], &mut w).is_err());
     }
 }
+
+ppl::model! {
+    fn rows(rows: &[Vec<f64>], quantities: usize) {
+        let mean ~ Normal(0.0, 3.0).iid(quantities);
+        let sd ~ HalfNormal(2.0).iid(quantities);
+        let corr ~ LkjCholesky::of(quantities, 2.0);
+        let chol = corr.scale_rows(&sd)?;
+        for row in rows {
+            row ~ MvNormalCholesky(&mean, &chol);
+        }
+    }
+
+    fn rows_one_by_one(rows: &[Vec<f64>], quantities: usize) {
+        let mean ~ Normal(0.0, 3.0).iid(quantities);
+        let sd ~ HalfNormal(2.0).iid(quantities);
+        let corr ~ LkjCholesky::of(quantities, 2.0);
+        let chol = corr.scale_rows(&sd)?;
+        for i in 0..rows.len() {
+            rows[i] ~ MvNormalCholesky(&mean, &chol);
+        }
+    }
+}
+
+/// Rows whose length is known only at run time are summed up once, too; rows of different lengths are refused.
+#[test]
+fn rows_of_a_size_known_at_run_time_are_summed_up() {
+    let data: Vec<Vec<f64>> = (0..7)
+        .map(|i| (0..3).map(|j| (1.3 * f64::from(i) + 0.7 * f64::from(j)).sin()).collect())
+        .collect();
+    let (pooled, single) = (rows(&data, 3), rows_one_by_one(&data, 3));
+    ppl::check::gradient(&pooled, 2);
+    let y: Vec<f64> = (0..9).map(|i| 0.2 * f64::from(i) - 0.7).collect();
+    let (mut a, mut b) = (vec![0.0; 9], vec![0.0; 9]);
+    let value = pooled.gradient(&y, &mut a, &mut Workspace::default()).unwrap();
+    let expected = single.gradient(&y, &mut b, &mut Workspace::default()).unwrap();
+    approx::assert_relative_eq!(value, expected, max_relative = 1e-12);
+    for (a, b) in a.iter().zip(&b) {
+        approx::assert_relative_eq!(*a, *b, max_relative = 1e-11, epsilon = 1e-12);
+    }
+    for wrong in [vec![vec![0.1; 3], vec![0.1; 2]], vec![vec![0.1; 2]; 2], vec![vec![0.1; 4]]] {
+        let model = rows(&wrong, 3);
+        let error = model.layout().unwrap_err().to_string();
+        assert!(error.contains("length of x must be equal to the number of rows"), "{error}");
+        // the density of an invalid model is zero, not a panic
+        let density = model.log_density(&y, &mut Workspace::default());
+        assert!(density.is_err(), "{density:?}");
+    }
+    assert!(rows(&[], 3).log_density(&y, &mut Workspace::default()).is_ok());
+}

@@ -3,7 +3,7 @@
 use std::fs;
 
 use ppl::prelude::*;
-use ppl::{Posterior, PosteriorError, Role, StopReason, WarningKind, check};
+use ppl::{Group, Posterior, PosteriorError, Role, StopReason, Values, WarningKind, check};
 
 ppl::model! {
     /// A mean with a posterior in closed form, a parameter `idle` that the data do not inform, and a parameter `edge`
@@ -379,6 +379,31 @@ fn draws_by_name_give_the_posterior() {
     idle.data[3] = 7.0;
     let error = Posterior::from_draws(&model, &outside).unwrap_err().to_string();
     assert!(error.contains("draw 3 of chain 0") && error.contains("idle"), "{error}");
+}
+
+/// A posterior needs at least one chain, and each chain needs at least one draw.
+#[test]
+fn draws_without_chains_are_refused() {
+    let model = means(&[0.4, 1.0, 0.2], 1.1, -2.0);
+    let values = |name: &str, shape: &[usize]| Values {
+        name: name.into(),
+        shape: shape.to_vec(),
+        data: Vec::new(),
+    };
+    let layout = model.layout().unwrap();
+    let variables: Vec<Values> =
+        layout.with_role(Role::Parameter).map(|v| values(&v.name, &v.shape)).collect();
+    let none = Group { chains: 0, draws: 5, variables: variables.clone() };
+    let error = Posterior::from_draws(&model, &none).unwrap_err();
+    assert!(matches!(error, PosteriorError::NoChains), "{error}");
+    let empty = Group { chains: 2, draws: 0, variables };
+    let error = Posterior::from_draws(&model, &empty).unwrap_err();
+    assert!(matches!(error, PosteriorError::NoDraws { chain: 0, .. }), "{error}");
+
+    let mut chains = Nuts::default().chains(1).warmup(50).draws(10).run(&model).unwrap();
+    chains.chains.clear();
+    let error = Posterior::from_chains(&model, chains, 1).unwrap_err();
+    assert!(matches!(error, PosteriorError::NoChains), "{error}");
 }
 
 /// Estimates by parameter name agree with the summary, and an error lists the valid names.

@@ -48,3 +48,13 @@ fn truncation_keeps_the_tighter_end() {
     assert_eq!(Support::Between(0.0, 1.0).within(0.5, 9.0), Support::Between(0.5, 1.0));
     assert_eq!(Support::<f64>::Real.within(f64::NEG_INFINITY, f64::INFINITY), Support::Real);
 }
+
+#[test]
+fn only_the_real_line_contains_infinity() {
+    for support in cases() {
+        for x in [f64::NEG_INFINITY, f64::INFINITY] {
+            assert_eq!(support.contains(x), support == Support::Real, "{support:?} {x}");
+        }
+        assert!(!support.contains(f64::NAN), "{support:?}");
+    }
+}

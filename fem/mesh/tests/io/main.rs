@@ -5,6 +5,7 @@ mod decimation;
 mod fuzz;
 mod gmsh;
 mod import;
+mod interface;
 mod mesh;
 mod meshing;
 mod phases;

@@ -29,6 +29,17 @@ pub enum Inelasticity {
 }
 
 impl Inelasticity {
+    /// Returns the law with Prony terms in the order of increasing times.
+    pub(in crate::material) fn sorted(self) -> Self {
+        match self {
+            Self::Viscoelastic(mut series) => {
+                series.shear.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
+                Self::Viscoelastic(series)
+            }
+            Self::Plastic(law) => Self::Plastic(law),
+        }
+    }
+
     /// Returns the number of state values of a point.
     pub fn state_len(&self) -> usize {
         match self {

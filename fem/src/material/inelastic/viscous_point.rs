@@ -1,10 +1,10 @@
-//! Response of finite linear viscoelasticity at a point, or at one point per SIMD lane.
+//! Prony terms at a point, or at one point per SIMD lane.
 //!
-//! With the elastic deviatoric stress in the material frame S̃ = J^(2/3) F⁻¹ (dev τ°) F⁻ᵀ, the stress of term i is
-//! H_i = e^(−Δt/τ_i) H_i,n + γ_i f_i (S̃ − S̃_n), f_i = (1 − e^(−Δt/τ_i)) τ_i/Δt. In the spatial frame,
-//! h_i = J^(−2/3) F H_i Fᵀ is the sum of a_i, which the state at the start of the increment determines, and of
-//! γ_i f_i dev τ°. The stress is τ = (γ_∞ + Σ γ_i f_i) dev τ° + dev a + p with a = Σ a_i. The tensor a does not have the
-//! principal axes of the strain.
+//! With the elastic deviatoric stress s in the material frame, S̃ = J^(2/3) F⁻¹ s F⁻ᵀ, the normalised stress of term i is
+//! H_i = e^(−Δt/τ_i) H_i,n + f_i (S̃ − S̃_n), f_i = (1 − e^(−Δt/τ_i)) τ_i/Δt. In the spatial frame, h_i = J^(−2/3) F H_i Fᵀ is
+//! the sum of a_i, which the state at the start of the increment determines, and of f_i s. The term contributes m_i
+//! dev h_i to the stress, with a factor m_i that depends on damage. The tensor a_i does not have the principal axes of
+//! the strain.
 //!
 //! Reference: Simo, Comput. Methods Appl. Mech. Engrg. 60 (1987) 153, doi:10.1016/0045-7825(87)90107-1.
 
@@ -21,6 +21,10 @@ pub(in crate::material) struct ViscousPoint<'a, T> {
     pub dt: T,
 }
 
+/// Symmetric tensor in the principal axes of the strain: entries (0,0), (1,1), (2,2), then (1,2), (2,0), (0,1).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Spatial<T>(pub [T; 6]);
+
 /// e^(−x) and (1 − e^(−x))/x; a function of its own, so that it is compiled once for each number type.
 struct Decay<T>(T);
 
@@ -36,265 +40,132 @@ impl<T: Scalar> Computation for Decay<T> {
     }
 }
 
-/// Factors of a modulus in one increment, relative to the modulus of the elastic law.
-#[derive(Clone, Copy, Debug)]
-pub(in crate::material) struct Relaxation<T> {
-    /// Instantaneous modulus.
-    pub instantaneous: T,
-    /// Modulus γ_∞ of the equilibrium spring.
-    pub equilibrium: T,
-    /// Part Σ γ_i f_i of the terms.
-    pub viscous: T,
-}
-
-/// Stress of the terms at the end of the increment, as far as the state at the start determines it.
-#[derive(Clone, Copy, Debug)]
-pub(in crate::material) struct Overstress<T> {
-    /// Entries of dev a in the principal axes, MPa: (0,0), (1,1), (2,2), then (1,2), (2,0), (0,1).
-    pub deviator: [T; 6],
-    /// tr a, MPa.
-    pub trace: T,
-}
-
-/// Energy of the Prony terms.
-#[derive(Clone, Copy, Debug)]
-pub(in crate::material) struct StoredEnergy<T> {
-    /// Stored energy Σ |dev h_i|²/(4 μ γ_i), MPa. It is exact at small strain.
-    pub energy: T,
-    /// Energy Δt Σ |dev h_i|²/(2 μ γ_i τ_i) that the terms dissipate in the increment, MPa.
-    pub dissipation: T,
-    /// Derivative of `energy` with respect to the strain, in the order of [`Overstress::deviator`], MPa. It is exact at
-    /// small strain.
-    pub stress: [T; 6],
-}
-
 impl<T: Scalar> ViscousPoint<'_, T> {
-    /// Returns e^(−Δt/τ) and (1 − e^(−Δt/τ)) τ/Δt of a term.
+    /// Returns e^(−Δt/τ) and f = (1 − e^(−Δt/τ)) τ/Δt of a term.
     #[inline(always)]
-    fn decay(&self, term: &PronyTerm) -> [T; 2] {
+    pub(super) fn decay(&self, term: &PronyTerm) -> [T; 2] {
         let x = self.dt / term.time_s;
         x.vectorize(Decay(x))
     }
 
-    #[inline(always)]
-    fn relaxation(&self, terms: &[PronyTerm], instantaneous: f64) -> Relaxation<T> {
-        let mut viscous = self.dt.constant(0.0);
-        let mut equilibrium = 1.0;
-        for term in terms {
-            viscous += self.decay(term)[1] * term.fraction;
-            equilibrium -= term.fraction;
-        }
-        Relaxation {
-            instantaneous: self.dt.constant(instantaneous),
-            equilibrium: self.dt.constant(equilibrium * instantaneous),
-            viscous: viscous * instantaneous,
-        }
-    }
-
-    /// Returns the factors of the shear modulus.
-    #[inline(always)]
-    pub(in crate::material) fn shear(&self) -> Relaxation<T> {
-        self.relaxation(&self.law.shear, self.law.instantaneous()[0])
-    }
-
-    /// Returns the factors of the bulk modulus.
-    #[inline(always)]
-    pub(in crate::material) fn bulk(&self) -> Relaxation<T> {
-        self.relaxation(&self.law.bulk, self.law.instantaneous()[1])
-    }
-
     /// Index of the first state value of the bulk terms.
     #[inline(always)]
-    fn first_of_bulk(&self) -> usize {
+    pub(super) fn first_of_bulk(&self) -> usize {
         if self.law.shear.is_empty() { 0 } else { 6 * (1 + self.law.shear.len()) }
     }
 
-    /// Returns the part of the pressure that the state at the start determines, MPa.
+    /// Writes the state of the bulk terms; `pressure` is the elastic pressure at the end of the increment, MPa.
     #[inline(always)]
-    pub(in crate::material) fn known_pressure(&self, old: &[T]) -> T {
-        let mut sum = self.dt.constant(0.0);
-        if self.law.bulk.is_empty() {
-            return sum;
-        }
-        let at = &old[self.first_of_bulk()..];
-        for (k, term) in self.law.bulk.iter().enumerate() {
-            let [decay, mean] = self.decay(term);
-            sum += decay * at[1 + k] - mean * term.fraction * at[0];
-        }
-        sum
-    }
-
-    /// Writes the state of the bulk terms; `pressure` is the instantaneous elastic pressure at the end of the
-    /// increment, MPa.
-    #[inline(always)]
-    pub(in crate::material) fn update_pressure(&self, pressure: T, old: &[T], new: &mut [T]) {
+    pub(super) fn update_pressure(&self, pressure: T, old: &[T], new: &mut [T]) {
         if self.law.bulk.is_empty() {
             return;
         }
         let first = self.first_of_bulk();
         for (k, term) in self.law.bulk.iter().enumerate() {
             let [decay, mean] = self.decay(term);
-            let gain = mean * term.fraction * (pressure - old[first]);
+            let gain = mean * (pressure - old[first]);
             new[first + 1 + k] = decay * old[first + 1 + k] + gain;
         }
         new[first] = pressure;
     }
 
-    /// Returns a = J^(−2/3) F A Fᵀ for the sum A of the known stresses of the terms, in the principal axes.
+    /// Writes the state of the shear terms. `stress` is the elastic deviatoric stress in the principal axes.
     #[inline(always)]
-    pub(in crate::material) fn overstress(&self, trial: &Principal<T>, old: &[T]) -> Overstress<T> {
-        let zero = self.dt.constant(0.0);
-        let mut known = [zero; 6];
-        for (k, term) in self.law.shear.iter().enumerate() {
-            let [decay, mean] = self.decay(term);
-            let gain = mean * term.fraction;
-            for entry in 0..6 {
-                known[entry] += decay * old[6 * (1 + k) + entry] - gain * old[entry];
-            }
-        }
-        let spatial = if self.law.shear.is_empty() { [zero; 6] } else { spatial(trial, &known) };
-        let trace = spatial[0] + spatial[1] + spatial[2];
-        let mut deviator = spatial;
-        for i in 0..3 {
-            deviator[i] = spatial[i] - trace / 3.0;
-        }
-        Overstress { deviator, trace }
-    }
-
-    /// Writes the state of the shear terms. `elastic` is the instantaneous elastic deviatoric stress of the matrix in
-    /// the principal axes, in the order of [`Overstress::deviator`], MPa.
-    #[inline(always)]
-    pub(in crate::material) fn update_shear(
+    pub(super) fn update_shear(
         &self,
         trial: &Principal<T>,
-        elastic: &[T; 6],
+        stress: &[T; 3],
         old: &[T],
         new: &mut [T],
     ) {
         if self.law.shear.is_empty() {
             return;
         }
-        let material = material(trial, elastic);
+        let material = material(trial, stress);
         for (k, term) in self.law.shear.iter().enumerate() {
             let [decay, mean] = self.decay(term);
-            let gain = mean * term.fraction;
             for entry in 0..6 {
                 let at = 6 * (1 + k) + entry;
-                new[at] = decay * old[at] + gain * (material[entry] - old[entry]);
+                new[at] = decay * old[at] + mean * (material[entry] - old[entry]);
             }
         }
         new[..6].copy_from_slice(&material);
     }
+}
 
-    /// Returns the energy of the terms at the state `new`. `shear` and `bulk` are the instantaneous moduli, MPa.
+impl<T: Scalar> Spatial<T> {
+    /// Returns J^(−2/3) F A Fᵀ for a packed tensor A in the material frame.
     #[inline(always)]
-    pub(in crate::material) fn stored(
-        &self,
-        trial: &Principal<T>,
-        shear: T,
-        bulk: T,
-        new: &[T],
-    ) -> StoredEnergy<T> {
-        let zero = self.dt.constant(0.0);
-        let [mut energy, mut dissipation, mut pressures] = [zero; 3];
-        let mut stress = [zero; 6];
-        for (k, term) in self.law.shear.iter().enumerate() {
-            let mut known = [zero; 6];
-            known.copy_from_slice(&new[6 * (1 + k)..][..6]);
-            let h = spatial(trial, &known);
-            let mean = (h[0] + h[1] + h[2]) / 3.0;
-            let mut square = zero;
-            let weight = self.decay(term)[1];
-            for i in 0..3 {
-                let (normal, oblique) = (h[i] - mean, h[3 + i]);
-                square += normal * normal + oblique * oblique * 2.0;
-                stress[i] += weight * normal;
-                stress[3 + i] += weight * oblique;
-            }
-            let stored = square / (shear * (4.0 * term.fraction));
-            energy += stored;
-            dissipation += stored * self.dt * (2.0 / term.time_s);
-        }
-        let first = self.first_of_bulk();
-        for (k, term) in self.law.bulk.iter().enumerate() {
-            let pressure = new[first + 1 + k];
-            let stored = pressure * pressure / (bulk * (2.0 * term.fraction));
-            energy += stored;
-            dissipation += stored * self.dt * (2.0 / term.time_s);
-            pressures += self.decay(term)[1] * pressure;
-        }
+    pub(super) fn new(trial: &Principal<T>, a: &[T; 6]) -> Self {
+        a[0].vectorize(Moved { trial, a })
+    }
+
+    /// Returns the trace.
+    #[inline(always)]
+    pub(super) fn trace(&self) -> T {
+        self.0[0] + self.0[1] + self.0[2]
+    }
+
+    /// Returns the deviator.
+    #[inline(always)]
+    pub(super) fn deviator(mut self) -> Self {
+        let mean = self.trace() / 3.0;
         for i in 0..3 {
-            stress[i] += pressures;
+            self.0[i] = self.0[i] - mean;
         }
-        StoredEnergy { energy, dissipation, stress }
+        self
     }
 }
 
-/// Row and column of the entries of [`Overstress::deviator`].
-const ENTRIES: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (1, 2), (2, 0), (0, 1)];
-
-/// Returns J^(−2/3) F A Fᵀ in the principal axes, for a packed tensor A in the material frame.
-#[inline(always)]
-fn spatial<T: Scalar>(trial: &Principal<T>, a: &[T; 6]) -> [T; 6] {
-    a[0].vectorize(Spatial { trial, a })
-}
-
-struct Spatial<'a, T> {
+/// Tensor that moves with the material; a function of its own, so that it is compiled once for each number type.
+struct Moved<'a, T> {
     trial: &'a Principal<T>,
     a: &'a [T; 6],
 }
 
-impl<T: Scalar> Computation for Spatial<'_, T> {
-    type Output = [T; 6];
+/// Row and column of the entries of [`Spatial`].
+const ENTRIES: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (1, 2), (2, 0), (0, 1)];
+
+impl<T: Scalar> Computation for Moved<'_, T> {
+    type Output = Spatial<T>;
 
     #[inline(always)]
-    fn run(self) -> [T; 6] {
-        pushed(self.trial, self.a)
+    fn run(self) -> Spatial<T> {
+        let Self { trial, a } = self;
+        let scale = (trial.strains.trace() * (-2.0 / 3.0)).exp();
+        // rows of Qᵀ F: λ_i² times the rows of Qᵀ F⁻ᵀ
+        let mut rows = trial.push;
+        let mut images = trial.push;
+        for i in 0..3 {
+            let square = trial.strains.excess[i] + 1.0;
+            for k in 0..3 {
+                rows[i][k] = square * trial.push[i][k];
+            }
+            for k in 0..3 {
+                let column = [a[packed(k, 0)], a[packed(k.max(1), k.min(1))], a[packed(2, k)]];
+                images[i][k] = dot(&rows[i], &column);
+            }
+        }
+        let mut out = [scale; 6];
+        for (entry, (i, j)) in ENTRIES.into_iter().enumerate() {
+            out[entry] = scale * dot(&images[i], &rows[j]);
+        }
+        Spatial(out)
     }
 }
 
+/// Returns J^(2/3) F⁻¹ τ F⁻ᵀ, packed, for a tensor τ that is diagonal in the principal axes.
 #[inline(always)]
-fn pushed<T: Scalar>(trial: &Principal<T>, a: &[T; 6]) -> [T; 6] {
-    let scale = (trial.strains.trace() * (-2.0 / 3.0)).exp();
-    // rows of Qᵀ F: λ_i² times the rows of Qᵀ F⁻ᵀ
-    let mut rows = trial.push;
-    let mut images = trial.push;
-    for i in 0..3 {
-        let square = trial.strains.excess[i] + 1.0;
-        for k in 0..3 {
-            rows[i][k] = square * trial.push[i][k];
-        }
-        for k in 0..3 {
-            let column = [a[packed(k, 0)], a[packed(k.max(1), k.min(1))], a[packed(2, k)]];
-            images[i][k] = dot(&rows[i], &column);
-        }
-    }
-    let mut out = [scale; 6];
-    for (entry, (i, j)) in ENTRIES.into_iter().enumerate() {
-        out[entry] = scale * dot(&images[i], &rows[j]);
-    }
-    out
-}
-
-/// Returns J^(2/3) F⁻¹ τ F⁻ᵀ, packed, for a tensor τ in the principal axes.
-#[inline(always)]
-fn material<T: Scalar>(trial: &Principal<T>, tau: &[T; 6]) -> [T; 6] {
+fn material<T: Scalar>(trial: &Principal<T>, tau: &[T; 3]) -> [T; 6] {
     let scale = (trial.strains.trace() * (2.0 / 3.0)).exp();
     let push = &trial.push;
-    let mut images = trial.push;
-    for i in 0..3 {
-        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        for a in 0..3 {
-            images[i][a] = tau[i] * push[i][a] + tau[3 + k] * push[j][a] + tau[3 + j] * push[k][a];
-        }
-    }
     let mut out = [scale; 6];
     for a in 0..3 {
         for b in 0..=a {
-            let [x, y] = [a, b];
-            let mut sum = images[0][x] * push[0][y];
-            sum = images[1][x].mul_add(push[1][y], sum);
-            sum = images[2][x].mul_add(push[2][y], sum);
+            let mut sum = tau[0] * push[0][a] * push[0][b];
+            for i in 1..3 {
+                sum = (tau[i] * push[i][a]).mul_add(push[i][b], sum);
+            }
             out[packed(a, b)] = scale * sum;
         }
     }

@@ -1,15 +1,18 @@
-//! Response of a viscoelastic material at a point: elastic law, Prony series, damage and mixtures.
+//! Response of a viscoelastic material at a point: elastic law, Prony terms, damage and mixtures.
 //!
-//! The deviatoric elastic law is given for a unit factor: energy w, stress s, tangent. A pure material has the stress
-//! m s + d dev a with m = g γ_∞ + d Σ γ_i f_i and d = g or 1 (damage degrades the viscous stress or not). In a mixture
-//! of matrix and grain, the homogenised shear modulus M(g) of a matrix with the modulus c μ, c = γ_∞ + Σ γ_i f_i,
-//! replaces m. The mean strain of the matrix is A e + (1 − A) g dev a/(2 D) with D = μ_g − g c μ and (1 − f) A = (μ_g
-//! − M)/D; the stress of the mixture contains (1 − f) A g dev a (Levin's theorem for two phases: Levin, Mech. Solids 2
-//! (1967) 58). Without viscosity, the mixture is elastic as in `mixture.rs`.
+//! The deviatoric elastic stress s has the shear modulus one (Hencky) or the modulus of the law. The stress is m_∞ s + Σ m_i
+//! dev h_i with the normalised stresses h_i of `viscous_point`. A pure material has m_∞ = g γ_∞ μ and m_i = d γ_i μ,
+//! with d = g or 1 (damage degrades the viscous stress or not). In a mixture of matrix and grain, M(c) is the
+//! homogenised shear modulus of a matrix with the modulus g c μ (`mixture.rs`). With the terms in the order of increasing
+//! times, c_i = 1 − γ_1 − … − γ_i is the relaxed fraction after the time τ_i, and m_i = M(c_(i−1)) − M(c_i), m_∞ =
+//! M(γ_∞). The mixture is therefore the elastic mixture at time zero, after infinite time, and on each plateau between
+//! distant relaxation times: the strain of the matrix follows from the plateau by the localisation of the elastic
+//! mixture (quasi-elastic approximation of the correspondence principle: Schapery, J. Compos. Mater. 1 (1967) 228). The
+//! bulk modulus of the mixture is that at time zero.
 
-use super::viscous_point::{Overstress, ViscousPoint};
-use crate::material::law::hencky;
-use crate::material::mixture::{MixedPhases, Modulus};
+use super::prony::PronyTerm;
+use super::viscous_point::{Spatial, ViscousPoint};
+use crate::material::mixture::MixedPhases;
 use crate::material::number::{Computation, Scalar};
 use crate::material::phase_field::DamageEnergies;
 use crate::material::principal::Principal;
@@ -18,11 +21,16 @@ use crate::material::response::{ElasticResponse, Response, packed};
 /// Elastic law at a point, as a sum of a deviatoric and a volumetric part, without damage and relaxation.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::material) struct DecoupledLaw<T> {
+    /// Deviatoric part, divided by `factor`.
     pub deviatoric: ElasticResponse<T>,
+    /// Factor of the deviatoric part: the shear modulus μ (MPa) or one.
+    pub factor: T,
+    /// Shear modulus of `deviatoric` at small strain.
+    pub shear: T,
     /// Energy of the volume change ln J and its first two derivatives, MPa.
     pub volumetric: [T; 3],
-    /// Bulk and shear modulus at small strain, MPa.
-    pub moduli: [T; 2],
+    /// Bulk modulus at small strain, MPa.
+    pub bulk: T,
 }
 
 /// Damage at a point, as it acts on a viscoelastic law.
@@ -32,20 +40,6 @@ pub(in crate::material) struct ViscousDamage<'a, T> {
     /// 1 if damage degrades the volumetric energy, 0 if damage does not.
     pub volume_share: T,
     pub energies: &'a DamageEnergies,
-}
-
-/// Factors of one part (deviatoric or volumetric) of the elastic law.
-struct Factors<T> {
-    /// Factor of the elastic stress.
-    stress: T,
-    /// Derivative of `stress` with respect to g.
-    stress_slope: T,
-    /// Factor of the stored elastic energy.
-    energy: T,
-    /// Factor of the elastic energy in the driving energy, and its derivative with respect to g.
-    driving: [T; 2],
-    /// Factor of the stress that the state determines, and its derivative with respect to g.
-    known: [T; 2],
 }
 
 /// Response of a viscoelastic point in an increment. A function of its own, so that it is compiled once for each number
@@ -60,183 +54,239 @@ pub(in crate::material) struct ViscousIncrement<'a, T> {
     pub new: &'a mut [T],
 }
 
+/// Modulus of a part of the law as a function of g: value, first and second derivative.
+type Modulus<T> = [T; 3];
+
+/// Sums over the terms of the shear modulus.
+struct Shear<T> {
+    /// Equilibrium modulus m_∞.
+    equilibrium: Modulus<T>,
+    /// Σ m_i f_i, and its derivative with respect to g.
+    viscous: [T; 2],
+    /// Σ m_i a_i, and its derivative with respect to g.
+    known: [Spatial<T>; 2],
+    /// Stored energy Σ m_i |dev h_i|²/(4 μ) with the modulus μ of the elastic stress, MPa. It is exact at small strain.
+    energy: T,
+    /// Driving energy: `energy` with the derivative of m_i with respect to g in place of m_i, if damage degrades it.
+    driving: T,
+    /// Derivative of `driving` with respect to the strain.
+    stress: [T; 6],
+    /// Energy that the terms dissipate in the increment, MPa.
+    dissipation: T,
+}
+
+/// Sums over the terms of the bulk modulus; factors are relative to the elastic law.
+struct Bulk<T> {
+    equilibrium: f64,
+    viscous: T,
+    /// Pressure that the state determines, MPa.
+    known: T,
+    energy: T,
+    stress: T,
+    dissipation: T,
+}
+
 impl<T: Scalar> Computation for ViscousIncrement<'_, T> {
     type Output = Response<T>;
 
     #[inline(always)]
     fn run(self) -> Response<T> {
-        let Self { point, elastic, phases, damage, trial, old, new } = self;
-        point.respond(elastic, phases, damage, trial, old, new)
+        let Self { point, elastic, trial, old, .. } = self;
+        let instantaneous = point.law.instantaneous()[1];
+        point.update_shear(trial, &elastic.deviatoric.stress, old, self.new);
+        point.update_pressure(elastic.volumetric[1] * instantaneous, old, self.new);
+        let (shear, bulk) = (self.shear(), self.bulk());
+        self.combine(&shear, &bulk)
     }
 }
 
-impl<T: Scalar> ViscousPoint<'_, T> {
-    /// Returns the response, and writes the state at the end of the increment.
+impl<T: Scalar> ViscousIncrement<'_, T> {
+    /// Returns the shear modulus that remains at a fraction c of the instantaneous modulus.
     #[inline(always)]
-    fn respond(
-        &self,
-        mut elastic: DecoupledLaw<T>,
-        phases: &Option<MixedPhases<T>>,
-        damage: ViscousDamage<'_, T>,
-        trial: &Principal<T>,
-        old: &[T],
-        new: &mut [T],
-    ) -> Response<T> {
-        let ViscousDamage { g, volume_share, energies } = damage;
-        let [zero, one] = [0.0, 1.0].map(|x| g.constant(x));
-        let viscous = if energies.degrade.viscous { [g, one] } else { [one, zero] };
-        let over = self.overstress(trial, old);
-        let [bulk_modulus, shear_modulus] = elastic.moduli;
-        let (shear, bulk) = (self.shear(), self.bulk());
-        let whole = shear.equilibrium + shear.viscous;
-        // stress of the matrix, without damage and relaxation
-        let mut matrix = [zero; 6];
-        let mut matrix_share = one;
-        let deviatoric_factors;
-        let volume_factors;
-        if let Some(phases) = phases {
-            let mut relaxed = *phases;
-            relaxed.matrix[1] = whole * phases.matrix[1];
-            let ends =
-                if T::settled(volume_share.equals(one)) { [zero; 2] } else { relaxed.whole() };
-            let [bulk, shear_of_g] = relaxed.moduli(ends, g);
-            let share = shear.equilibrium / whole;
-            let pure = phases.fraction.equals(zero);
-            let (known, matrix_strain) = localisation(&relaxed, &shear_of_g, g, pure);
-            deviatoric_factors = Factors {
-                stress: shear_of_g.value,
-                stress_slope: shear_of_g.slope,
-                energy: share * shear_of_g.value,
-                driving: [share * shear_of_g.slope, share * shear_of_g.curvature],
-                known,
-            };
-            volume_factors = Factors {
-                stress: bulk.degraded(volume_share),
-                stress_slope: volume_share * bulk.slope,
-                energy: bulk.degraded(volume_share),
-                driving: [volume_share * bulk.slope, volume_share * bulk.curvature],
-                known: [zero; 2],
-            };
-            matrix_share = one - phases.fraction;
-            let modulus = phases.matrix[1] * shear.instantaneous * 2.0;
-            for i in 0..3 {
-                let e = trial.strains.log[i] - trial.strains.trace() / 3.0;
-                matrix[i] = matrix_strain[0] * e;
+    fn modulus(&self, fraction: f64, degraded: bool) -> Modulus<T> {
+        let g = self.damage.g;
+        let zero = g.constant(0.0);
+        let modulus = self.elastic.factor * (fraction * self.point.law.instantaneous()[0]);
+        match self.phases {
+            Some(phases) => {
+                let shear = phases.shear(modulus, g);
+                [shear.value, shear.slope, shear.curvature]
             }
-            elastic.deviatoric = hencky::deviatoric(one, &trial.strains);
-            let t = trial.strains.trace();
-            elastic.volumetric = [t * t * 0.5, t, one];
+            None if degraded => [g * modulus, modulus, zero],
+            None => [modulus, zero, zero],
+        }
+    }
+
+    #[inline(always)]
+    fn shear(&self) -> Shear<T> {
+        let Self { point, trial, old, new, .. } = self;
+        let zero = self.damage.g.constant(0.0);
+        let degraded = self.damage.energies.degrade.viscous;
+        let mut known = [[zero; 6]; 2];
+        let mut viscous = [zero; 2];
+        let [mut energy, mut driving, mut dissipation] = [zero; 3];
+        let mut stress = [zero; 6];
+        let mut remaining = 1.0;
+        let mut above = self.modulus(remaining, degraded);
+        for (k, term) in point.law.shear.iter().enumerate() {
+            let PronyTerm { fraction, time_s } = *term;
+            remaining -= fraction;
+            let below = self.modulus(remaining, degraded);
+            let m = [above[0] - below[0], above[1] - below[1]];
+            above = below;
+            let [decay, mean] = point.decay(term);
             for entry in 0..6 {
-                let strain = matrix_strain[1].mul_add(over.deviator[entry], matrix[entry]);
-                matrix[entry] = modulus * strain;
+                let own = decay * old[6 * (1 + k) + entry] - mean * old[entry];
+                known[0][entry] = m[0].mul_add(own, known[0][entry]);
+                known[1][entry] = m[1].mul_add(own, known[1][entry]);
             }
-        } else {
-            deviatoric_factors = Factors {
-                stress: g * shear.equilibrium + viscous[0] * shear.viscous,
-                stress_slope: shear.equilibrium + viscous[1] * shear.viscous,
-                energy: g * shear.equilibrium,
-                driving: [shear.equilibrium, zero],
-                known: viscous,
-            };
-            let spared = |x: T| volume_share.mul_add(x - one, one);
-            volume_factors = Factors {
-                stress: spared(g) * bulk.equilibrium + spared(viscous[0]) * bulk.viscous,
-                stress_slope: volume_share * (bulk.equilibrium + viscous[1] * bulk.viscous),
-                energy: spared(g) * bulk.equilibrium,
-                driving: [volume_share * bulk.equilibrium, zero],
-                known: [spared(viscous[0]), volume_share * viscous[1]],
-            };
+            viscous[0] = m[0].mul_add(mean, viscous[0]);
+            viscous[1] = m[1].mul_add(mean, viscous[1]);
+            let state: &[T; 6] = new[6 * (1 + k)..].first_chunk().expect("six values of a term");
+            let h = Spatial::new(trial, state).deviator().0;
+            let mut square = zero;
             for i in 0..3 {
-                matrix[i] = shear.instantaneous * elastic.deviatoric.stress[i];
+                square += h[i] * h[i] + h[3 + i] * h[3 + i] * 2.0;
+            }
+            let stored = square * 0.25 / self.elastic.shear;
+            energy += m[0] * stored;
+            dissipation += m[0] * stored * self.point.dt * (2.0 / time_s);
+            let driven = if degraded { m[1] } else { m[0] };
+            driving += driven * stored;
+            for entry in 0..6 {
+                stress[entry] = (driven * mean).mul_add(h[entry], stress[entry]);
             }
         }
-        let known_pressure = self.known_pressure(old);
-        self.update_shear(trial, &matrix, old, new);
-        self.update_pressure(bulk.instantaneous * elastic.volumetric[1], old, new);
-        let stored = self.stored(
-            trial,
-            shear.instantaneous * shear_modulus,
-            bulk.instantaneous * bulk_modulus,
-            new,
-        );
-        let mut out =
-            combine(&elastic, &deviatoric_factors, &volume_factors, &over, known_pressure, trial);
-        out.energy += viscous[0] * matrix_share * stored.energy;
-        out.dissipation = viscous[0] * matrix_share * stored.dissipation;
+        // damage always degrades the equilibrium spring
+        let equilibrium = if degraded { above } else { self.modulus(remaining, true) };
+        let known = match point.law.shear.is_empty() {
+            true => [Spatial([zero; 6]); 2],
+            false => [Spatial::new(trial, &known[0]), Spatial::new(trial, &known[1])],
+        };
+        Shear { equilibrium, viscous, known, energy, driving, stress, dissipation }
+    }
+
+    #[inline(always)]
+    fn bulk(&self) -> Bulk<T> {
+        let Self { point, old, new, elastic, .. } = self;
+        let zero = self.damage.g.constant(0.0);
+        let first = point.first_of_bulk();
+        let instantaneous = point.law.instantaneous()[1];
+        let mut out = Bulk {
+            equilibrium: instantaneous,
+            viscous: zero,
+            known: zero,
+            energy: zero,
+            stress: zero,
+            dissipation: zero,
+        };
+        for (k, term) in point.law.bulk.iter().enumerate() {
+            let [decay, mean] = point.decay(term);
+            let at = first + 1 + k;
+            out.equilibrium -= term.fraction * instantaneous;
+            out.viscous += mean * (term.fraction * instantaneous);
+            out.known += (decay * old[at] - mean * old[first]) * term.fraction;
+            let stored = new[at] * new[at] / elastic.bulk * (0.5 * term.fraction / instantaneous);
+            out.energy += stored;
+            out.stress += mean * new[at] * term.fraction;
+            out.dissipation += stored * point.dt * (2.0 / term.time_s);
+        }
+        out
+    }
+
+    /// Returns the response as the sum of the elastic parts with their factors and of the known stresses.
+    #[inline(always)]
+    fn combine(&self, shear: &Shear<T>, bulk: &Bulk<T>) -> Response<T> {
+        let ViscousDamage { g, volume_share, energies } = self.damage;
+        let [zero, one] = [0.0, 1.0].map(|x| g.constant(x));
+        let DecoupledLaw { deviatoric, volumetric: [u, u_slope, u_curvature], .. } = &self.elastic;
+        let viscous = if energies.degrade.viscous { [g, one] } else { [one, zero] };
+        let volume = self.volume(bulk, viscous);
+        let mut out = Response::zero(g);
+        out.energy = shear.equilibrium[0] * deviatoric.energy + volume.energy * *u;
+        out.driving = shear.equilibrium[1] * deviatoric.energy + volume.driving[0] * *u;
+        out.softening = shear.equilibrium[2] * deviatoric.energy + volume.driving[1] * *u;
+        let spared = volume_share.mul_add(viscous[0] - one, one);
+        out.energy += shear.energy + spared * bulk.energy;
+        out.dissipation = shear.dissipation + spared * bulk.dissipation;
+        let pressure = volume.stress * *u_slope + spared * bulk.known;
+        let pressure_plus = volume.stress_slope * *u_slope + volume_share * viscous[1] * bulk.known;
+        let factor = shear.equilibrium[0] + shear.viscous[0];
+        let factor_slope = shear.equilibrium[1] + shear.viscous[1];
+        let third = shear.known[0].trace() / 3.0;
+        let [known, known_slope] = shear.known.map(Spatial::deviator);
+        for i in 0..3 {
+            let (stress, a) = (deviatoric.stress[i], known.0[i]);
+            out.stress[i] = factor * stress + a + pressure;
+            out.stress_plus[i] = factor_slope * stress + known_slope.0[i] + pressure_plus;
+            out.driving_stress[i] = shear.equilibrium[1] * stress + volume.driving[0] * *u_slope;
+            for k in 0..=i {
+                // ⅔ tr a (δ − ⅓) − ⅔ (a_i + a_k) + 2 δ a_i
+                let mut moved = (a + known.0[k] + third) * (-2.0 / 3.0);
+                if i == k {
+                    moved += (third + a) * 2.0;
+                }
+                let entry = packed(i, k);
+                let elastic = factor * deviatoric.normal[entry] + volume.stress * *u_curvature;
+                out.normal[entry] = elastic + moved;
+            }
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            let moved = third + (known.0[j] + known.0[k]) * 0.5;
+            out.shear[i] = factor * deviatoric.shear[i] + moved;
+            out.oblique.stress[i] = known.0[3 + i];
+            out.oblique.stress_plus[i] = known_slope.0[3 + i];
+        }
         if energies.drive.viscous {
-            out.driving += matrix_share * stored.energy;
+            out.driving += shear.driving + volume_share * bulk.energy;
             for i in 0..3 {
-                out.driving_stress[i] += matrix_share * stored.stress[i];
-                out.oblique.driving_stress[i] = matrix_share * stored.stress[3 + i];
+                out.driving_stress[i] += shear.stress[i] + volume_share * bulk.stress;
+                out.oblique.driving_stress[i] = shear.stress[3 + i];
             }
         }
         out
     }
-}
 
-/// Returns the factor (1 − f) A g of the known stress in a mixture with its derivative with respect to g, and the
-/// factors of the strain and of the known stress in the mean strain of the matrix. `pure` marks elements without grain.
-#[inline(always)]
-fn localisation<T: Scalar>(
-    phases: &MixedPhases<T>,
-    shear: &Modulus<T>,
-    g: T,
-    pure: T::Mask,
-) -> ([T; 2], [T; 2]) {
-    let [zero, one] = [0.0, 1.0].map(|x| g.constant(x));
-    let matrix = phases.matrix[1];
-    let difference = phases.grain[1] - g * matrix;
-    let difference = T::select(pure, one, difference);
-    let share = (phases.grain[1] - shear.value) / difference;
-    let share_slope = (share * matrix - shear.slope) / difference;
-    let share = T::select(pure, one, share);
-    let share_slope = T::select(pure, zero, share_slope);
-    let strain = share / (one - phases.fraction);
-    let of_known = (one - strain) * g / (difference * 2.0);
-    ([g * share, g * share_slope + share], [strain, of_known])
-}
-
-/// Returns the sum of the elastic parts with their factors and of the known stresses.
-#[inline(always)]
-fn combine<T: Scalar>(
-    elastic: &DecoupledLaw<T>,
-    shape: &Factors<T>,
-    volume: &Factors<T>,
-    over: &Overstress<T>,
-    known_pressure: T,
-    trial: &Principal<T>,
-) -> Response<T> {
-    let DecoupledLaw { deviatoric, volumetric: [u, u_slope, u_curvature], .. } = elastic;
-    let mut out = Response::zero(trial.strains.trace());
-    out.energy = shape.energy * deviatoric.energy + volume.energy * *u;
-    out.driving = shape.driving[0] * deviatoric.energy + volume.driving[0] * *u;
-    out.softening = shape.driving[1] * deviatoric.energy + volume.driving[1] * *u;
-    let pressure = volume.stress * *u_slope + volume.known[0] * known_pressure;
-    let pressure_plus = volume.stress_slope * *u_slope + volume.known[1] * known_pressure;
-    let third = over.trace / 3.0;
-    let known = shape.known[0];
-    for i in 0..3 {
-        let (stress, a) = (deviatoric.stress[i], over.deviator[i]);
-        out.stress[i] = shape.stress * stress + known * a + pressure;
-        out.stress_plus[i] = shape.stress_slope * stress + shape.known[1] * a + pressure_plus;
-        out.driving_stress[i] = shape.driving[0] * stress + volume.driving[0] * *u_slope;
-        for k in 0..=i {
-            let entry = packed(i, k);
-            let b = over.deviator[k];
-            // ⅔ tr a (δ − ⅓) − ⅔ (a_i + a_k) + 2 δ a_i
-            let mut moved = (a + b + third) * (-2.0 / 3.0);
-            if i == k {
-                moved += (third + a) * 2.0;
-            }
-            out.normal[entry] = shape.stress * deviatoric.normal[entry]
-                + volume.stress * *u_curvature
-                + known * moved;
+    /// Returns the factors of the volumetric part.
+    #[inline(always)]
+    fn volume(&self, bulk: &Bulk<T>, viscous: [T; 2]) -> Volume<T> {
+        let ViscousDamage { g, volume_share, .. } = self.damage;
+        let [zero, one] = [0.0, 1.0].map(|x| g.constant(x));
+        if let Some(phases) = self.phases {
+            let whole = match T::settled(volume_share.equals(one)) {
+                true => [zero; 2],
+                false => phases.whole(),
+            };
+            let [modulus, _] = phases.moduli(whole, g);
+            // the elastic law is that of the bulk modulus of the matrix
+            let unit = one / self.elastic.bulk;
+            let value = unit * modulus.degraded(volume_share);
+            let slope = unit * volume_share * modulus.slope;
+            let curvature = unit * volume_share * modulus.curvature;
+            return Volume {
+                stress: value,
+                stress_slope: slope,
+                energy: value,
+                driving: [slope, curvature],
+            };
         }
-        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        let moved = third + (over.deviator[j] + over.deviator[k]) * 0.5;
-        out.shear[i] = shape.stress * deviatoric.shear[i] + known * moved;
-        out.oblique.stress[i] = known * over.deviator[3 + i];
-        out.oblique.stress_plus[i] = shape.known[1] * over.deviator[3 + i];
+        let spared = |x: T| volume_share.mul_add(x - one, one);
+        Volume {
+            stress: spared(g) * bulk.equilibrium + spared(viscous[0]) * bulk.viscous,
+            stress_slope: volume_share * (bulk.viscous * viscous[1] + bulk.equilibrium),
+            energy: spared(g) * bulk.equilibrium,
+            driving: [volume_share * bulk.equilibrium, zero],
+        }
     }
-    out
+}
+
+/// Factors of the volumetric part of the elastic law.
+struct Volume<T> {
+    /// Factor of the stress.
+    stress: T,
+    /// Derivative of `stress` with respect to g.
+    stress_slope: T,
+    /// Factor of the stored elastic energy.
+    energy: T,
+    /// Factor of the elastic energy in the driving energy, and its derivative with respect to g.
+    driving: [T; 2],
 }

@@ -34,6 +34,12 @@ pub trait Computation {
     fn run(self) -> Self::Output;
 }
 
+/// Runs a computation as a function of its own, so that its code is not repeated in each caller.
+#[inline(never)]
+fn run_apart<W: Computation>(work: W) -> W::Output {
+    work.run()
+}
+
 /// Number type of laws, splits and degradation functions.
 ///
 /// The solver evaluates a law with single numbers, with one number for each of several points (SIMD lanes), with
@@ -82,7 +88,7 @@ pub trait Scalar:
     #[doc(hidden)]
     #[inline(always)]
     fn vectorize<W: Computation>(self, work: W) -> W::Output {
-        work.run()
+        run_apart(work)
     }
 
     /// Returns the square root.

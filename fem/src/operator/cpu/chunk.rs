@@ -70,7 +70,9 @@ impl<T: Stored> ChunkProduct<'_, T> {
     ) {
         let zero = T::splat(simd, 0.0);
         let lanes = T::lanes::<S>();
-        let width = DataLayout::for_kind(self.layout.rule.points.len(), D, L, PLAIN).width();
+        let rule = &self.layout.rule;
+        let layout = DataLayout::for_kind(rule.points.len(), D, L, PLAIN);
+        let width = layout.with_extra(!PLAIN && rule.extra.stored).width();
         // the nodal values of a linear element fit into registers, the nodal values of a quadratic element do not
         let rows_at_once = if N == 4 { lanes } else { LANES };
         for (batch, local) in self.chunk.local.chunks_exact(N).enumerate() {

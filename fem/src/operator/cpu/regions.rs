@@ -111,10 +111,22 @@ impl Regions {
 
     /// Returns the constants of an element: constants of its region, then fraction, bulk and shear modulus of the
     /// grain. In a mixture, the element's region is the matrix, and the region `second` is the grain. The constants
-    /// of damage are then reduced by the grain fraction.
-    pub(crate) fn row(&self, region: usize, second: usize, fraction: f64) -> Row {
+    /// of damage are then reduced by the grain fraction. `band` is the material of an interface band and the share of
+    /// the element in the band; the toughness is the mean of region and band.
+    pub(crate) fn row(
+        &self,
+        region: usize,
+        second: usize,
+        fraction: f64,
+        (band, share): (usize, f64),
+    ) -> Row {
         let mut row = [0.0; CONSTANTS + 3];
         row[..CONSTANTS].copy_from_slice(&self.constants[region]);
+        if share > 0.0 {
+            for k in 3..5 {
+                row[k] += share * (self.constants[band][k] - row[k]);
+            }
+        }
         // an element without grain stores the moduli of its own region as moduli of the grain
         let mut grain = region;
         if fraction > 0.0 {
@@ -144,7 +156,8 @@ impl Regions {
             let region = usize::from(space.region[tets[lane]]);
             let fraction = space.fraction(tets[lane]);
             mixed |= fraction > 0.0;
-            let row = self.row(region, space.second_region(tets[lane]), fraction);
+            let second = space.second_region(tets[lane]);
+            let row = self.row(region, second, fraction, space.band(tets[lane]));
             for k in 0..CONSTANTS + 3 {
                 columns[k][lane] = row[k];
             }

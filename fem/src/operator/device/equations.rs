@@ -67,14 +67,14 @@ struct KindInputs {
     geometry: Array<f64>,
     /// Row of `table` for each slot.
     rows: Array<u32>,
-    /// Rows of material constants, one per distinct combination of region, second region and fraction.
+    /// Rows of material constants, one per distinct combination of region, second region, fraction and interface band.
     table: Array<f64>,
     /// State of the elements: value k of slot s at k · slots + s.
     state: Array<f64>,
     /// Element of each slot.
     tets: Vec<usize>,
-    /// Region, region of the second phase and fraction of the second phase for each row of `table`.
-    constants: Vec<(usize, usize, f64)>,
+    /// Region, region and fraction of the second phase, and interface band for each row of `table`.
+    constants: Vec<(usize, usize, f64, (usize, f64))>,
     /// Current content of `table` on the device.
     sent: Vec<f64>,
 }
@@ -307,13 +307,12 @@ impl KindInputs {
                 }
             }
             let (region, fraction) = (usize::from(space.region[tet]), space.fraction(tet));
-            let second = space.second_region(tet);
-            let row = *row_of_constants.entry((region, second, fraction.to_bits())).or_insert_with(
-                || {
-                    constants.push((region, second, fraction));
-                    constants.len() as u32 - 1
-                },
-            );
+            let (second, band) = (space.second_region(tet), space.band(tet));
+            let key = (region, second, fraction.to_bits(), band.0, band.1.to_bits());
+            let row = *row_of_constants.entry(key).or_insert_with(|| {
+                constants.push((region, second, fraction, band));
+                constants.len() as u32 - 1
+            });
             rows.push(row);
         }
         // a device may refuse an empty array
@@ -348,7 +347,7 @@ impl KindInputs {
         let rows = self
             .constants
             .iter()
-            .map(|&(region, second, fraction)| regions.row(region, second, fraction));
+            .map(|&(region, second, fraction, band)| regions.row(region, second, fraction, band));
         let table: Vec<f64> = rows.flatten().collect();
         if table != self.sent {
             self.table.write(0, &table)?;

@@ -6,7 +6,7 @@
 use super::contract::{Contraction, Loaded};
 use super::point_data::DataLayout;
 use crate::element::Rule;
-use crate::material::{Scalar, packed};
+use crate::material::{Computation, Scalar, packed};
 
 /// 4 × 4 blocks of node pairs (a, b): rows u_x, u_y, u_z, φ of a, columns u_x, u_y, u_z, φ of b.
 pub type Blocks<T, const N: usize> = [[[[T; 4]; 4]; N]; N];
@@ -33,12 +33,29 @@ impl<'a, T: Scalar, const N: usize> Stored<'a, T, N> {
     #[inline(always)]
     fn tangent<const AXES: bool>(&self, q: usize) -> Contraction<'a, T, Loaded<T>> {
         let (stored, loader) = (self.layout.point(q, self.data), Loaded(self.data[0]));
-        let tangent = if AXES {
+        if AXES {
             Contraction::with_axes(stored, loader, self.layout.axes(q, self.data))
         } else {
             Contraction::new(stored, loader)
-        };
-        tangent.with_extra(self.layout.extra(q, self.data))
+        }
+    }
+
+    /// Returns the tangent for unit differences, see [`Contraction::unit_blocks`].
+    #[inline(always)]
+    fn unit_blocks<const AXES: bool>(&self, q: usize) -> UnitBlocks<T> {
+        if self.rule.extra.stored {
+            return self.constant(0.0).vectorize(WithExtra::<T, AXES, N> { stored: self, q }).0;
+        }
+        self.tangent::<AXES>(q).unit_blocks()
+    }
+
+    /// Returns the fluxes for δg = 1, and the fluxes of the derivative of the driving energy.
+    #[inline(always)]
+    fn unit_coupling<const AXES: bool>(&self, q: usize) -> [[[T; 3]; 3]; 2] {
+        if self.rule.extra.stored {
+            return self.constant(0.0).vectorize(WithExtra::<T, AXES, N> { stored: self, q }).1;
+        }
+        [self.tangent::<AXES>(q).unit_source(); 2]
     }
 
     /// Returns the largest index b of the blocks (a, b) that are computed for node a: all if the tangent is not
@@ -90,6 +107,32 @@ impl<'a, T: Scalar, const N: usize> Stored<'a, T, N> {
     }
 }
 
+/// Tangent for unit differences: entry (k, l) maps U_l to the flux conjugate to U_k.
+type UnitBlocks<T> = [[[[T; 3]; 3]; 3]; 3];
+
+/// Unit blocks and coupling of a point with the extra terms of viscoelastic and plastic laws. A function of its own, so
+/// that the computations for elastic laws do not contain its code.
+struct WithExtra<'a, 'b, T, const AXES: bool, const N: usize> {
+    stored: &'b Stored<'a, T, N>,
+    q: usize,
+}
+
+impl<T: Scalar, const AXES: bool, const N: usize> Computation for WithExtra<'_, '_, T, AXES, N> {
+    type Output = (UnitBlocks<T>, [[[T; 3]; 3]; 2]);
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let Self { stored, q } = self;
+        let extra = stored.layout.extra(q, stored.data);
+        let tangent = stored.tangent::<AXES>(q).with_extra(extra);
+        let coupling = match stored.has_damage() {
+            true => [tangent.unit_source(), tangent.unit_driving()],
+            false => [[[stored.constant(0.0); 3]; 3]; 2],
+        };
+        (tangent.unit_blocks(), coupling)
+    }
+}
+
 /// Returns Σ_k `slopes[k]` `values[k]`.
 #[inline(always)]
 fn combine<T: Scalar>(slopes: &[f64; 3], values: &[[T; 3]; 3]) -> [T; 3] {
@@ -114,8 +157,7 @@ pub fn write_blocks<T: Scalar, const AXES: bool, const N: usize>(
 ) {
     let stored = Stored::<T, N>::new(rule, plain, data);
     for q in 0..rule.points.len() {
-        let tangent = stored.tangent::<AXES>(q);
-        add_stiffness(&stored, stored.slopes(q), &tangent.unit_blocks(), blocks);
+        add_stiffness(&stored, stored.slopes(q), &stored.unit_blocks::<AXES>(q), blocks);
         if stored.has_damage() {
             add_gradient(&stored, stored.slopes(q), &stored.gradient_term(q), blocks);
         }
@@ -125,8 +167,8 @@ pub fn write_blocks<T: Scalar, const AXES: bool, const N: usize>(
         return;
     }
     for q in 0..rule.points.len() {
-        let tangent = stored.tangent::<AXES>(q);
-        let (source, slopes) = (tangent.unit_source(), stored.slopes(q));
+        let (tangent, slopes) = (stored.tangent::<AXES>(q), stored.slopes(q));
+        let [source, unit] = stored.unit_coupling::<AXES>(q);
         let degradation = stored.degradation_of_nodes(q);
         let mut forces = [[stored.constant(0.0); 3]; N];
         for a in 0..N {
@@ -134,7 +176,6 @@ pub fn write_blocks<T: Scalar, const AXES: bool, const N: usize>(
         }
         let mut driving = forces;
         if rule.extra.stored {
-            let unit = tangent.unit_driving();
             for a in 0..N {
                 driving[a] = combine(&slopes[a], &unit);
             }
@@ -281,7 +322,7 @@ pub(crate) fn diagonal<T: Scalar, const N: usize>(
     let mut out = [[stored.constant(0.0); 4]; N];
     for q in 0..rule.points.len() {
         let tangent = stored.tangent::<false>(q);
-        let (unit, slopes) = (tangent.unit_blocks(), stored.slopes(q));
+        let (unit, slopes) = (stored.unit_blocks::<false>(q), stored.slopes(q));
         for a in 0..N {
             for k in 0..3 {
                 for l in 0..=k {

@@ -1,9 +1,7 @@
 //! State of an element, and strains and stresses at its points.
 
 use crate::element::{Geometry, Rule};
-use crate::material::{
-    Computation, CrackDensity, Degradation, PointLaw, Principal, Response, Scalar,
-};
+use crate::material::{AtPoint, CrackDensity, Degradation, PointLaw, Principal, Response, Scalar};
 
 /// Largest number of elastic points or of damage points of any rule.
 pub const MOST_POINTS: usize = 14;
@@ -50,30 +48,6 @@ pub(crate) struct PointState<T> {
     pub weight: T,
     pub principal: Principal<T>,
     pub response: Response<T>,
-}
-
-/// Evaluation of the law at a point. It is a function of its own, so that the laws are compiled once for each number
-/// type instead of once for each computation on elements: they are two thirds of the code of a computation.
-struct AtPoint<'a, T, L, const TANGENT: bool> {
-    law: &'a L,
-    /// Displacement gradient.
-    h: &'a [[T; 3]; 3],
-    g: T,
-    dt: T,
-    old: &'a [T],
-    new: &'a mut [T],
-}
-
-impl<T: Scalar, L: PointLaw<T>, const TANGENT: bool> Computation for AtPoint<'_, T, L, TANGENT> {
-    type Output = (Principal<T>, Response<T>);
-
-    #[inline(always)]
-    fn run(self) -> Self::Output {
-        let Self { law, h, g, dt, old, new } = self;
-        let principal = law.trial(h, old);
-        let response = law.respond::<TANGENT>(&principal, g, dt, old, new);
-        (principal, response)
-    }
 }
 
 impl<T: Scalar, L: PointLaw<T>, const N: usize> ElementState<'_, T, L, N> {

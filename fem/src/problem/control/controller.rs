@@ -156,6 +156,13 @@ pub trait StepController: fmt::Debug + Send + Sync {
         None
     }
 
+    /// Position of the next point of the curve, as a fraction of the duration. `None`: each step is a point. The default
+    /// follows [`marks`](Self::marks).
+    fn next_mark(&self, run: &Progress) -> Option<f64> {
+        let next = (run.curve.len() + 1) as f64;
+        self.marks().map(|points| next / f64::from(points))
+    }
+
     /// Whether the controller uses steps that limit or prescribe the crack energy: [`Step::AdvanceWithin`] and
     /// [`Step::Release`]. If true, problems without rate-independent damage and problems with loads or platens are
     /// rejected.

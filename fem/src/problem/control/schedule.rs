@@ -2,7 +2,10 @@
 
 use std::sync::Arc;
 
+use super::clock::{SAME, is_later};
 use super::controller::StepController;
+use super::program::LoadProgram;
+use super::program_steps::SegmentSteps;
 use super::steps::{AdaptiveSteps, FixedSteps, check};
 use crate::boundary::Conditions;
 use crate::error::{FemError, Unsupported};
@@ -15,14 +18,19 @@ pub struct Schedule {
     pub duration_s: f64,
     /// Controller that chooses the load steps.
     pub steps: Arc<dyn StepController>,
-    /// Fraction of the peak force below which the run stops: 0.1 stops at 90 % of the peak.
+    /// Fraction of the peak force below which the run stops: 0.1 stops at 90 % of the peak. With corners, the criterion
+    /// applies only while the displacement exceeds all earlier displacements, and not during hold, unloading and
+    /// reloading.
     pub stop_below_peak: Option<f64>,
+    /// Times at which the speed of the load changes, s, in ascending order, without start and end. A load step ends at
+    /// each corner, and no initial guess is extrapolated past a corner.
+    pub corners_s: Vec<f64>,
 }
 
 impl Schedule {
     /// Creates a schedule with the steps of a controller.
     pub fn new(duration_s: f64, steps: impl StepController + 'static) -> Self {
-        Self { duration_s, steps: Arc::new(steps), stop_below_peak: None }
+        Self { duration_s, steps: Arc::new(steps), stop_below_peak: None, corners_s: Vec::new() }
     }
 
     /// Creates a schedule with equal steps: [`FixedSteps`].
@@ -33,6 +41,24 @@ impl Schedule {
     /// Creates a schedule with [`AdaptiveSteps`].
     pub fn adaptive(duration_s: f64) -> Self {
         Self::new(duration_s, AdaptiveSteps::default())
+    }
+
+    /// Creates the schedule of a load program: its duration, its corners, and its steps.
+    pub fn of_program(program: &LoadProgram, usual: SegmentSteps) -> Self {
+        let corners_s = program.corners_s();
+        Self { corners_s, ..Self::new(program.duration_s(), program.steps(usual)) }
+    }
+
+    /// Position of the first corner after `passed`, or of the end. Positions are fractions of the duration.
+    pub(crate) fn next_corner(&self, passed: f64) -> f64 {
+        let corners = self.corners_s.iter().map(|time_s| time_s / self.duration_s);
+        corners.filter(|&corner| is_later(corner, passed)).fold(1.0, f64::min)
+    }
+
+    /// Whether the load has a corner at a position, given as a fraction of the duration.
+    pub(crate) fn is_corner(&self, position: f64) -> bool {
+        let is_here = |time_s: &f64| (time_s / self.duration_s - position).abs() <= SAME;
+        self.corners_s.iter().any(is_here)
     }
 
     /// Stops the run once the force has fallen below its peak by this fraction.
@@ -59,6 +85,21 @@ impl Schedule {
                 "between 0 and 1, for example 0.1 for 10 %",
             )?;
         }
+        let ascends = self.corners_s.windows(2).all(|pair| pair[0] < pair[1]);
+        let inside = |time_s: &f64| *time_s > 0.0 && *time_s < self.duration_s;
+        let outside = self.corners_s.iter().copied().find(|time_s| !inside(time_s));
+        check(
+            ascends && outside.is_none(),
+            "corners_s",
+            outside.or(self.corners_s.first().copied()).unwrap_or(0.0),
+            "in ascending order, after 0 s and before the end",
+        )?;
+        check(
+            self.corners_s.is_empty() || !self.steps.controls_crack_energy(),
+            "corners_s",
+            self.corners_s.first().copied().unwrap_or(0.0),
+            "left out with arc-length steps, for which time is proportional to the displacement",
+        )?;
         check(
             self.stop_below_peak.is_some() || !self.steps.controls_crack_energy(),
             "stop_below_peak",

@@ -4,11 +4,11 @@ use super::controller::{Progress, Step, StepController};
 use crate::error::FemError;
 
 /// Factor by which the step size grows after a converged step.
-const GROWTH: f64 = 1.5;
+pub(super) const GROWTH: f64 = 1.5;
 /// Factor by which the step size is reduced after a failed step.
-const CUT: f64 = 0.5;
+pub(super) const CUT: f64 = 0.5;
 /// Smallest step, as a fraction of the duration.
-const LEAST: f64 = 1e-6;
+pub(super) const LEAST: f64 = 1e-6;
 /// A step with prescribed displacement of the platen that fails or adds too much crack energy is reduced by at most
 /// this factor. If the reduced step fails too, the next step prescribes the increase of the crack energy instead.
 const CUTS: f64 = 64.0;

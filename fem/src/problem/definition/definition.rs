@@ -7,9 +7,10 @@ use crate::boundary::Conditions;
 use crate::device::ComputeDevice;
 use crate::element::Order;
 use crate::error::{FemError, Unsupported};
-use crate::material::{Elasticity, Homogenisation, Material, PhaseField, PointMaterial};
+use crate::material::{Elasticity, Homogenisation, Material, PhaseField};
 use crate::parallel::Ranks;
 use crate::problem::control::{Schedule, check_crack_energy};
+use crate::problem::interface::Interface;
 use crate::problem::parameter::MaterialParameter;
 use crate::solve::{LinearScheme, SolverOptions};
 use fem_mesh::TetMesh;
@@ -22,6 +23,8 @@ pub(crate) struct Definition {
     pub(crate) materials: Vec<Material>,
     pub(crate) homogenisation: Homogenisation,
     pub(crate) phase_field: Option<PhaseField>,
+    /// Interfaces between regions with their own toughness.
+    pub(crate) interfaces: Arc<[Interface]>,
     pub(crate) conditions: Arc<Conditions>,
     pub(crate) schedule: Schedule,
     pub(crate) options: SolverOptions,
@@ -52,6 +55,7 @@ impl Definition {
             self.validate_mixtures()?;
         }
         field.map_or(Ok(()), PhaseField::validate)?;
+        self.interfaces.iter().try_for_each(Interface::validate)?;
         self.options.validate()?;
         if self.device.is_some() && self.options.linear == LinearScheme::Direct {
             return Err(FemError::unsupported("device", Unsupported::FactorOnDevice));
@@ -93,7 +97,8 @@ impl Definition {
             return refused(Unsupported::SensitivitiesOfFriction);
         }
         for (k, parameter) in self.parameters.iter().enumerate() {
-            parameter.validate(&self.mesh.regions, &self.materials, self.phase_field.as_ref())?;
+            let field = self.phase_field.as_ref();
+            parameter.validate(&self.mesh.regions, &self.materials, &self.interfaces, field)?;
             if self.parameters[..k].iter().any(|other| other.name == parameter.name) {
                 return refused(Unsupported::NameTwice(parameter.name.clone()));
             }
@@ -139,19 +144,17 @@ impl Definition {
         self.materials.iter().map(breaks).collect()
     }
 
-    /// Converts the materials of all regions to the form in which they are evaluated at quadrature points.
-    pub(crate) fn points(&self, materials: &[Material]) -> Arc<[PointMaterial]> {
-        materials.iter().map(|m| m.at_point(self.phase_field.as_ref())).collect()
-    }
-
     /// Returns a hash that identifies the problem. Functions contribute only their description.
     pub(crate) fn fingerprint(&self) -> u64 {
         let Self { mesh, order, materials, homogenisation, phase_field, .. } = self;
         let Self { conditions, schedule, options, parameters, .. } = self;
-        let words = format!(
+        let mut words = format!(
             "{order:?} {materials:?} {homogenisation:?} {phase_field:?} {conditions:?} {schedule:?} \
              {options:?} {parameters:?}"
         );
+        for interface in self.interfaces.iter() {
+            words.push_str(&format!(" {interface:?}"));
+        }
         let mut print = Fingerprint::new().add(words.as_bytes());
         for x in mesh.nodes.as_flattened() {
             print = print.add(&x.to_le_bytes());

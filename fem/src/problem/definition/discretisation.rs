@@ -11,6 +11,7 @@ use crate::error::{FemError, Unsupported};
 use crate::material::{CrackDensity, DamageQuadrature, MOST_GRAIN, PhaseField};
 use crate::operator::{Assembly, Operator, Unknowns, linear, quadratic};
 use crate::parallel::{Part, bisect};
+use crate::problem::interface::{Bands, Interface, have_same_bands};
 use crate::solve::{LinearPlan, LinearScheme};
 use fem_mesh::TetMesh;
 
@@ -29,6 +30,10 @@ pub(crate) struct Discretisation {
     /// For each region, whether damage is an unknown.
     pub(crate) damaged: Vec<bool>,
     damage_rule: DamageRule,
+    /// Interface bands.
+    pub(crate) bands: Bands,
+    /// Interfaces that the bands belong to.
+    interfaces: Arc<[Interface]>,
 }
 
 impl Discretisation {
@@ -48,14 +53,15 @@ impl Discretisation {
     /// Creates the operator of the whole mesh, which all ranks together store in parts.
     pub(crate) fn whole(&self, parts: &Definition) -> Arc<dyn Operator> {
         let (mesh, rule) = (&parts.mesh, self.damage_rule);
+        let bands = self.bands.of_element().to_vec();
         match parts.order {
             Order::Linear => {
-                let mut space = Space::new::<Linear>(mesh, rule);
+                let mut space = Space::new::<Linear>(mesh, rule).with_bands(bands);
                 space.rule.extra = extra_terms(parts);
                 linear(Assembly::new(space).homogenised(parts.homogenisation))
             }
             Order::Quadratic => {
-                let mut space = Space::new::<Quadratic>(mesh, rule);
+                let mut space = Space::new::<Quadratic>(mesh, rule).with_bands(bands);
                 space.rule.extra = extra_terms(parts);
                 quadratic(Assembly::new(space).homogenised(parts.homogenisation))
             }
@@ -65,7 +71,13 @@ impl Discretisation {
     fn with<const N: usize, T: Tetrahedron<N>>(parts: &Definition) -> Result<Self, FemError> {
         let damaged = parts.damaged();
         let damage_rule = rule_of(parts)?;
-        let mut space = Space::new::<T>(&parts.mesh, damage_rule);
+        let interfaces = match &parts.phase_field {
+            Some(_) => Arc::clone(&parts.interfaces),
+            None => Arc::default(),
+        };
+        let bands = Bands::new(&parts.mesh, &interfaces, &damaged)?;
+        let space = Space::new::<T>(&parts.mesh, damage_rule);
+        let mut space = space.with_bands(bands.of_element().to_vec());
         space.rule.extra = extra_terms(parts);
         let mut boundary = boundary(&space, parts, damaged.clone())?;
         let mut carries_damage = vec![false; space.nodes.len()];
@@ -109,7 +121,14 @@ impl Discretisation {
             carries_damage,
             damaged,
             damage_rule,
+            bands,
+            interfaces: Arc::clone(&parts.interfaces),
         })
+    }
+
+    /// Returns whether the unknowns and the bands are also those of other materials and interfaces on the same mesh.
+    pub(crate) fn suits(&self, parts: &Definition) -> bool {
+        parts.damaged() == self.damaged && have_same_bands(&parts.interfaces, &self.interfaces)
     }
 
     /// Returns the discretisation for other boundary conditions. The space and the structure of the linear solver are
@@ -132,6 +151,8 @@ impl Discretisation {
             carries_damage: self.carries_damage.clone(),
             damaged: self.damaged.clone(),
             damage_rule: self.damage_rule,
+            bands: self.bands.clone(),
+            interfaces: Arc::clone(&self.interfaces),
         })
     }
 
@@ -153,7 +174,8 @@ fn rank_of_tets<const N: usize>(space: &Space<N>, ranks: usize) -> Vec<u32> {
 
 /// Returns the terms that viscoelastic and plastic laws of the materials add to the tangent.
 fn extra_terms(parts: &Definition) -> ExtraTerms {
-    let points = parts.points(&parts.materials);
+    let field = parts.phase_field.as_ref();
+    let points: Vec<_> = parts.materials.iter().map(|m| m.at_point(field)).collect();
     ExtraTerms {
         stored: points.iter().any(|point| point.inelastic.is_some()),
         unsymmetric: points.iter().any(|point| !point.has_symmetric_tangent()),

@@ -8,7 +8,8 @@ use super::rounding::rounding;
 use crate::boundary::ExternalForces;
 use crate::error::FemError;
 use crate::fields::Fields;
-use crate::material::PointMaterial;
+use crate::material::{Material, PointMaterial};
+use crate::problem::interface::Interface;
 use crate::problem::parameter::MaterialParameter;
 use crate::solve::{Rounding, Solver};
 
@@ -17,7 +18,7 @@ use crate::solve::{Rounding, Solver};
 pub(crate) struct Setup {
     pub(crate) parts: Definition,
     pub(crate) discretisation: Arc<Discretisation>,
-    /// Material of each region, in the form in which it is evaluated at quadrature points.
+    /// Materials by region, then of the interface bands, in their form for quadrature points.
     pub(crate) points: Arc<[PointMaterial]>,
     /// For each parameter, the materials for a value below and a value above the parameter's value.
     pub(crate) shifts: Arc<[PointShift]>,
@@ -44,22 +45,30 @@ impl Setup {
 
     /// Creates the setup of input data with an existing discretisation of the same mesh.
     fn with(parts: Definition, discretisation: Arc<Discretisation>) -> Self {
-        let shift = |parameter: &MaterialParameter| PointShift {
-            below: parts.points(&parameter.below),
-            above: parts.points(&parameter.above),
-            width: parameter.width,
+        let points = |materials: &[Material], interfaces: &[Interface]| {
+            discretisation.bands.points(materials, interfaces, parts.phase_field.as_ref())
+        };
+        let shift = |parameter: &MaterialParameter| {
+            let own = || [0, 1].map(|_| &parts.interfaces[..]);
+            let sides = parameter.interfaces.as_ref();
+            let [below, above] = sides.map_or_else(own, |sides| sides.each_ref().map(|s| &s[..]));
+            PointShift {
+                below: points(&parameter.below, below),
+                above: points(&parameter.above, above),
+                width: parameter.width,
+            }
         };
         let shifts = parts.parameters.iter().map(shift).collect();
-        let points = parts.points(&parts.materials);
+        let points = points(&parts.materials, &parts.interfaces);
         let rounding = rounding(&parts, &points);
         Self { points, shifts, rounding, parts, discretisation }
     }
 
-    /// Returns the setup for other materials or parameters. The discretisation is shared unless a region gains or loses
-    /// its toughness.
+    /// Returns the setup for other materials, interfaces or parameters. The discretisation is shared unless a region
+    /// gains or loses its toughness, or an interface has other regions or another width.
     pub(crate) fn with_parts(&self, parts: Definition) -> Result<Self, FemError> {
         parts.validate()?;
-        let discretisation = if parts.damaged() == self.discretisation.damaged {
+        let discretisation = if self.discretisation.suits(&parts) {
             Arc::clone(&self.discretisation)
         } else {
             Arc::new(Discretisation::new(&parts)?)

@@ -1,6 +1,7 @@
 //! Properties of a problem that do not stop a run but make its result inaccurate.
 
 use super::definition::Definition;
+use super::setup::Setup;
 use crate::element::Order;
 
 /// Property of a problem that makes its results inaccurate without causing an error.
@@ -45,6 +46,20 @@ pub enum ProblemWarning {
         /// The first tetrahedron that is not in the part of tetrahedron 0.
         tet: usize,
     },
+    /// An interface band is narrower than the elements.
+    #[error(
+        "the path of a crack along interface '{interface}' depends on the mesh: the band of width_mm = {stated_mm} is \
+         narrower than the elements, and was widened to {width_mm:.3} mm; use width_mm = {width_mm:.3} or more, or a \
+         finer mesh"
+    )]
+    WidenedInterface {
+        /// Names of the two regions, joined by a hyphen.
+        interface: String,
+        /// Width that the interface specifies, mm.
+        stated_mm: f64,
+        /// Width of the band in this mesh, mm.
+        width_mm: f64,
+    },
 }
 
 /// Smallest Poisson's ratio that causes a warning about volumetric locking.
@@ -58,13 +73,15 @@ const SLENDER: f64 = 15.0;
 const ACROSS: f64 = 3.5;
 
 /// Returns the properties of a problem that make its results inaccurate without causing an error.
-pub(crate) fn warnings(parts: &Definition) -> Vec<ProblemWarning> {
+pub(crate) fn warnings(setup: &Setup) -> Vec<ProblemWarning> {
+    let parts = &setup.parts;
     let mut warnings = Vec::new();
     if parts.order == Order::Linear {
         warnings.extend(volumetric_locking(parts));
         warnings.extend(bending_locking(parts));
     }
     warnings.extend(hinges(parts));
+    warnings.extend(widened_interfaces(setup));
     warnings
 }
 
@@ -87,6 +104,18 @@ fn bending_locking(parts: &Definition) -> Option<ProblemWarning> {
     let across = thickness_mm / mesh.mean_edge();
     (size_mm > SLENDER * thickness_mm && across < ACROSS)
         .then_some(ProblemWarning::BendingLocking { thickness_mm, size_mm, across })
+}
+
+/// Warns about interface bands that are narrower than the elements.
+fn widened_interfaces(setup: &Setup) -> Vec<ProblemWarning> {
+    let interfaces = &setup.parts.interfaces;
+    let widened = setup.discretisation.bands.widened(interfaces).into_iter();
+    let warning = |(interface, stated_mm, width_mm)| ProblemWarning::WidenedInterface {
+        interface,
+        stated_mm,
+        width_mm,
+    };
+    widened.map(warning).collect()
 }
 
 fn hinges(parts: &Definition) -> Option<ProblemWarning> {

@@ -8,7 +8,7 @@ use super::increment::Increments;
 use crate::error::{FemError, StepFailure};
 use crate::fields::Fields;
 use crate::parallel::{RankLost, guarded};
-use crate::problem::control::{Progress, Step};
+use crate::problem::control::{Progress, Step, is_later};
 use crate::problem::curve::{CurvePoint, End, Outcome, Sensitivities};
 use crate::problem::definition::Setup;
 use crate::problem::state::{Checkpoint, Derivatives, RunState, gather_fields};
@@ -164,15 +164,15 @@ impl<'a> LoadStepper<'a> {
         let RunState { curve, fields, reactions, .. } = self.increments.state;
         let fields = self.whole.unwrap_or(fields);
         let end = self.end.unwrap_or(End::Interrupted);
-        Outcome { curve, sensitivities, end, fields, reactions, contact, effort, machine }
+        let values = BTreeMap::new();
+        Outcome { curve, sensitivities, values, end, fields, reactions, contact, effort, machine }
     }
 
     /// Takes steps until the next point of the curve is reached.
     fn next_point(&mut self) -> Result<CurvePoint, FemError> {
-        let controller = &self.increments.setup.parts.schedule.steps;
-        let marks = controller.marks();
-        let next = (self.increments.state.curve.len() + 1) as f64;
-        let mark = marks.map_or(1.0, |points| next / f64::from(points));
+        let schedule = &self.increments.setup.parts.schedule;
+        let controller = &schedule.steps;
+        let mark = controller.next_mark(&self.progress(None));
         let (mut failed, mut failure) = (None, StepFailure::GivenUp);
         for _ in 0..MOST_TRIES {
             let passed = self.increments.state.clock;
@@ -181,15 +181,17 @@ impl<'a> LoadStepper<'a> {
             if failed.is_some() {
                 self.increments.count_cut();
             }
-            // extend the step to the next mark (requested point of the curve) if the remaining distance to the mark
-            // would be less than 1 % of the step
-            let reaches = passed + 1.01 * step.fraction() >= mark;
-            let target = if reaches { mark } else { passed + step.fraction() };
+            let corner = schedule.next_corner(passed);
+            // a corner that differs from the mark by a rounding error is at the mark
+            let limit = mark.filter(|&mark| !is_later(mark, corner)).unwrap_or(corner);
+            // extend the step to the limit if the remaining distance to the limit would be less than 1 % of the step
+            let reaches = passed + 1.01 * step.fraction() >= limit;
+            let target = if reaches { limit } else { passed + step.fraction() };
             let before = self.increments.effort();
             match self.increments.take(step, target) {
                 Ok(()) => {
                     (self.increments.state.taken, failed) = (Some(step), None);
-                    if marks.is_none() || target >= mark {
+                    if mark.is_none_or(|mark| target >= mark) {
                         return Ok(self.record());
                     }
                 }
@@ -221,6 +223,7 @@ impl<'a> LoadStepper<'a> {
         }
         let state = &mut self.increments.state;
         let point = state.point;
+        let farthest = state.curve.iter().map(|p| p.displacement_mm.abs()).fold(0.0, f64::max);
         state.curve.push(point);
         let derivatives = &mut state.derivatives;
         if !derivatives.values.is_empty() {
@@ -233,8 +236,10 @@ impl<'a> LoadStepper<'a> {
         state.peak = state.peak.max(point.force_n.abs());
         // restart the counters of iterations for the next point
         (state.point.newton, state.point.linear) = (0, 0);
-        let below = |fraction| point.force_n.abs() < (1.0 - fraction) * state.peak;
-        if self.increments.setup.parts.schedule.stop_below_peak.is_some_and(below) {
+        let schedule = &self.increments.setup.parts.schedule;
+        let counts = schedule.corners_s.is_empty() || point.displacement_mm.abs() > farthest;
+        let below = |fraction| counts && point.force_n.abs() < (1.0 - fraction) * state.peak;
+        if schedule.stop_below_peak.is_some_and(below) {
             self.end = Some(End::BelowPeak);
         } else if state.clock >= 1.0 {
             self.end = Some(End::Displacement);

@@ -12,7 +12,7 @@ fn viscous() -> TestCurve {
     let force =
         |u: f64| 147.0 * (1.0_f64 / 3.0).exp() * (u / 0.12) * (-(u / 0.12_f64).powi(3) / 3.0).exp();
     let force_n = displacement_mm.iter().map(|&u| force(u)).collect();
-    TestCurve { displacement_mm, force_n }
+    TestCurve::new(displacement_mm, force_n)
 }
 
 fn changed(change: impl Fn(&mut Vec<f64>, &mut Vec<f64>)) -> TestCurve {
@@ -73,7 +73,7 @@ fn preload_spikes_unloading_and_sparse_readings_are_told() {
         f.extend([50.0, 20.0, 1.0, 0.0]);
     });
     assert_eq!(found(&unloaded), [("unloading", Warning)]);
-    assert_eq!(InspectedCurve::of(&unloaded, 0.3).loading, viscous());
+    assert_eq!(InspectedCurve::of(&unloaded, 0.3).prepared, viscous());
     let sparse = changed(|u, f| {
         let mut kept = 0..;
         u.retain(|_| kept.next().is_some_and(|i| i % 3 == 0));
@@ -125,6 +125,7 @@ fn dense(n: u32, noise_n: f64, noise_mm: f64, seed: u64) -> TestCurve {
     TestCurve {
         force_n: exact.iter().map(|&u| force(u) + noise_n * normal.sample(&mut rng)).collect(),
         displacement_mm: exact.iter().map(|u| u + noise_mm * normal.sample(&mut rng)).collect(),
+        ..TestCurve::default()
     }
 }
 
@@ -196,4 +197,68 @@ fn loading_that_begins_late_is_named_and_corrected_on_request() {
         let ratio = qois.displacement_at_peak_mm / exact.displacement_at_peak_mm;
         assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
     }
+}
+
+/// A ramp to 0.1 mm in 1 s, a hold of 4 s with relaxation to 60 %, and unloading in 1 s, from 2 s on. Displacement and force
+/// have normal noise with standard deviations of 0.02 µm and 0.05 N.
+fn ramp_hold_unload(compliance: f64) -> TestCurve {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(4);
+    let normal = Normal::new(0.0, 1.0).unwrap();
+    let time: Vec<f64> = (0..=120).map(|i| 0.05 * f64::from(i)).collect();
+    let exact = |t: f64| match t {
+        t if t <= 1.0 => (0.1 * t, 100.0 * t),
+        t if t <= 5.0 => (0.1, 60.0 + 40.0 * (-(t - 1.0)).exp()),
+        t => (0.1 * (6.0 - t), 60.0 * (6.0 - t)),
+    };
+    let force_n: Vec<f64> =
+        time.iter().map(|&t| exact(t).1 + 0.05 * normal.sample(&mut rng)).collect();
+    // the crosshead follows the program, and the specimen has less displacement
+    let displacement_mm =
+        time.iter().map(|&t| exact(t).0 + 2e-5 * normal.sample(&mut rng)).collect();
+    let time_s = time.iter().map(|t| t + 2.0).collect();
+    let record = TestCurve { time_s, ..TestCurve::new(displacement_mm, force_n) };
+    let machine = Machine { compliance_mm_per_n: compliance, force_offset_n: 0.0 };
+    machine.specimen(&record)
+}
+
+#[test]
+fn a_record_of_a_program_keeps_hold_and_unloading() {
+    use crate::branch::BranchKind::{Hold, Loading, Unloading};
+    let rigid = Machine::default();
+    let seen = InspectedCurve::of_program(&ramp_hold_unload(0.0), &rigid, 0.3, false);
+    assert_eq!(seen.findings, []);
+    let branches: Vec<_> =
+        seen.prepared.branches.iter().map(|b| (b.kind, b.readings.start)).collect();
+    assert_eq!(branches.iter().map(|b| b.0).collect::<Vec<_>>(), [Loading, Hold, Unloading]);
+    for ((_, start), exact) in branches.iter().zip([0, 20, 100_usize]) {
+        assert!(start.abs_diff(exact) <= 1, "{branches:?}");
+    }
+    assert_eq!((seen.prepared.time_s[0], seen.prepared.time_s[20]), (0.0, 1.0));
+    // without a peak the quantities of the peak are refused
+    let peak = InspectedCurve::of_program(&ramp_hold_unload(0.0), &rigid, 0.3, true);
+    assert_eq!(
+        peak.findings.iter().map(|f| (f.name, f.weight)).collect::<Vec<_>>(),
+        [("no-quantities", Weight::Error)]
+    );
+    // a compliant machine: the specimen goes on to be compressed during the hold, which remains a hold
+    let machine = Machine { compliance_mm_per_n: 1e-4, force_offset_n: 0.0 };
+    let seen = InspectedCurve::of_program(&ramp_hold_unload(0.0), &machine, 0.3, false);
+    let kinds: Vec<_> = seen.prepared.branches.iter().map(|b| b.kind).collect();
+    assert_eq!(kinds, [Loading, Hold, Unloading]);
+    assert_eq!(seen.prepared.displacement_mm, ramp_hold_unload(1e-4).displacement_mm);
+}
+
+#[test]
+fn a_program_needs_times_that_increase() {
+    let name = |curve: &TestCurve| {
+        let seen = InspectedCurve::of_program(curve, &Machine::default(), 0.3, false);
+        assert_eq!(seen.findings.len(), 1, "{:?}", seen.findings);
+        (seen.findings[0].name, seen.findings[0].weight)
+    };
+    let curve = ramp_hold_unload(0.0);
+    let timeless = TestCurve { time_s: Vec::new(), ..curve.clone() };
+    assert_eq!(name(&timeless), ("no-time", Weight::Error));
+    let mut twice = curve;
+    twice.time_s[7] = twice.time_s[6];
+    assert_eq!(name(&twice), ("time", Weight::Error));
 }

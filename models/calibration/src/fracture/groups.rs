@@ -12,6 +12,7 @@ use ppl::prelude::*;
 use surrogate::{DynPce, Input};
 
 use super::likelihood::of_specimens;
+use super::within_box::{deviated, exponential_within};
 use super::{CalibrationError, Evidence, Specimens, relative_to_means, short_name, unknown_inputs};
 use crate::prior::Prior;
 
@@ -168,11 +169,7 @@ impl Groups {
 
     /// Parameters at a temperature. `place` is the position of the temperature between the lowest (0) and the highest
     /// (1). Constant parameters have the values `lowest`. For the other parameters, the logarithm is interpolated
-    /// linearly between `lowest` and `highest`, and the deviation `off` is added as follows. The logarithm has a
-    /// relative position between the ends of the box; `off`, scaled, is added to the logit of this position. Therefore
-    /// the parameter stays in the box. The scale is chosen such that a small deviation in the middle of the box changes
-    /// the logarithm by `off`.
-    /// box, a small deviation is a change of the logarithm.
+    /// linearly between `lowest` and `highest` and then changed by the deviation `off` ([`deviated`]).
     fn parameters<R: Scalar>(&self, place: f64, lowest: &[R], highest: &[R], off: &[R]) -> Vec<R> {
         let mut following = highest.iter().enumerate();
         let parameter = |((input, trend), &low): ((&Input, &Trend), &R)| {
@@ -181,13 +178,11 @@ impl Groups {
                 return low;
             };
             let line = low.ln() * (1.0 - place) + high.ln() * place;
-            // rounding errors may move the parameter out of the box
-            let inside = |ln: R| ln.exp().clamp(input.lower, input.upper);
-            let Some(&off) = off.get(k) else { return inside(line) };
-            let (bottom, width) = (input.lower.ln(), (input.upper / input.lower).ln());
-            let share = (line - bottom) / width;
-            let logit = share.ln() - (-share).ln_1p() + off * (4.0 / width);
-            inside(logit.logistic() * width + bottom)
+            let bounds = [input.lower, input.upper];
+            match off.get(k) {
+                Some(&off) => deviated(line, off, bounds),
+                None => exponential_within(line, bounds),
+            }
         };
         self.inputs.iter().zip(&self.trends).zip(lowest).map(parameter).collect()
     }

@@ -23,7 +23,8 @@ pub struct WithoutSpecimen {
 impl Calibration {
     /// Compares the calibration without each specimen with the calibration to all specimens. The posterior without a
     /// specimen is computed by Pareto-smoothed importance weights, or sampled again if the shape k of these weights is
-    /// above the threshold of PSIS (0.7 for 2200 draws and more).
+    /// above the threshold of PSIS (0.7 for 2200 draws and more). The draws of a joint calibration of several tests are
+    /// never sampled again.
     ///
     /// # Errors
     /// If there are fewer than 25 draws, a specimen has no density at some draw, or the model rejects every starting
@@ -45,7 +46,8 @@ impl Calibration {
         let unreliable = loo.unreliable();
         let mut found = Vec::with_capacity(self.specimens.len());
         for (k, point) in loo.points.iter().enumerate() {
-            let is_sampled = unreliable.contains(&k);
+            // draws of a joint calibration cannot be replaced by draws of this test alone
+            let is_sampled = unreliable.contains(&k) && self.mode.is_some();
             let (without, elpd) = match is_sampled {
                 true => self.sampled_without(k, sampler, burn_in, seed)?,
                 false => {

@@ -1,5 +1,6 @@
 //! Likelihood of the specimens' quantities of interest.
 
+use ppl::DomainError;
 use ppl::prelude::*;
 
 use super::specimens::{Expected, Specimens};
@@ -12,16 +13,54 @@ ppl::model! {
         expected: &Expected<Real>,
         scatter: &DynCholeskyFactor<Real>,
     ) -> () {
-        // contrasts depend on the scatter between specimens only; totals also depend on the errors that all specimens
-        // share
-        for (contrast, between) in specimens.known.contrasts.iter().zip(&expected.contrasts) {
-            contrast ~ MvNormalCholesky(between, scatter);
+        // contrasts depend on the scatter between specimens only; totals also depend on the errors that all specimens share
+        // a loop without data would be reported as an observation without data
+        if !specimens.known.contrasts.is_empty() {
+            if specimens.known_inputs() == 0 {
+                for contrast in &specimens.known.contrasts {
+                    contrast ~ MvNormalCholesky(specimens.no_contrast::<Real>(), scatter);
+                }
+            } else {
+                let pairs = specimens.known.contrasts.iter().zip(&expected.contrasts);
+                for (contrast, between) in pairs {
+                    contrast ~ MvNormalCholesky(between, scatter);
+                }
+            }
         }
-        let of_unknown = specimens.factor_of_unknown(expected, scatter)?;
-        for unknown in &specimens.unknown.contrasts {
-            unknown ~ MvNormalCholesky(specimens.no_contrast::<Real>(), &of_unknown);
+        if !specimens.unknown.contrasts.is_empty() {
+            let of_unknown = specimens.factor_of_unknown(expected, scatter)?;
+            for unknown in &specimens.unknown.contrasts {
+                unknown ~ MvNormalCholesky(specimens.no_contrast::<Real>(), &of_unknown);
+            }
         }
         let of_totals = specimens.factor_of_totals(expected, scatter)?;
         specimens.totals ~ MvNormalCholesky(specimens.mean_of_totals(expected), &of_totals);
     }
+}
+
+/// Log density of the specimens of one test, equal to the sum of the statements of `of_specimens`. A joint model of tests
+/// with different numbers of quantities adds this number, because statements in a loop need values of one size.
+///
+/// # Errors
+/// If a covariance is not positive definite.
+pub(super) fn ln_density_of<R: Scalar>(
+    specimens: &Specimens,
+    expected: &Expected<R>,
+    scatter: &DynCholeskyFactor<R>,
+) -> Result<R, DomainError> {
+    let ln_density = |x: &Vec<f64>, mean: Vec<R>, factor: &DynCholeskyFactor<R>| -> R {
+        let x: Vec<R> = x.iter().map(|&x| R::from(x)).collect();
+        MvNormalCholesky(mean, factor.clone()).ln_density(&x)
+    };
+    let mut sum = R::from(0.0);
+    for (contrast, between) in specimens.known.contrasts.iter().zip(&expected.contrasts) {
+        sum = sum + ln_density(contrast, between.clone(), scatter);
+    }
+    let of_unknown = specimens.factor_of_unknown(expected, scatter)?;
+    for unknown in &specimens.unknown.contrasts {
+        sum = sum + ln_density(unknown, specimens.no_contrast(), &of_unknown);
+    }
+    let of_totals = specimens.factor_of_totals(expected, scatter)?;
+    let totals = ln_density(&specimens.totals, specimens.mean_of_totals(expected), &of_totals);
+    Ok(sum + totals)
 }

@@ -1,10 +1,17 @@
 //! The paper's calibration: matrix parameters from the quantities of interest of specimens.
+//!
+//! 1. `error`, `contrasts`, `population`, `within_box`: errors, transforms of quantities and of parameters
+//! 2. `specimens`: specimens prepared for the likelihood
+//! 3. `given_others`, `likelihood`: densities of specimens
+//! 4. `loo`, `influence`, `units`: what follows from a calibration
+//! 5. `groups`, `joint`: calibrations of several groups of specimens or of several tests
 
 mod contrasts;
 mod error;
 mod given_others;
 mod groups;
 mod influence;
+mod joint;
 mod likelihood;
 mod loo;
 mod population;
@@ -14,6 +21,7 @@ mod specimens;
 #[cfg(test)]
 mod tests;
 mod units;
+mod within_box;
 
 use ppl::prelude::*;
 use ppl::{Chains, Map, Mode, Nuts, Posterior, SampleError};
@@ -26,50 +34,32 @@ use crate::qoi::Quantity;
 pub use error::CalibrationError;
 pub use groups::{Groups, Pooling, TestGroup, Trend, calibrate_groups, calibration_over_groups};
 pub use influence::WithoutSpecimen;
+pub use joint::{
+    BetweenTests, JointCalibration, JointTest, JointTests, TestDraws, calibrate_tests,
+    calibration_of_draws, calibration_over_tests,
+};
 use likelihood::of_specimens;
 pub use population::Population;
 pub use specimens::Specimens;
 pub use specimens::column_means;
 
 ppl::model! {
-    /// Matrix parameters of a bonded granular material from specimen QoIs: the paper's three, with all
-    /// sizes known at compile time.
+    /// Matrix parameters of a bonded granular material from specimen QoIs.
     ///
-    /// θ = (E, Gc, ξ) has independent priors; every specimen's QoIs are normal around
-    /// `forward(θ)` with one covariance diag(sd) R diag(sd): R ~ LKJ(3), sd ~ Normal(0.15, 0.25)
-    /// above zero. QoIs are relative to their experimental means, so 0.15 is 15 % scatter.
+    /// There is one parameter θ per prior; the parameters are the first inputs of the forward model. The QoIs of a
+    /// specimen, relative to their means over the specimens, are normal around the forward model with one covariance
+    /// diag(sd) R diag(sd): R ~ LKJ(3), sd ~ Normal(0.15, 0.25) above zero, so 0.15 is 15 % scatter. Specimens may share
+    /// an error of the forward model. The other inputs of the forward model are known for each specimen. If some
+    /// specimens have unknown inputs, these belong to a population.
     ///
-    /// # Reference
-    /// Paper, section "Quantities of Interest", equations of the likelihood.
-    pub fn calibration<F: Differentiable<3, 3>>(
-        forward: &F,
-        qois: &[[f64; 3]],
-        priors: &[Prior; 3],
-    ) {
-        let young_mpa          ~ priors[0];
-        let toughness_n_per_mm ~ priors[1];
-        let viscosity_mpa_s    ~ priors[2];
-
-        let sd   ~ Normal(0.15, 0.25).truncate(0.0..).array::<3>();
-        let corr ~ LkjCholesky::<3>(3.0);
-        let chol = corr.scale_rows(sd);
-
-        #[track] let mean = forward.at([young_mpa, toughness_n_per_mm, viscosity_mpa_s]);
-        for y in qois {
-            y ~ MvNormalCholesky(mean, chol);
-        }
-        #[predict] let new_specimen ~ MvNormalCholesky(mean, chol);
-    }
-
-    /// Generalisation of `calibration` to any numbers of parameters and quantities. The first inputs of the surrogate
-    /// are the parameters, one per prior; each output is a quantity. Specimens may share an error of the forward model.
-    /// The other inputs of the surrogate are known for each specimen, or unknown for some specimens: the unknown inputs
-    /// belong to a population.
-    ///
-    /// # Reference
-    /// Kennedy & O'Hagan (2001), *Bayesian Calibration of Computer Models*, doi:10.1111/1467-9868.00294, for an error
+    /// # References
+    /// Paper, section "Quantities of Interest", equations of the likelihood; Kennedy & O'Hagan (2001), *Bayesian Calibration of Computer Models*, doi:10.1111/1467-9868.00294, for an error
     /// of the model in addition to the error of the data.
-    pub fn calibration_on(forward: &DynPce, priors: &[Prior], specimens: &Specimens) {
+    pub fn calibration_on<F: DynDifferentiable>(
+        forward: &F,
+        priors: &[Prior],
+        specimens: &Specimens,
+    ) {
         let mut point: Vec<Real> = Vec::new();
         #[dims(parameter)]
         for prior in priors {
@@ -77,7 +67,7 @@ ppl::model! {
             point.push(theta);
         }
 
-        let k = forward.outputs().len();
+        let k = forward.outputs();
         #[dims(quantity)] let sd ~ Normal(0.15, 0.25).truncate(0.0..).iid(k);
         let corr ~ LkjCholesky::of(k, 3.0);
         let chol = corr.scale_rows(&sd)?;
@@ -100,8 +90,8 @@ pub struct Calibration {
     /// Joint mode of the density of the parameters (without the Jacobian of the transform), in the order of the
     /// surrogate's inputs.
     pub map: Vec<f64>,
-    /// Result of the search for the mode.
-    pub mode: Mode,
+    /// Result of the search for the mode; `None` if the draws are those of a joint calibration of several tests.
+    pub mode: Option<Mode>,
     /// Specimens of the calibration, with quantities relative to the means of the specimens.
     specimens: Specimens,
     /// Surrogate of the calibration, with outputs relative to the means of the specimens.
@@ -201,7 +191,22 @@ pub fn calibrate_after(
     let mut chains = sampler.run(&model).map_err(SampleError::from)?;
     leave_out(&mut chains, burn_in);
     let mut posterior = Posterior::from_chains(&model, chains, seed)?;
-    let names: Vec<&str> = unknown.iter().map(|input| input.name.as_str()).collect();
+    label(&mut posterior, pce, unknown.len())?;
+    let mode = Map::default().seed(seed).find(&model)?;
+    let record = model.constrain(&mode.point, &mut Xoshiro256PlusPlus::seed_from_u64(seed))?;
+    let map = record.values("theta").map_or_else(Vec::new, <[f64]>::to_vec);
+    drop(model);
+    let mode = Some(mode);
+    Ok(Calibration { posterior, map, mode, specimens, forward, priors: priors.to_vec() })
+}
+
+/// Labels the parameters by the names of the surrogate's first inputs, and the quantities by their short names.
+fn label(
+    posterior: &mut Posterior,
+    pce: &DynPce,
+    parameters: usize,
+) -> Result<(), ppl::LabelError> {
+    let names: Vec<&str> = pce.inputs()[..parameters].iter().map(|i| i.name.as_str()).collect();
     posterior.label("theta", 0, &names)?;
     let short: Vec<String> = pce.outputs().iter().map(|name| short_name(name)).collect();
     let short: Vec<&str> = short.iter().map(String::as_str).collect();
@@ -209,12 +214,7 @@ pub fn calibrate_after(
     posterior.label("corr", 1, &short)?;
     posterior.label("correlation", 0, &short)?;
     posterior.label("correlation", 1, &short)?;
-    posterior.label("mean", 0, &short)?;
-    let mode = Map::default().seed(seed).find(&model)?;
-    let record = model.constrain(&mode.point, &mut Xoshiro256PlusPlus::seed_from_u64(seed))?;
-    let map = record.values("theta").map_or_else(Vec::new, <[f64]>::to_vec);
-    drop(model);
-    Ok(Calibration { posterior, map, mode, specimens, forward, priors: priors.to_vec() })
+    posterior.label("mean", 0, &short)
 }
 
 /// Returns the inputs of a surrogate that are parameters.

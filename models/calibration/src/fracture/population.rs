@@ -8,7 +8,6 @@
 //! specimens with unknown k share the error of k̄, which has the covariance b bᵀ/N.
 
 use ppl::prelude::*;
-use surrogate::DynPce;
 
 use super::CalibrationError;
 
@@ -87,7 +86,11 @@ impl Population {
     ///
     /// # Reference
     /// Julier & Uhlmann (2004), doi:10.1109/JPROC.2003.823141, for the choice of the points.
-    pub(super) fn response<R: Scalar>(&self, forward: &DynPce, point: &[R]) -> Spread<R> {
+    pub(super) fn response<R: Scalar>(
+        &self,
+        forward: &impl DynDifferentiable,
+        point: &[R],
+    ) -> Spread<R> {
         let at = |place: &Vec<f64>| {
             let inputs: Vec<R> =
                 point.iter().copied().chain(place.iter().map(|&x| R::from(x))).collect();

@@ -17,7 +17,7 @@
 
 use ppl::DomainError;
 use ppl::prelude::*;
-use surrogate::{CoefficientPosterior, DynPce};
+use surrogate::CoefficientPosterior;
 
 use super::CalibrationError;
 use super::contrasts::{Group, helmert};
@@ -130,16 +130,15 @@ impl Specimens {
     /// If the parameters lie outside the box of an error that depends on the parameters.
     pub(super) fn expected<R: Scalar>(
         &self,
-        forward: &DynPce,
+        forward: &impl DynDifferentiable,
         point: &[R],
     ) -> Result<Expected<R>, DomainError> {
         let shared = self.shared_at(point)?;
         let unknown = self.population.as_ref().map(|p| p.response(forward, point));
         if self.known_inputs() == 0 {
             let mean = forward.at(point);
-            let zeros = vec![R::from(0.0); mean.len()];
-            let contrasts = vec![zeros; self.known.contrasts.len()];
-            return Ok(Expected { own: Vec::new(), contrasts, mean, unknown, shared });
+            let (own, contrasts) = (Vec::new(), Vec::new());
+            return Ok(Expected { own, contrasts, mean, unknown, shared });
         }
         let response = |inputs: &Vec<f64>| -> Vec<R> {
             let inputs = inputs.iter().map(|&x| R::from(x));
@@ -234,7 +233,8 @@ impl Specimens {
         }
     }
 
-    /// Expected contrast between specimens with unknown inputs, which is zero.
+    /// Expected contrast between specimens whose inputs are unknown, or between specimens of a forward model all of whose
+    /// inputs are parameters: zero.
     pub(super) fn no_contrast<R: Scalar>(&self) -> Vec<R> {
         vec![R::from(0.0); self.shared.len()]
     }
@@ -356,7 +356,8 @@ pub(super) enum Kind {
 pub(super) struct Expected<R> {
     /// Response of each specimen with known inputs; empty if the forward model has no such inputs.
     own: Vec<Vec<R>>,
-    /// Expected contrasts between the specimens with known inputs.
+    /// Expected contrasts between the specimens with known inputs; empty if the forward model has no such inputs, because
+    /// the contrasts are then zero.
     pub(super) contrasts: Vec<Vec<R>>,
     /// Mean response of the specimens with known inputs.
     mean: Vec<R>,

@@ -106,7 +106,10 @@ fn assert_density_of(specimens: &Specimens, pce: &DynPce, known: Option<&[Option
     let expected = specimens.expected(pce, &[THETA]).unwrap();
     let between =
         |z: &Vec<f64>, mean: &Vec<f64>| MvNormalCholesky(mean.clone(), scatter()).ln_density(z);
-    let contrasts = specimens.known.contrasts.iter().zip(&expected.contrasts);
+    // without known inputs the expected contrasts are zero and are not stored
+    let zeros = vec![vec![0.0; 2]; specimens.known.contrasts.len()];
+    let means = if specimens.known_inputs() == 0 { &zeros } else { &expected.contrasts };
+    let contrasts = specimens.known.contrasts.iter().zip(means);
     let mut found: f64 = contrasts.map(|(z, mean)| between(z, mean)).sum();
     let of_unknown = specimens.factor_of_unknown(&expected, &scatter()).unwrap();
     let unknown = MvNormalCholesky(vec![0.0; 2], of_unknown);

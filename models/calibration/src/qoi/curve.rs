@@ -1,7 +1,10 @@
 //! A curve with its peak, from which quantities of interest are computed.
 
+use std::borrow::Cow;
+
 use super::error::QoiError;
 use super::peak::Peak;
+use crate::branch::{Branch, BranchKind};
 use crate::experiment::TestCurve;
 
 /// Fewest points of a curve.
@@ -9,6 +12,7 @@ const FEWEST_POINTS: usize = 5;
 
 /// A curve with its peak.
 ///
+/// The peak belongs to the first loading: with a load program, readings of hold, unloading and reloading do not count.
 /// For a curve without noise, the peak is the vertex of the least-squares parabola through the readings around the
 /// highest one whose force is at least 97 % of the highest force, including at least the two neighbours of the highest
 /// reading; from nine such readings on it is the maximum of a cubic. For a noisy curve, it is the maximum of a polynomial that is fitted within a window of displacement around
@@ -16,8 +20,13 @@ const FEWEST_POINTS: usize = 5;
 /// number of readings.
 #[derive(Debug)]
 pub struct PeakedCurve<'a> {
-    curve: &'a TestCurve,
-    peak: Peak,
+    record: &'a TestCurve,
+    /// First loading of the record.
+    loading: Cow<'a, TestCurve>,
+    /// Indices of the readings of the first loading; `None` for all readings.
+    chosen: Option<Vec<usize>>,
+    /// The peak, or the reason why the first loading has no peak.
+    peak: Result<Peak, QoiError>,
     slope_fraction: f64,
 }
 
@@ -28,26 +37,70 @@ impl<'a> PeakedCurve<'a> {
     /// # Errors
     /// If the curve has fewer than 5 points or no peak.
     pub fn new(curve: &'a TestCurve, slope_fraction: f64) -> Result<Self, QoiError> {
-        let (u, force) = (&curve.displacement_mm, &curve.force_n);
+        let curve = Self::with_any_peak(curve, slope_fraction)?;
+        curve.check_peak()?;
+        Ok(curve)
+    }
+
+    /// Like [`PeakedCurve::new`], but the curve need not have a peak, as in a test that ends with a hold.
+    ///
+    /// # Errors
+    /// If the curve has fewer than 5 points.
+    pub fn with_any_peak(record: &'a TestCurve, slope_fraction: f64) -> Result<Self, QoiError> {
+        let (u, force) = (&record.displacement_mm, &record.force_n);
         if u.len() < FEWEST_POINTS || u.len() != force.len() {
             return Err(QoiError::TooShort { points: u.len().min(force.len()) });
         }
-        Ok(Self { curve, peak: Peak::of(u, force)?, slope_fraction })
+        let chosen = record.first_loading();
+        let loading = match &chosen {
+            Some(chosen) => Cow::Owned(record.picked(chosen)),
+            None => Cow::Borrowed(record),
+        };
+        let points = loading.displacement_mm.len();
+        let peak = match points < FEWEST_POINTS {
+            true => Err(QoiError::TooShort { points }),
+            false => Peak::of(&loading.displacement_mm, &loading.force_n),
+        };
+        Ok(Self { record, loading, chosen, peak, slope_fraction })
     }
 
-    /// The readings.
-    pub fn curve(&self) -> &'a TestCurve {
-        self.curve
+    /// Returns the reason why the curve has no peak as an error.
+    pub(super) fn check_peak(&self) -> Result<(), QoiError> {
+        self.peak.as_ref().map(|_| ()).map_err(QoiError::clone)
     }
 
-    /// Displacement at the peak force, mm.
+    /// The readings of the first loading: all readings of a test without hold and unloading.
+    pub fn curve(&self) -> &TestCurve {
+        &self.loading
+    }
+
+    /// All readings, with hold, unloading and reloading.
+    pub fn record(&self) -> &'a TestCurve {
+        self.record
+    }
+
+    /// Values at the readings of [`record`](Self::record), reduced to the readings of [`curve`](Self::curve).
+    pub fn on_loading<'b>(&self, values: &'b [f64]) -> Cow<'b, [f64]> {
+        match &self.chosen {
+            Some(chosen) => chosen.iter().map(|&i| values[i]).collect(),
+            None => Cow::Borrowed(values),
+        }
+    }
+
+    /// Branches of a kind, in the order of time, without those before the first loading.
+    pub(super) fn branches(&self, kind: BranchKind) -> impl Iterator<Item = &Branch> {
+        let all = self.record.branches.iter();
+        all.skip_while(|branch| branch.kind != BranchKind::Loading).filter(move |b| b.kind == kind)
+    }
+
+    /// Displacement at the peak force, mm; NaN if a curve of [`with_any_peak`](Self::with_any_peak) has no peak.
     pub fn peak_mm(&self) -> f64 {
-        self.peak.at_mm
+        self.peak.as_ref().map_or(f64::NAN, |peak| peak.at_mm)
     }
 
-    /// Peak force, N.
+    /// Peak force, N; NaN if a curve of [`with_any_peak`](Self::with_any_peak) has no peak.
     pub fn peak_force_n(&self) -> f64 {
-        self.peak.force_n
+        self.peak.as_ref().map_or(f64::NAN, |peak| peak.force_n)
     }
 
     /// Displacement at which the slope of the rising branch is taken, divided by the displacement at peak.
@@ -56,25 +109,33 @@ impl<'a> PeakedCurve<'a> {
     }
 
     /// Completes the derivatives of the forces (N per unit of a parameter, one per reading) by those of the peak. The
-    /// readings to which the peak is fitted do not change.
+    /// readings to which the peak is fitted do not change. `record_n` has a derivative for each reading of
+    /// [`record`](Self::record), and `force_n` are those [on the first loading](Self::on_loading).
     ///
     /// # Errors
     /// [`QoiError::TooShort`] if the numbers of derivatives and readings differ.
-    pub fn rates<'b>(&self, force_n: &'b [f64]) -> Result<CurveRates<'b>, QoiError> {
-        let (u, force) = (&self.curve.displacement_mm, &self.curve.force_n);
-        if force_n.len() != force.len() {
+    pub fn rates<'b>(
+        &self,
+        force_n: &'b [f64],
+        record_n: &'b [f64],
+    ) -> Result<CurveRates<'b>, QoiError> {
+        let (u, force) = (&self.loading.displacement_mm, &self.loading.force_n);
+        if force_n.len() != force.len() || record_n.len() != self.record.force_n.len() {
             return Err(QoiError::TooShort { points: force_n.len().min(force.len()) });
         }
-        let [peak_mm, peak_force_n] = self.peak.rates(u, force, force_n);
-        Ok(CurveRates { force_n, peak_mm, peak_force_n })
+        let rates = self.peak.as_ref().map(|peak| peak.rates(u, force, force_n));
+        let [peak_mm, peak_force_n] = rates.unwrap_or([f64::NAN; 2]);
+        Ok(CurveRates { force_n, record_n, peak_mm, peak_force_n })
     }
 }
 
 /// Derivatives of a curve and its peak with respect to a parameter; the displacements of the readings are fixed.
 #[derive(Clone, Copy, Debug)]
 pub struct CurveRates<'a> {
-    /// Derivative of each force, N per unit of the parameter.
+    /// Derivative of each force of [`PeakedCurve::curve`], N per unit of the parameter.
     pub force_n: &'a [f64],
+    /// Derivative of each force of [`PeakedCurve::record`], N per unit of the parameter.
+    pub record_n: &'a [f64],
     /// Derivative of the displacement at peak, mm per unit of the parameter.
     pub peak_mm: f64,
     /// Derivative of the peak force, N per unit of the parameter.

@@ -41,7 +41,7 @@ const STEP: f64 = 1e-5;
 ///         Extent::Fraction(1.3)
 ///     }
 ///     fn value(&self, curve: &PeakedCurve<'_>) -> Result<f64, QoiError> {
-///         let TestCurve { displacement_mm: u, force_n: f } = curve.curve();
+///         let TestCurve { displacement_mm: u, force_n: f, .. } = curve.curve();
 ///         let level = 0.9 * curve.peak_force_n();
 ///         let fallen = (1..u.len()).find(|&i| u[i] > curve.peak_mm() && f[i] < level);
 ///         let i = fallen.ok_or_else(|| self.not_reached(curve, 1.3 * curve.peak_mm()))?;
@@ -51,7 +51,7 @@ const STEP: f64 = 1e-5;
 ///
 /// let displacement_mm: Vec<f64> = (0..=40).map(|i| 0.005 * i as f64).collect();
 /// let force_n = displacement_mm.iter().map(|u| 2000.0 * u - 10_000.0 * u * u).collect();
-/// let curve = TestCurve { displacement_mm, force_n };
+/// let curve = TestCurve::new(displacement_mm, force_n);
 /// let values = Qois::values_of(&curve, 0.3, &[Quantity::new(DisplacementAtFall)])?;
 /// assert!((values[0] - 0.1 * (1.0 + 0.1_f64.sqrt())).abs() < 2e-4);
 /// # Ok::<(), QoiError>(())
@@ -74,9 +74,25 @@ pub trait Qoi: Debug + Send + Sync + 'static {
         true
     }
 
+    /// Whether the quantity is computed from a curve. Other quantities stand in columns of tables.
+    fn is_of_curve(&self) -> bool {
+        true
+    }
+
     /// Part of the curve that the quantity is computed from.
     fn extent(&self) -> Extent {
         Extent::ToPeak
+    }
+
+    /// Whether the quantity is computed from the peak. A quantity that is not can be computed from a curve without peak,
+    /// as of a test that ends with a hold.
+    fn needs_peak(&self) -> bool {
+        true
+    }
+
+    /// Whether the quantity is computed from the times of the readings.
+    fn needs_time(&self) -> bool {
+        false
     }
 
     /// Computes the quantity of a curve, in the unit [`Qoi::unit`].
@@ -93,18 +109,23 @@ pub trait Qoi: Debug + Send + Sync + 'static {
     /// # Errors
     /// As [`Qoi::value`].
     fn rate(&self, curve: &PeakedCurve<'_>, rates: &CurveRates<'_>) -> Result<f64, QoiError> {
-        let TestCurve { displacement_mm, force_n } = curve.curve();
+        let record = curve.record();
+        let force_n = &record.force_n;
         let largest = |values: &[f64]| values.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-        let largest_rate = largest(rates.force_n);
+        let largest_rate = largest(rates.record_n);
         if largest_rate == 0.0 {
             return Ok(0.0);
         }
         let step = STEP * largest(force_n) / largest_rate;
         let shifted = |side: f64| {
-            let forces = force_n.iter().zip(rates.force_n);
+            let forces = force_n.iter().zip(rates.record_n);
             let force_n = forces.map(|(force, rate)| force + side * step * rate).collect();
-            let shifted = TestCurve { displacement_mm: displacement_mm.clone(), force_n };
-            self.value(&PeakedCurve::new(&shifted, curve.slope_fraction())?)
+            let shifted = TestCurve { force_n, ..record.clone() };
+            let shifted = PeakedCurve::with_any_peak(&shifted, curve.slope_fraction())?;
+            if self.needs_peak() {
+                shifted.check_peak()?;
+            }
+            self.value(&shifted)
         };
         Ok((shifted(1.0)? - shifted(-1.0)?) / (2.0 * step))
     }

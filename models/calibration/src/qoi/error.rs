@@ -62,6 +62,40 @@ pub enum QoiError {
         /// Largest displacement of the curve in mm.
         to_mm: f64,
     },
+    /// The curve has no times.
+    #[error(
+        "{quantity} needs the time of each reading: add a column time_s to the curve, or change qoi.quantities"
+    )]
+    NoTime {
+        /// Name of the quantity.
+        quantity: String,
+    },
+    /// The curve does not include the time at which a quantity is taken.
+    #[error(
+        "the curve goes from {from_s} to {to_s} s and does not include {needed_s} s for {quantity}; record \
+         longer (test.program, test.duration_s, test.stop_below_peak), or change qoi.quantities"
+    )]
+    TimeNotReached {
+        /// Name of the quantity.
+        quantity: String,
+        /// Time at which the curve has no readings, in s.
+        needed_s: f64,
+        /// First time of the curve in s.
+        from_s: f64,
+        /// Last time of the curve in s.
+        to_s: f64,
+    },
+    /// The curve has no branch of the kind that a quantity is computed from.
+    #[error(
+        "the curve has no {branch} for {quantity}: let test.program contain one and the curve reach it \
+         (test.stop_below_peak), or change qoi.quantities"
+    )]
+    NoBranch {
+        /// Name of the quantity.
+        quantity: String,
+        /// `hold` or `unloading`.
+        branch: &'static str,
+    },
     /// A quantity that a user defined cannot be computed, for a reason that the user gives.
     #[error("{quantity}: {reason}")]
     Undefined {
@@ -76,6 +110,6 @@ fn of_the_peak(extent: Extent) -> String {
         Extent::Fraction(fraction) => {
             format!(", {:.0} % of its displacement at peak,", 100.0 * fraction)
         }
-        Extent::ToPeak | Extent::Displacement(_) => String::new(),
+        _ => String::new(),
     }
 }

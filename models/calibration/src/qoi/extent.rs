@@ -9,4 +9,10 @@ pub enum Extent {
     Fraction(f64),
     /// The curve up to this displacement in mm.
     Displacement(f64),
+    /// The curve up to this time in s.
+    Time(f64),
+    /// A hold of the load program.
+    Hold,
+    /// The first unloading of the load program, and the curve before it.
+    Unloading,
 }

@@ -17,7 +17,7 @@ use crate::experiment::TestCurve;
 /// use breccia_calibration::{TestCurve, Qois};
 /// let displacement_mm: Vec<f64> = (0..=20).map(|i| 0.01 * i as f64).collect();
 /// let force_n = displacement_mm.iter().map(|u| 2000.0 * u - 10_000.0 * u * u).collect();
-/// let qois = Qois::of(&TestCurve { displacement_mm, force_n }, 0.3)?;
+/// let qois = Qois::of(&TestCurve::new(displacement_mm, force_n), 0.3)?;
 /// assert!((qois.peak_force_n - 100.0).abs() < 1e-9);
 /// assert!((qois.displacement_at_peak_mm - 0.1).abs() < 1e-9);
 /// assert!((qois.slope_n_per_mm - 1400.0).abs() < 1e-6);      // derivative at 0.03 mm
@@ -53,7 +53,7 @@ impl Qois {
     /// Computes the given quantities of a curve, in the given order.
     ///
     /// # Errors
-    /// As [`PeakedCurve::new`] and [`Qoi::value`].
+    /// As [`PeakedCurve::new`] and [`Qoi::value`]. A curve without peak is an error only if a quantity needs the peak.
     ///
     /// # Example
     /// F = 2000 u − 10 000 u² falls by 2 · 10 000 · (1.2 − 1) · 0.1 mm = 400 N/mm past its peak at 0.1 mm:
@@ -61,7 +61,7 @@ impl Qois {
     /// use breccia_calibration::{ForceAt, PostPeakSlope, Qois, Quantity, TestCurve};
     /// let displacement_mm: Vec<f64> = (0..=20).map(|i| 0.01 * i as f64).collect();
     /// let force_n = displacement_mm.iter().map(|u| 2000.0 * u - 10_000.0 * u * u).collect();
-    /// let curve = TestCurve { displacement_mm, force_n };
+    /// let curve = TestCurve::new(displacement_mm, force_n);
     /// let force = ForceAt::micrometres(50).expect("a positive displacement");
     /// let quantities = [Quantity::new(PostPeakSlope), Quantity::new(force)];
     /// let values = Qois::values_of(&curve, 0.3, &quantities)?;
@@ -74,7 +74,7 @@ impl Qois {
         slope_fraction: f64,
         quantities: &[Quantity],
     ) -> Result<Vec<f64>, QoiError> {
-        let curve = PeakedCurve::new(curve, slope_fraction)?;
+        let curve = of_quantities(curve, slope_fraction, quantities)?;
         quantities.iter().map(|quantity| quantity.value(&curve)).collect()
     }
 
@@ -95,7 +95,7 @@ impl Qois {
     /// let displacement_mm: Vec<f64> = (0..=20).map(|i| 0.01 * i as f64).collect();
     /// let rates: Vec<f64> = displacement_mm.iter().map(|u| u - u * u / 0.2).collect();
     /// let force_n = rates.iter().map(|rate| 2000.0 * rate).collect();
-    /// let curve = TestCurve { displacement_mm, force_n };
+    /// let curve = TestCurve::new(displacement_mm, force_n);
     /// let rates = Qois::rates_of(&curve, 0.3, &Quantity::of_the_paper(), &rates)?;
     /// assert!((rates[1] - 100.0 / 2000.0).abs() < 1e-12);
     /// assert!(rates[2].abs() < 1e-12);
@@ -107,10 +107,28 @@ impl Qois {
         quantities: &[Quantity],
         force_rates: &[f64],
     ) -> Result<Vec<f64>, QoiError> {
-        let curve = PeakedCurve::new(curve, slope_fraction)?;
-        let rates = curve.rates(force_rates)?;
+        let curve = of_quantities(curve, slope_fraction, quantities)?;
+        let points = curve.record().force_n.len();
+        if force_rates.len() != points {
+            return Err(QoiError::TooShort { points: force_rates.len().min(points) });
+        }
+        let on_loading = curve.on_loading(force_rates);
+        let rates = curve.rates(&on_loading, force_rates)?;
         quantities.iter().map(|quantity| quantity.rate(&curve, &rates)).collect()
     }
+}
+
+/// Locates the peak of a curve if one of the quantities needs it.
+fn of_quantities<'a>(
+    curve: &'a TestCurve,
+    slope_fraction: f64,
+    quantities: &[Quantity],
+) -> Result<PeakedCurve<'a>, QoiError> {
+    let curve = PeakedCurve::with_any_peak(curve, slope_fraction)?;
+    if quantities.iter().any(|quantity| quantity.needs_peak()) {
+        curve.check_peak()?;
+    }
+    Ok(curve)
 }
 
 #[cfg(test)]

@@ -11,11 +11,16 @@ use super::definition::Qoi;
 use super::displacement_at_peak::DisplacementAtPeak;
 use super::energy_to_peak::EnergyToPeak;
 use super::force_at::ForceAt;
+use super::force_at_time::ForceAtTime;
+use super::hysteresis_energy::HysteresisEnergy;
 use super::peak_force::PeakForce;
 use super::post_peak_slope::PostPeakSlope;
 use super::relative_force::RelativeForce;
+use super::relaxed_fraction::RelaxedFraction;
 use super::slope::Slope;
+use super::table_column::TableColumn;
 use super::unit::Unit;
+use super::unloading_slope::UnloadingSlope;
 
 /// A quantity of interest that a calibration compares. Clones share the quantity; two values are equal if their names
 /// are equal.
@@ -156,8 +161,14 @@ impl QoiRegistry {
             .with_qoi(DisplacementAtPeak)
             .with_qoi(EnergyToPeak)
             .with_qoi(PostPeakSlope)
+            .with_qoi(RelaxedFraction)
+            .with_qoi(UnloadingSlope)
+            .with_qoi(HysteresisEnergy)
             .with_family("force-at-50-percent", RelativeForce::of_name, RelativeForce::of_column)
             .with_family("force-at-0.05-mm", ForceAt::of_name, ForceAt::of_column)
+            .with_family("force-at-10-s", ForceAtTime::of_name, ForceAtTime::of_column)
+            // the column alone does not show that it is one of these quantities
+            .with_family("column:deflection_mm", TableColumn::of_name, |_| None)
     }
 
     /// Adds a quantity. If its name is taken, the earlier quantity keeps the name.
@@ -191,8 +202,8 @@ impl QoiRegistry {
 
     /// Returns the quantity with this name in a case. Words may also be joined by `_`.
     pub fn named(&self, name: &str) -> Option<Quantity> {
-        let name = name.replace('_', "-");
-        self.entries.iter().find_map(|entry| (entry.named)(&name))
+        let named = |name: &str| self.entries.iter().find_map(|entry| (entry.named)(name));
+        named(name).or_else(|| named(&name.replace('_', "-")))
     }
 
     /// Makes this the registry of the process. Returns `false` if the process has one already.
@@ -213,8 +224,12 @@ mod tests {
     fn quantities_are_found_by_their_columns_and_by_their_names_in_a_case() {
         let scalars = ["slope", "peak-force", "displacement-at-peak", "energy-to-peak"];
         let shape = ["force-at-1-percent", "force-at-50-percent", "force-at-199-percent"];
+        let branches = ["relaxed-fraction", "unloading-slope", "hysteresis-energy"];
+        let times =
+            ["force-at-0.000001-s", "force-at-0.5-s", "force-at-10-s", "force-at-86400.25-s"];
         let forces = ["force-at-0.001-mm", "force-at-1.234-mm", "force-at-4294967.295-mm"];
-        for name in scalars.into_iter().chain(["post-peak-slope"]).chain(shape).chain(forces) {
+        let with_peak = scalars.into_iter().chain(["post-peak-slope"]).chain(shape);
+        for name in with_peak.chain(forces).chain(branches).chain(times) {
             let quantity: Quantity = toml::Value::from(name).try_into().unwrap();
             assert_eq!(quantity.to_string(), name);
             assert_eq!(Quantity::of_column(&quantity.column()), Some(quantity.clone()));
@@ -234,6 +249,8 @@ mod tests {
             "force_at_0.0005_mm_N",
             "force_at_-1_mm_N",
             "force_at_NaN_mm_N",
+            "force_at_0_s_N",
+            "force_at_0.0000001_s_N",
         ] {
             assert_eq!(Quantity::of_column(column), None, "{column}");
         }

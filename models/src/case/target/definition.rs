@@ -6,17 +6,21 @@ use std::fmt::Debug;
 
 use fem::PhaseField;
 
-use super::super::{MaterialCase, TestCase};
+use super::super::{InterfaceCase, MachineCase, MaterialCase, TestCase};
 
 /// Parts of a case that a calibrated parameter can change.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SimulationParts {
     /// `[material]`, by region.
     pub material: BTreeMap<String, MaterialCase>,
+    /// `[interface]`, by the names of its regions.
+    pub interface: BTreeMap<String, InterfaceCase>,
     /// `[phase_field]`.
     pub phase_field: Option<PhaseField>,
     /// `[test]`.
     pub test: TestCase,
+    /// `[machine]`. It changes no simulation: the curve of a run is recorded by this machine.
+    pub machine: MachineCase,
 }
 
 /// Error if the case does not have the parameter: the reason, and the remedy.

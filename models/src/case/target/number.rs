@@ -1,7 +1,8 @@
-//! Numbers of the tables `[phase_field]` and `[test]` that can be calibrated. Each has an entry in [`NUMBERS`].
+//! Numbers of the tables `[phase_field]`, `[test]` and `[machine]` that can be calibrated. Each has an entry in [`NUMBERS`].
 
 use std::borrow::Cow;
 
+use super::super::MachineCase;
 use super::definition::{SimulationParts, Target, TargetError};
 
 /// A number of a case outside `[material]`.
@@ -15,7 +16,7 @@ pub(super) struct CaseNumber {
 }
 
 /// All numbers outside `[material]` that can be calibrated.
-pub(super) const NUMBERS: [CaseNumber; 4] = [
+pub(super) const NUMBERS: [CaseNumber; 7] = [
     CaseNumber {
         path: "phase_field.length_mm",
         label: "l₀",
@@ -39,6 +40,24 @@ pub(super) const NUMBERS: [CaseNumber; 4] = [
         label: "slip velocity",
         unit: "mm/s",
         place: |parts| Some(&mut parts.test.slip_velocity_mm_per_s),
+    },
+    CaseNumber {
+        path: "test.temperature_celsius",
+        label: "T",
+        unit: "°C",
+        place: |parts| Some(parts.test.temperature_celsius.get_or_insert_default()),
+    },
+    CaseNumber {
+        path: MachineCase::COMPLIANCE,
+        label: "C",
+        unit: "mm/N",
+        place: |parts| Some(parts.machine.compliance_mm_per_n.get_or_insert_default()),
+    },
+    CaseNumber {
+        path: MachineCase::FORCE_OFFSET,
+        label: "F₀",
+        unit: "N",
+        place: |parts| Some(parts.machine.force_offset_n.get_or_insert_default()),
     },
 ];
 

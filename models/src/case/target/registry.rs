@@ -7,6 +7,8 @@ use std::str::FromStr;
 use std::sync::{Arc, OnceLock};
 
 use super::definition::Target;
+use super::inelastic::{self, InelasticConstant};
+use super::interface::{self, InterfaceToughness};
 use super::material::{MaterialConstant, Property};
 use super::number::NUMBERS;
 
@@ -22,6 +24,7 @@ pub struct Parameter {
 
 impl Parameter {
     /// Creates the parameter of a target. The path of the target must have a table and a key, as in `matrix.young_mpa`.
+    /// Only the free names of `[parameters]` have no table.
     pub fn new(target: impl Target) -> Self {
         Self { path: target.path().into(), target: Arc::new(target) }
     }
@@ -29,6 +32,11 @@ impl Parameter {
     /// Table and key of the path.
     pub(crate) fn table_and_key(&self) -> (&str, &str) {
         self.path.rsplit_once('.').unwrap_or(("", &self.path))
+    }
+
+    /// Whether the parameter is one of `[parameters]`, whose names are free.
+    pub(crate) fn is_free(&self) -> bool {
+        !self.path.contains('.')
     }
 
     /// Returns label and unit; if `with_region`, the name of the region stands before the label.
@@ -132,11 +140,28 @@ impl TargetRegistry {
     /// Returns the target with this path.
     pub(crate) fn find(&self, path: &str) -> Option<Parameter> {
         let target = self.targets.iter().find(|target| *target.path == *path).cloned();
-        target.or_else(|| MaterialConstant::of_path(path).map(Parameter::new))
+        target.or_else(|| {
+            if interface::is_of_interface(path) {
+                return InterfaceToughness::of_path(path).map(Parameter::new);
+            }
+            if inelastic::is_inelastic(path) {
+                return InelasticConstant::of_path(path).map(Parameter::new);
+            }
+            MaterialConstant::of_path(path).map(Parameter::new)
+        })
+    }
+
+    /// Whether a path names a table within a table, whose keys are parameters: `interface.matrix-grain`,
+    /// `matrix.viscoelastic`.
+    pub(crate) fn is_table(path: &str) -> bool {
+        interface::is_table(path) || inelastic::is_table(path)
     }
 
     /// Returns the keys of a table of the case that can be calibrated.
     pub(crate) fn keys_of(&self, table: &str) -> Vec<&str> {
+        if interface::is_table(table) {
+            return vec![interface::TOUGHNESS];
+        }
         let own = self.targets.iter().map(Parameter::table_and_key);
         let own: Vec<&str> = own.filter(|own| own.0 == table).map(|own| own.1).collect();
         match own.is_empty() {

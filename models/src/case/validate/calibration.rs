@@ -3,6 +3,7 @@
 use ::surrogate::OrderRule;
 
 use super::super::{CaseFile, DiscrepancyCase, Likelihood, Mistakes, SequentialCase};
+use super::program::check_branches;
 use crate::error::InputError;
 use crate::qoi::{Extent, Quantity, RelativeForce};
 
@@ -19,6 +20,7 @@ impl CaseFile {
         mistakes.note(self.check_quantities(&case.qoi.quantities));
         mistakes.note(self.check_curve_percent(&case.qoi.curve_percent));
         mistakes.note(self.check_reach());
+        mistakes.note(check_branches(self));
         if let Some(prior) = &case.prior {
             self.check_prior(prior, mistakes);
         }
@@ -98,7 +100,8 @@ impl CaseFile {
     /// # Errors
     /// If the number is too small. The error names the key and an allowed value.
     pub(crate) fn check_steps(&self) -> Result<(), InputError> {
-        let steps = self.case.test.steps;
+        // the segments of a load program need no peak each
+        let steps = self.case.test.steps.filter(|_| self.case.test.program.is_none());
         steps.map_or(Ok(()), |steps| self.check_number_of_steps("test.steps", steps))
     }
 
@@ -156,13 +159,19 @@ impl CaseFile {
                 return Err(self.error("test.stop_below_peak", stop.to_string(), problem, help));
             }
         }
-        let Some(end) = test.displacement_mm else { return Ok(()) };
+        let program_end = test.load_program().ok().flatten().map(|program| program.largest_mm());
+        let Some(end) = test.displacement_mm.or(program_end) else { return Ok(()) };
         let is_beyond = |quantity: &&Quantity| match quantity.extent() {
             Extent::Displacement(displacement_mm) => displacement_mm > end.abs(),
             _ => false,
         };
         compared.iter().find(is_beyond).map_or(Ok(()), |quantity| {
-            let problem = format!("lies beyond the end of the test, test.displacement_mm = {end}");
+            let key = if program_end.is_some() {
+                "largest displacement of test.program"
+            } else {
+                "test.displacement_mm"
+            };
+            let problem = format!("lies beyond the end of the test, {key} = {end}");
             let help = "Name a displacement before all peaks, which every run reaches.";
             Err(self.error("qoi.quantities", quantity.to_string(), problem, help))
         })

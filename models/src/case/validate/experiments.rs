@@ -31,7 +31,18 @@ impl CaseFile {
                 )));
             }
         }
+        let are_others = experiments.table.is_some() || experiments.virtual_specimens.is_some();
+        if let Some(values) = experiments.values.as_ref().filter(|_| are_others) {
+            mistakes.note(Err(self.error(
+                "experiments.values",
+                values.display().to_string(),
+                "stands beside another kind of specimens",
+                "Keep one of values (measured quantities), table (measured curves) and virtual.",
+            )));
+        }
         mistakes.note(match (&experiments.table, &experiments.virtual_specimens) {
+            // `check_values` checks the table of measured quantities
+            (None, None) if experiments.values.is_some() => Ok(()),
             (None, None) => Err(self.error(
                 "experiments",
                 "",

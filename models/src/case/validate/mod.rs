@@ -2,14 +2,23 @@
 
 mod calibration;
 mod experiments;
+mod interface;
+mod machine;
 mod microstructure;
+mod outside;
 mod prior;
+mod program;
+mod several_tests;
 mod simulation;
 
 use fem::VOID;
 
+use interface::{WrongInterface, check_interface};
+
 use super::{CaseFile, Mistakes, SpecimenGeometry};
 use crate::error::{InputError, closest};
+use machine::check_machine;
+use several_tests::check_tests;
 
 /// Regions that may have a material although the specimen does not have the region.
 const USUAL_REGIONS: [&str; 2] = ["matrix", "grain"];
@@ -18,6 +27,7 @@ impl CaseFile {
     /// Names of the regions whose materials the case must give.
     fn regions(&self, geometry: &SpecimenGeometry) -> Vec<String> {
         match geometry {
+            SpecimenGeometry::Absent => Vec::new(),
             SpecimenGeometry::Mesh { regions, .. } => regions.keys().cloned().collect(),
             SpecimenGeometry::Cylinder { grains: None, .. } => vec!["matrix".into()],
             SpecimenGeometry::Image { labels: Some(rules), .. } => {
@@ -33,6 +43,9 @@ impl CaseFile {
 
     /// Checks every value and returns all errors.
     pub(super) fn validate(&self) -> Vec<InputError> {
+        if !self.case.tests.is_empty() {
+            return check_tests(self);
+        }
         let mut mistakes = Mistakes::default();
         let geometry = match self.geometry() {
             Ok(geometry) => Some(geometry),
@@ -41,7 +54,7 @@ impl CaseFile {
                 None
             }
         };
-        if let Some(geometry) = &geometry {
+        if let Some(geometry) = geometry.as_ref().filter(|_| self.case.is_built_in()) {
             self.check_specimen(geometry, &mut mistakes);
             let regions = self.regions(geometry);
             regions.iter().for_each(|region| mistakes.note(self.check_region(region)));
@@ -52,10 +65,20 @@ impl CaseFile {
             };
             mistakes.note(self.check_used(&regions, waiting));
         }
-        for (region, material) in &self.case.material {
-            self.check_material(region, material, &mut mistakes);
+        if self.case.is_built_in() {
+            for (region, material) in &self.case.material {
+                self.check_material(region, material, &mut mistakes);
+            }
+            self.check_test(&mut mistakes);
         }
-        self.check_test(&mut mistakes);
+        for (name, own) in &self.case.interface {
+            if let Err(wrong) = check_interface(&self.case, name, own) {
+                let WrongInterface { key, value, problem, help } = wrong;
+                mistakes.note(Err(self.error(&key, value, problem, help)));
+            }
+        }
+        outside::check_outside(self, &mut mistakes);
+        check_machine(self, &mut mistakes);
         self.check_calibration(&mut mistakes);
         if let Some(geometry) = &geometry {
             mistakes.note(self.check_microstructures(geometry));

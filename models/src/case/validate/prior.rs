@@ -3,7 +3,9 @@
 use fem::FemError;
 use ppl::Univariate;
 
-use super::super::{Case, CaseFile, Mistakes, Parameter, PriorCase, TargetError};
+use super::super::{Case, CaseFile, Mistakes, Parameter, PriorCase, SimulationParts, TargetError};
+use super::interface::{WrongInterface, check_interface};
+use super::machine::check_machine;
 use crate::error::InputError;
 use crate::prior::{Prior, PriorBounds};
 
@@ -62,7 +64,10 @@ impl CaseFile {
             )));
         }
         for (parameter, prior) in prior.iter() {
-            let key = format!("prior.{parameter}");
+            let key = match self.case.parameters.contains_key(&parameter.to_string()) {
+                true => format!("parameters.{parameter}.prior"),
+                false => format!("prior.{parameter}"),
+            };
             let checked = self
                 .check_distribution(&key, prior)
                 .and_then(|()| self.check_bounds(&key, parameter, &PriorBounds(prior.range())));
@@ -89,10 +94,26 @@ impl CaseFile {
         parameter: &Parameter,
         &PriorBounds([lower, upper]): &PriorBounds,
     ) -> Result<(), InputError> {
-        self.check_parameter(key, parameter)?;
         let value = format!("[{lower:?}, {upper:?}]");
-        for bound in [lower, upper] {
-            self.check_value(key, &value, parameter, bound)?;
+        if parameter.is_free() && !self.case.parameters.contains_key(&parameter.to_string()) {
+            let problem = "a parameter is named with its region";
+            let help = "Write matrix.young_mpa = … in place of young_mpa = …, grain.toughness_n_per_mm = … and so on. \
+                        Free names are declared in [parameters].";
+            return Err(self.error(key, value, problem, help));
+        }
+        // the case has no numbers that parameters of runs from outside could set
+        if !self.case.is_built_in() {
+            if !(lower.is_finite() && upper.is_finite()) {
+                return Err(self.error(key, value, "must be finite", "Write [lower, upper]."));
+            }
+        } else if parameter.is_free() {
+            // `check_outside` refuses free parameters of the built-in simulation
+            return Ok(());
+        } else {
+            self.check_parameter(key, parameter)?;
+            for bound in [lower, upper] {
+                self.check_value(key, &value, parameter, bound)?;
+            }
         }
         if lower < upper {
             return Ok(());
@@ -131,13 +152,25 @@ impl CaseFile {
                 Err(other) => return refuse(other.to_string(), "Choose another value."),
             }
         }
-        let Case { phase_field, test, .. } = &self.case;
-        if (&parts.phase_field, &parts.test) == (phase_field, test) {
+        let changed =
+            parts.interface.iter().filter(|(name, own)| self.case.interface[*name] != **own);
+        for (name, interface) in changed {
+            if let Err(WrongInterface { problem, help, .. }) =
+                check_interface(&self.case, name, interface)
+            {
+                return refuse(problem, &help);
+            }
+        }
+        let Case { phase_field, test, machine, .. } = &self.case;
+        if (&parts.phase_field, &parts.test, &parts.machine) == (phase_field, test, machine) {
             return Ok(());
         }
-        let case = Case { phase_field: parts.phase_field, test: parts.test, ..self.case.clone() };
+        let SimulationParts { phase_field, test, machine, .. } = parts;
+        let case = Case { phase_field, test, machine, ..self.case.clone() };
         let mut mistakes = Mistakes::default();
-        Self { path: self.path.clone(), case }.check_test(&mut mistakes);
+        let file = Self { path: self.path.clone(), case };
+        file.check_test(&mut mistakes);
+        check_machine(&file, &mut mistakes);
         match mistakes.into_vec().into_iter().next() {
             Some(InputError { problem, help, .. }) => refuse(problem, &help),
             None => Ok(()),

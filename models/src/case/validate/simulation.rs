@@ -5,6 +5,7 @@ use fem::{FemError, Packing, PhaseField, Platens, Segmentation};
 use super::super::{
     Case, CaseFile, ConditionsCase, MaterialCase, Mistakes, Property, SpecimenGeometry,
 };
+use super::program::check_program;
 use crate::error::InputError;
 
 /// Largest number of tetrahedra; a larger number is assumed to be a typing error in the spacing.
@@ -13,7 +14,7 @@ const MOST_TETS: f64 = 2e7;
 impl CaseFile {
     pub(super) fn check_specimen(&self, geometry: &SpecimenGeometry, mistakes: &mut Mistakes) {
         let (size, meshing) = match geometry {
-            SpecimenGeometry::Mesh { .. } => return,
+            SpecimenGeometry::Mesh { .. } | SpecimenGeometry::Absent => return,
             SpecimenGeometry::Cylinder { radius_mm, height_mm, grains, scan, meshing } => {
                 let size = [Some(*radius_mm), Some(*height_mm)];
                 self.check_size(size, mistakes);
@@ -160,9 +161,37 @@ impl CaseFile {
             is_complete = false;
             mistakes.note(Err(mistake));
         }
+        if m.viscoelastic.is_some() && m.plastic.is_some() {
+            is_complete = false;
+            mistakes.note(Err(self.error(
+                &format!("material.{region}.plastic"),
+                "",
+                "stands beside viscoelastic",
+                "A region is viscoelastic or plastic: remove one of the two.",
+            )));
+        }
+        if let Some(shift) = m.viscoelastic.as_ref().and_then(|series| series.shift) {
+            mistakes.note(self.check_shift(region, &shift));
+        }
         if is_complete {
             mistakes.note(self.check_in_fem(region, m));
         }
+    }
+
+    /// Checks that the time shift of a region has a temperature at which it is valid.
+    fn check_shift(&self, region: &str, shift: &fem::TimeShift) -> Result<(), InputError> {
+        let Some(celsius) = self.case.test.temperature_celsius else {
+            return Err(self.error(
+                "test.temperature_celsius",
+                "",
+                format!("is missing, but material.{region}.viscoelastic.shift depends on it"),
+                "Add the temperature of the test in °C, or leave the shift out.",
+            ));
+        };
+        shift.validate("test", celsius).map_err(|error| {
+            let key = format!("material.{region}.viscoelastic.shift");
+            self.error(&key, "", error.to_string(), "Check its constants and the temperature.")
+        })
     }
 
     /// Checks a material of a region with the checks of `fem`.
@@ -174,6 +203,13 @@ impl CaseFile {
     fn check_in_fem(&self, region: &str, material: &MaterialCase) -> Result<(), InputError> {
         let Err(error) = self.in_fem(region, material) else { return Ok(()) };
         match error {
+            FemError::OutOfRange { entity, field, value, requirement }
+                if entity.starts_with(&format!("material.{region}.")) =>
+            {
+                let (key, problem) =
+                    (format!("{entity}.{field}"), format!("must be {requirement}"));
+                Err(self.error(&key, value.to_string(), problem, "See docs/how-to/memory.md."))
+            }
             FemError::OutOfRange { field, value, requirement, .. } => {
                 let property = Property::ALL.into_iter().find(|p| p.key() == field);
                 let table = if property.is_some() { "" } else { "law.ogden.terms." };
@@ -198,9 +234,20 @@ impl CaseFile {
         let Case { phase_field, test, solver, .. } = &self.case;
         mistakes.note(self.check_drive());
         mistakes.note(self.check_stepping());
+        check_program(self, mistakes);
         self.check_platens(mistakes);
+        if let Some(celsius) = test.temperature_celsius {
+            let help = "It is the temperature of the specimen during the test.";
+            let key = "test.temperature_celsius";
+            mistakes.note(self.within(key, celsius, -273.15, 5000.0, "°C", help));
+        }
         let field = phase_field.as_ref().map_or(Ok(()), PhaseField::validate);
-        for checked in [field, test.schedule().validate(), solver.validate()] {
+        let schedule = match test.program {
+            // the checks of the program report its mistakes
+            Some(_) => test.compression(None).map_or(Ok(()), |test| test.schedule.validate()),
+            None => test.schedule(None).validate(),
+        };
+        for checked in [field, schedule, solver.validate()] {
             mistakes.note(self.accepted(checked));
         }
     }
@@ -246,11 +293,13 @@ impl CaseFile {
             ))
         };
         match (&case.conditions, case.test.displacement_mm) {
+            (None, None) if case.test.program.is_some() => Ok(()),
             (None, None) => Err(self.error(
                 "test.displacement_mm",
                 "",
                 "is missing",
-                "Add how far the top platen moves, or a table [conditions] that says what acts.",
+                "Add how far the top platen moves, a load program in test.program, or a table [conditions] that says what \
+                 acts.",
             )),
             (None, Some(displacement_mm)) => self.within(
                 "test.displacement_mm",

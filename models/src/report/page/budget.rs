@@ -14,14 +14,17 @@ pub(super) struct Budget<'a> {
     sources: Vec<&'a str>,
     /// Label of each parameter with its sources and their shares.
     parameters: &'a [(String, Vec<(String, f64)>)],
+    /// Whether the runs come from outside this program.
+    is_outside: bool,
 }
 
 pub(super) fn collect(results: &Results) -> Option<Budget<'_>> {
     let sources = sources(&results.budget);
-    (!sources.is_empty()).then_some(Budget { sources, parameters: &results.budget })
+    let is_outside = results.methods.as_ref().is_some_and(|methods| methods.outside.is_some());
+    (!sources.is_empty()).then_some(Budget { sources, parameters: &results.budget, is_outside })
 }
 
-pub(super) fn show(Budget { sources, parameters }: &Budget<'_>) -> Markup {
+pub(super) fn show(Budget { sources, parameters, is_outside }: &Budget<'_>) -> Markup {
     let header = html! {
         th { "share of the variance" }
         @for source in sources {
@@ -38,6 +41,7 @@ pub(super) fn show(Budget { sources, parameters }: &Budget<'_>) -> Markup {
             }
         }
     };
+    let has_kind = |wanted: &str| sources.iter().any(|source| kind(source) == wanted);
     html! {
         section {
             h2 { "Where the uncertainty comes from" }
@@ -46,11 +50,14 @@ pub(super) fn show(Budget { sources, parameters }: &Budget<'_>) -> Markup {
                 "Shares of the sources in the posterior variance, linearised at the posterior mean; the prior is not a source. \
                  Specimens: scatter between specimens, which more specimens reduce. Geometry: scatter \
                  between packings. Surrogate: error of the surrogate, which more runs reduce."
-                @if sources.contains(&"discrepancy") {
+                @if has_kind("discrepancy") {
                     " Discrepancy: error of the model that the case states; it is not estimated from \
                      the data."
                 }
-                @if !sources.contains(&"mesh") {
+                @if *is_outside {
+                    " The intervals do not include an error of the simulator, unless it is stated in \
+                     [calibration.discrepancy]."
+                } @else if !has_kind("mesh") {
                     " The intervals do not include the error of the mesh, which the section on the confirming \
                      simulation estimates."
                 }
@@ -67,7 +74,8 @@ fn sources(budget: &[(String, Vec<(String, f64)>)]) -> Vec<&str> {
             found.push(source);
         }
     }
-    let place = |source: &&str| SOURCES.iter().position(|s| s == source).unwrap_or(SOURCES.len());
+    let place =
+        |source: &&str| SOURCES.iter().position(|s| *s == kind(source)).unwrap_or(SOURCES.len());
     found.sort_by_key(place);
     found
 }
@@ -76,9 +84,15 @@ fn share(parts: &[(String, f64)], source: &str) -> Option<f64> {
     parts.iter().find(|(name, _)| name == source).map(|(_, share)| *share)
 }
 
+/// Kind of a source: with several tests, the name of the source begins with the name of its test.
+fn kind(source: &str) -> &str {
+    source.rsplit(' ').next().unwrap_or(source)
+}
+
 /// Class of a source in the style sheet.
 fn colour(source: &str) -> &str {
-    if SOURCES.contains(&source) { source } else { "other" }
+    let kind = kind(source);
+    if SOURCES.contains(&kind) { kind } else { "other" }
 }
 
 fn percent(share: f64) -> String {
@@ -93,7 +107,7 @@ fn bar(parts: &[(String, f64)]) -> Markup {
     let names: Vec<String> =
         parts.iter().map(|(source, share)| format!("{source} {}", percent(*share))).collect();
     let mut ordered: Vec<&(String, f64)> = parts.iter().collect();
-    let place = |part: &&(String, f64)| SOURCES.iter().position(|s| *s == part.0);
+    let place = |part: &&(String, f64)| SOURCES.iter().position(|s| *s == kind(&part.0));
     ordered.sort_by_key(|part| place(part).unwrap_or(SOURCES.len()));
     let ends = ordered.iter().scan(0.0, |end, part| {
         *end += 100.0 * part.1;
@@ -142,6 +156,16 @@ mod tests {
         assert!(rects[0].contains("class=\"specimens\" x=\"0.00\" width=\"79.60\""), "{bar}");
         assert!(rects[1].contains("class=\"geometry\" x=\"79.60\" width=\"14.80\""), "{bar}");
         assert!(rects[2].contains("class=\"surrogate\" x=\"94.40\" width=\"5.60\""), "{bar}");
+    }
+
+    #[test]
+    fn sources_of_several_tests_have_the_colours_of_their_kinds() {
+        let part = |source: &str| (source.to_owned(), 0.5);
+        let parts = vec![part("slow mesh"), part("fast specimens")];
+        let results = Results { budget: vec![("E (MPa)".to_owned(), parts)], ..Results::default() };
+        let html = collect(&results).map(|budget| show(&budget).into_string()).unwrap_or_default();
+        assert!(html.contains("<rect class=\"specimens\" x=\"0.00\""), "{html}");
+        assert!(html.contains("key mesh") && !html.contains("do not include the error"), "{html}");
     }
 
     #[test]

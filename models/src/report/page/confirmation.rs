@@ -8,7 +8,7 @@ use crate::report::figures;
 use crate::report::results::{Results, mean};
 
 pub(super) fn collect(results: &Results) -> Option<&Results> {
-    (!results.map_curve.is_empty()).then_some(results)
+    (results.is_confirmed || !results.map_curve.is_empty()).then_some(results)
 }
 
 pub(super) fn show(results: &Results) -> Markup {
@@ -16,13 +16,15 @@ pub(super) fn show(results: &Results) -> Markup {
     html! {
         section {
             h2 { "Confirming simulation" }
-            (figure(&figures::confirmation(results), html! {
-                @if results.baseline_curve.is_some() {
-                    "Baseline: simulation with the materials of the case, before calibration. "
-                }
-                "MAP: simulation (not surrogate) with the calibrated parameters."
-            }, "if the curve at the MAP differs from the experiments although the misfit above is small, the compared \
-                quantities do not depend on that part of the curve: calibrate with likelihood = \"curve\"."))
+            @if !results.map_curve.is_empty() {
+                (figure(&figures::confirmation(results), html! {
+                    @if results.baseline_curve.is_some() {
+                        "Baseline: simulation with the materials of the case, before calibration. "
+                    }
+                    "MAP: simulation (not surrogate) with the calibrated parameters."
+                }, "if the curve at the MAP differs from the experiments although the misfit above is small, the compared \
+                    quantities do not depend on that part of the curve: calibrate with likelihood = \"curve\"."))
+            }
             (table(
                 html! {
                     th { "quantity" } th { "experimental mean" } th { "simulation at the MAP" }

@@ -7,20 +7,25 @@ use crate::report::figures;
 use crate::report::results::{Finding, Results};
 
 pub(super) fn collect(results: &Results) -> Option<&Results> {
-    (!results.ensemble.is_empty() || !results.experiments.is_empty()).then_some(results)
+    let has_quantities = results.qois.iter().any(|qoi| !qoi.ensemble.is_empty());
+    let has_curves = !results.ensemble.is_empty() || !results.experiments.is_empty();
+    (has_quantities || has_curves).then_some(results)
 }
 
 pub(super) fn show(results: &Results) -> Markup {
+    let has_curves = !results.ensemble.is_empty() || !results.experiments.is_empty();
     html! {
         section {
             h2 { "Curves and quantities of interest" }
-            (figure(&figures::curves(results), html! {
-                (results.ensemble.len()) " simulated tests over the prior box ("
-                (format!("{:.0}", results.ensemble_seconds)) " s of processor time), "
-                (results.experiments.len()) " measured curves. The range of the ensemble must include \
-                the experiments."
-            }, "a measured curve beyond the range of the ensemble cannot be calibrated: check its units, its zero and \
-                its toe in the table below, then widen [prior]."))
+            @if has_curves {
+                (figure(&figures::curves(results), html! {
+                    (results.ensemble.len()) " simulated tests over the prior box ("
+                    (format!("{:.0}", results.ensemble_seconds)) " s of processor time), "
+                    (results.experiments.len()) " measured curves. The range of the ensemble must include \
+                    the experiments."
+                }, "a measured curve beyond the range of the ensemble cannot be calibrated: check its units, its zero and \
+                    its toe in the table below, then widen [prior]."))
+            }
             @if !results.failures.is_empty() {
                 p { "Runs that failed and are omitted:" }
                 ul { @for (id, reason) in &results.failures { li { "run " (id) ": " (reason) } } }
@@ -29,7 +34,7 @@ pub(super) fn show(results: &Results) -> Markup {
                 "Bars: ensemble. Outline and dots: experiments; dashed: their mean."
             }, "if the dots are outside of the bars, no point of the prior explains the experiments: widen [prior], or \
                 check for effects that [material] and [test] omit."))
-            (findings(results))
+            @if !results.experiments.is_empty() { (findings(results)) }
         }
     }
 }

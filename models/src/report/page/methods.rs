@@ -28,8 +28,13 @@ pub(super) fn collect(results: &Results) -> Option<Paragraph<'_>> {
     let numbers = || results.summary.iter();
     Some(Paragraph {
         settings,
-        specimens: results.experiments.len(),
-        runs: results.ensemble.len(),
+        specimens: results.experiments.len().max(results.specimens.len()),
+        // runs may have quantities and no curves
+        runs: results
+            .qois
+            .iter()
+            .map(|q| q.ensemble.len())
+            .fold(results.ensemble.len(), usize::max),
         order: results.chosen_order,
         parameters: parameters.collect(),
         quantities: results.qois.iter().map(|qoi| qoi.label.as_str()).collect(),
@@ -48,18 +53,23 @@ pub(super) fn show(paragraph: &Paragraph<'_>) -> Markup {
             p {
                 "The parameters " (paragraph.parameters.join("; ")) " (in brackets: the range of the prior) were \
                  calibrated against " (paragraph.quantities.join(", ")) " of " (specimens) " specimens with Breccia "
-                (settings.version) ", following Schmid et al. [1]. Each specimen was simulated with " (elements)
-                " finite elements"
-                @match damage {
-                    Some(damage) => {
-                        " and a phase-field model of fracture [2, 3] (" (damage.model) ", split of the energy: "
+                (settings.version) ", following Schmid et al. [1]. "
+                @match (&settings.outside, damage) {
+                    (Some(outside), _) => { (outside) " " }
+                    (None, Some(damage)) => {
+                        "Each specimen was simulated with " (elements) " finite elements and a phase-field model of fracture [2, 3] (" (damage.model) ", split of the energy: "
                         (damage.split) ", irreversibility: " (damage.irreversibility) ", regularisation length "
                         (damage.length_mm) " mm). "
                     }
-                    None => ", without damage. ",
+                    (None, None) => {
+                        "Each specimen was simulated with " (elements) " finite elements, without damage. "
+                    }
                 }
-                (runs) " simulations, placed in the ranges of the priors by the method " (design)
-                ", were replaced by a polynomial chaos expansion [4] of order " (order) " (" (terms) " terms; "
+                (runs) " simulations"
+                @if !design.is_empty() {
+                    ", placed in the ranges of the priors by the method " (design) ","
+                }
+                " were replaced by a polynomial chaos expansion [4] of order " (order) " (" (terms) " terms; "
                 (settings.order_rule) "). The specimens scatter about the model by a multivariate normal distribution with \
                  an LKJ(3) prior on its correlations [5] and Normal(0.15, 0.25) priors, truncated to positive values, on \
                  the standard deviations relative to the means. The error of surrogate and mesh \

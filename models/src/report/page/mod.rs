@@ -6,6 +6,7 @@
 //! 3. `specimens`, `curves`, `surrogate`, `posterior`, `correlations`, `sampling`: data, surrogate and posterior
 //! 4. `predictions`, `confirmation`, `damage`, `further`: what follows from them
 //! 5. `specimen`, `methods`, `inputs`, `case_file`: how the results were made
+//! 6. `several_tests`: the page of a case with several tests, from these sections
 
 mod budget;
 mod case_file;
@@ -23,6 +24,7 @@ pub(super) mod parts;
 mod posterior;
 mod predictions;
 mod sampling;
+mod several_tests;
 mod specimen;
 mod specimens;
 mod surrogate;
@@ -33,6 +35,7 @@ use maud::{Markup, html};
 
 use super::document::document;
 use super::results::Results;
+pub(crate) use several_tests::{JointResults, WithoutTest, joint_page};
 
 /// Returns the HTML of each listed section, `None` for a section without content.
 macro_rules! sections {

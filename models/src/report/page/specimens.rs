@@ -18,35 +18,39 @@ pub(super) fn collect(results: &Results) -> Option<Specimens<'_>> {
 }
 
 pub(super) fn show(Specimens { labels, specimens }: &Specimens<'_>) -> Markup {
+    let with_size = specimens.iter().any(|specimen| specimen.size_mm.is_some());
     let column = |m: usize| specimens.iter().map(|s| s.values[m]).collect::<Vec<f64>>();
     html! {
         section {
             h2 { "Specimens" }
             (table(
                 html! {
-                    th { "specimen" } th.text { "group" } th { "height (mm)" } th { "radius (mm)" }
+                    th { "specimen" } th.text { "group" }
+                    @if with_size { th { "height (mm)" } th { "radius (mm)" } }
                     @for label in labels { th { (label) } }
                 },
                 html! {
                     @for specimen in *specimens { tr {
                         td.name { (specimen.id) } td.name { (specimen.group) }
-                        td { (plain(specimen.height_mm)) } td { (plain(specimen.radius_mm)) }
+                        @if with_size {
+                            @for size in specimen.size_mm.unwrap_or([f64::NAN; 2]) { td { (plain(size)) } }
+                        }
                         @for value in &specimen.values { td { (number(*value)) } }
                     } }
                     tr {
-                        td.name { "mean" } td {} td {} td {}
+                        td.name { "mean" } td {} @if with_size { td {} td {} }
                         @for m in 0..labels.len() { td { (number(mean(&column(m)))) } }
                     }
                     @if specimens.len() > 1 { tr {
-                        td.name { "standard deviation" } td {} td {} td {}
+                        td.name { "standard deviation" } td {} @if with_size { td {} td {} }
                         @for m in 0..labels.len() { td { (format!("{:.1} %", deviation_percent(&column(m)))) } }
                     } }
                 },
             ))
-            p.caption {
+            @if with_size { p.caption {
                 "Quantities are scaled to the size of the mesh, as in the likelihood. Compressive force and shortening \
                  are positive."
-            }
+            } }
         }
     }
 }
@@ -68,8 +72,7 @@ mod tests {
         let specimen = |id: &str, value| SpecimenFacts {
             id: id.into(),
             group: "A".into(),
-            height_mm: 4.4,
-            radius_mm: 2.5,
+            size_mm: Some([4.4, 2.5]),
             values: vec![value],
         };
         let qoi = Qoi { label: "peak force (N)".into(), ..Qoi::default() };
@@ -85,5 +88,11 @@ mod tests {
         // sample standard deviation of 90 and 110: √200 = 14.1
         assert!(html.contains("<td>14.1 %</td>"), "{html}");
         assert!(collect(&Results::default()).is_none());
+        let results = Results {
+            specimens: vec![SpecimenFacts { id: "beam".into(), ..SpecimenFacts::default() }],
+            ..Results::default()
+        };
+        let html = collect(&results).map(|table| show(&table).into_string()).unwrap_or_default();
+        assert!(html.contains("beam") && !html.contains("height"), "{html}");
     }
 }

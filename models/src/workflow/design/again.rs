@@ -11,12 +11,12 @@ use super::super::fitted::Fitted;
 use super::super::inputs::Inputs;
 use super::super::level_runs::LevelRuns;
 use super::super::mesh_scale::MeshScale;
-use super::super::specimen_checks::looked_at;
+use super::super::preparation::Preparation;
 use super::super::specimen_stiffness::of_specimens;
 use super::super::task::Task;
 use super::super::uncertainty::SharedError;
 use super::present::{Draw, at_draws, belief};
-use crate::case::{CandidateCase, QoiCase, Toe};
+use crate::case::{CandidateCase, QoiCase};
 use crate::error::InputError;
 use crate::fracture::{column_means, sample};
 use crate::further_test::{Belief, FurtherTest};
@@ -83,7 +83,7 @@ fn read_again(
     inputs: &Inputs<'_>,
     quantities: &[Quantity],
 ) -> Result<Vec<Vec<f64>>, WorkflowError> {
-    let correct = inputs.toe() == Toe::Correct;
+    let preparation = Preparation::of(inputs);
     let specimens = inputs.specimen_table()?;
     let path = inputs.file("experiments.csv")?;
     let table = CsvTable::read(&path, &["id", MeshScale::COLUMNS[0], "slope_fraction"])?;
@@ -95,7 +95,7 @@ fn read_again(
             return Err(row.error("id", "is no specimen of the table", help).into());
         };
         let fraction = row.number("slope_fraction")?;
-        let (curve, _) = looked_at(&specimen.curve, fraction, correct);
+        let (curve, _) = preparation.apply(&specimen.curve, fraction);
         let curve = MeshScale::of_row(row)?.apply(&curve);
         let values = Qois::values_of(&curve, fraction, quantities).map_err(|error| {
             let help = "Take other quantities: the test did not go on to where these are taken.";

@@ -3,7 +3,7 @@
 mod levels;
 mod load;
 
-pub(super) use load::{load, load_done, parameters};
+pub(super) use load::{divergences, load, load_done, parameters, summary};
 
 use super::WorkflowError;
 use super::task::Task;

@@ -22,7 +22,13 @@ pub(super) const AT_THE_SURROGATE: Rule =
 /// Rule on the misfit of the simulation at the posterior mode. The simulation uses a single microstructure.
 pub(super) const SIMULATED: Rule = Rule {
     reads: &["calibrate", "confirm"],
-    check: |inputs| Ok(simulation(&misfits(inputs)?, &simulated(inputs)?)),
+    check: |inputs| {
+        // imported runs cannot be repeated at the mode
+        match inputs.imports_runs() {
+            true => Ok(Vec::new()),
+            false => Ok(simulation(&misfits(inputs)?, &simulated(inputs)?)),
+        }
+    },
 };
 
 /// Misfit between the model at the posterior mode and the mean of the specimens in one quantity, %.

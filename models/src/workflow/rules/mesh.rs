@@ -11,8 +11,14 @@ use crate::table::CsvTable;
 const NEGLIGIBLE: f64 = 2.0;
 
 /// Rule on the error of each quantity at the posterior mode that was estimated with a second mesh.
-pub(super) const RULE: Rule =
-    Rule { reads: &["calibrate", "confirm"], check: |inputs| Ok(warned(&errors(inputs)?)) };
+pub(super) const RULE: Rule = Rule {
+    reads: &["calibrate", "confirm"],
+    check: |inputs| match inputs.is_built_in() {
+        true => Ok(warned(&errors(inputs)?)),
+        // the mesh of another program is not known
+        false => Ok(Vec::new()),
+    },
+};
 
 /// Estimated error of the mesh in one quantity, %, with the errors that the intervals include.
 #[derive(Clone, Debug)]

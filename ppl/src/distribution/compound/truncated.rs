@@ -23,8 +23,11 @@ impl<D: Univariate> Truncated<D> {
         self.quantile(0.0).is_finite() && self.upper_quantile(0.0).is_finite()
     }
 
-    /// Probability of the interval `part` under the truncated distribution.
+    /// Probability of the interval `part` under the truncated distribution; NaN if an end of `part` is NaN.
     fn share(&self, part: Interval) -> f64 {
+        if part.lower().is_nan() || part.upper().is_nan() {
+            return f64::NAN;
+        }
         let inside = masses(&self.inner, self.interval).1;
         if inside < NEAR_UNDERFLOW {
             return self.ln_share(part).exp();

@@ -104,8 +104,9 @@ where
         let z = self.standardised(x.value());
         let power = (-z).exp();
         let slope = (power - 1.0) * inverse;
+        // at x = −∞ the value is −∞: the finite bound avoids ∞ − ∞
         terms.add(
-            -scale.ln() - z - power,
+            -scale.ln() - z.max(f64::MIN) - power,
             ((x, slope), (self.0, -slope), (self.1, -inverse - z * slope)),
         );
     }

@@ -102,9 +102,11 @@ where
     }
 
     #[inline(always)]
-    fn add_ln_pdf(&self, _: R, terms: &mut impl Accumulator<R>) {
+    fn add_ln_pdf(&self, x: R, terms: &mut impl Accumulator<R>) {
         let width = self.width();
-        terms.add(-width.ln(), ((self.0, width.recip()), (self.1, -width.recip())));
+        // NaN if x is NaN
+        let value = 0.0 * x.value() - width.ln();
+        terms.add(value, ((self.0, width.recip()), (self.1, -width.recip())));
     }
 
     #[inline(always)]

@@ -18,12 +18,8 @@ pub trait Intercept<R>: Clone {
     /// Index of the group of datum `i`.
     fn group(&self, i: usize) -> usize;
 
-    /// Value of the intercept of a group.
-    fn level(&self, group: usize) -> f64;
-
-    /// Propagates a derivative with respect to the intercept of a group: calls
-    /// `f(number, weight · ∂intercept/∂number)` for each number on which the intercept depends.
-    fn spread(&self, group: usize, weight: f64, f: &mut impl FnMut(R, f64));
+    /// Intercept of a group.
+    fn of_group(&self, group: usize) -> impl Parameter + Datum<R>;
 
     /// Checks that each of the `n` data has an intercept and that all intercepts are finite.
     ///
@@ -44,13 +40,8 @@ impl<R: Scalar, P: Parameter + Datum<R>> Intercept<R> for P {
     }
 
     #[inline(always)]
-    fn level(&self, _: usize) -> f64 {
-        self.number()
-    }
-
-    #[inline(always)]
-    fn spread(&self, _: usize, weight: f64, f: &mut impl FnMut(R, f64)) {
-        Datum::spread(self, weight, f);
+    fn of_group(&self, _: usize) -> impl Parameter + Datum<R> {
+        *self
     }
 
     fn validate(&self, family: &'static str, _: usize) -> Result<(), DomainError> {
@@ -75,13 +66,8 @@ impl<R: Scalar, L: Sequence<Item: Datum<R>>> Intercept<R> for ByGroup<'_, L> {
     }
 
     #[inline(always)]
-    fn level(&self, group: usize) -> f64 {
-        self.0.at::<R>(group).value()
-    }
-
-    #[inline(always)]
-    fn spread(&self, group: usize, weight: f64, f: &mut impl FnMut(R, f64)) {
-        f(self.0.at(group), weight);
+    fn of_group(&self, group: usize) -> impl Parameter + Datum<R> {
+        self.0.at::<R>(group)
     }
 
     fn validate(&self, family: &'static str, n: usize) -> Result<(), DomainError> {

@@ -42,7 +42,7 @@ impl<'g, A, B> Eta<'g, A, B> {
         B: Sequence<Item: Datum<R>>,
     {
         let row = x.row(datum);
-        let mut value = intercept.level(intercept.group(datum));
+        let mut value = intercept.of_group(intercept.group(datum)).number();
         for (k, x) in row.iter().enumerate().take(slopes.items().len()) {
             value += x * slopes.at::<R>(k).value();
         }
@@ -65,7 +65,7 @@ impl<R: Scalar, A: Intercept<R>, B: Sequence<Item: Datum<R>>> Datum<R> for Eta<'
 
     #[inline(always)]
     fn spread(&self, weight: f64, f: &mut impl FnMut(R, f64)) {
-        self.intercept.spread(self.intercept.group(self.datum), weight, f);
+        self.intercept.of_group(self.intercept.group(self.datum)).spread(weight, f);
         for (k, x) in self.row.iter().enumerate().take(self.slopes.items().len()) {
             f(self.slopes.at(k), weight * x);
         }

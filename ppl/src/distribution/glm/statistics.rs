@@ -129,7 +129,7 @@ impl<'s, A, B> Fit<'s, A, B> {
             squares += residual * residual;
         }
         for (g, row) in self.groups() {
-            let residual = self.residual::<R>(row) - self.intercept.level(g);
+            let residual = self.residual::<R>(row) - self.intercept.of_group(g).number();
             squares += row[self.statistics.slopes + 1] * residual * residual;
         }
         squares
@@ -176,11 +176,11 @@ where
                 add(fit.residual::<R>(row), row);
             }
             for (g, row) in fit.groups() {
-                let residual = fit.residual::<R>(row) - fit.intercept.level(g);
+                let residual = fit.residual::<R>(row) - fit.intercept.of_group(g).number();
                 let residual = row[slopes + 1] * residual;
                 add(residual, row);
                 if first == 0 {
-                    fit.intercept.spread(g, fit.weight * residual, f);
+                    fit.intercept.of_group(g).spread(fit.weight * residual, f);
                 }
             }
             for k in 0..BLOCK.min(slopes - first) {

@@ -114,9 +114,7 @@ where
         add_terms(x, mean, factor, terms);
     }
 
-    // no sufficient statistics if the size is known only at run time, because the length of each datum must then be
-    // checked
-    const HAS_STATISTICS: bool = <L::Size as Size>::AT_MOST != usize::MAX;
+    const HAS_STATISTICS: bool = true;
 
     fn sufficient_statistics(data: impl Iterator<Item = Self::Value>, out: &mut Vec<f64>) {
         sufficient_statistics(data.map(|x| x.as_ref().iter().map(|x| x.value()).collect()), out);
@@ -124,7 +122,11 @@ where
 
     #[inline(always)]
     fn add_statistics_terms(&self, statistics: &[f64], terms: &mut impl Accumulator<R>) {
-        add_statistics_terms(statistics, self.0.lift(), self.1.factor(), terms);
+        let (factor, mean) = (self.1.factor(), self.0.lift());
+        if mean.as_ref().len() != factor.size() {
+            return terms.add_number(R::from(f64::NEG_INFINITY));
+        }
+        add_statistics_terms(statistics, mean, factor, terms);
     }
 
     fn validate(&self) -> Result<(), DomainError> {

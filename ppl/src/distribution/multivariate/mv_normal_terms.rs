@@ -134,13 +134,17 @@ pub(super) fn add_terms<R: Scalar, S: Size>(
     terms.add(value, Gradient { x: x.clone(), mean, factor, z, w, inverse });
 }
 
-/// Statistics n, x̄ and the scatter matrix Σ (x − x̄)(x − x̄)ᵀ, row-major.
+/// Statistics n, x̄ and the scatter matrix Σ (x − x̄)(x − x̄)ᵀ, row-major. If the data have different lengths, the only
+/// statistic is NaN.
 pub(super) fn sufficient_statistics(mut data: impl Iterator<Item = Vec<f64>>, out: &mut Vec<f64>) {
     // the sums are over differences from the first datum, which avoids cancellation
     let Some(origin) = data.next() else { return };
     let size = origin.len();
     let (mut n, mut sum, mut scatter) = (1.0, vec![0.0; size], vec![0.0; size * size]);
     for x in data {
+        if x.len() != size {
+            return out.push(f64::NAN);
+        }
         n += 1.0;
         for i in 0..size {
             let d = x[i] - origin[i];
@@ -155,7 +159,8 @@ pub(super) fn sufficient_statistics(mut data: impl Iterator<Item = Vec<f64>>, ou
     out.extend((0..size * size).map(|k| scatter[k] - sum[k / size] * sum[k % size] / n));
 }
 
-/// Adds the log density of the data with the given sufficient statistics.
+/// Adds the log density of the data with the given sufficient statistics; −∞ if the data have another size than the
+/// factor.
 #[inline(always)]
 pub(super) fn add_statistics_terms<R: Scalar, S: Size>(
     statistics: &[f64],
@@ -165,6 +170,9 @@ pub(super) fn add_statistics_terms<R: Scalar, S: Size>(
 ) {
     let Some((&n, statistics)) = statistics.split_first() else { return };
     let (size, k) = (factor.size, factor.size());
+    if statistics.len() != k + k * k {
+        return terms.add_number(R::from(f64::NEG_INFINITY));
+    }
     let (center, scatter) = statistics.split_at(k);
     let l = factor.values();
     let inverse = size.vector(|i| l[i][i].recip());

@@ -2,7 +2,7 @@
 
 use rand::RngCore;
 
-use crate::density::Rejection;
+use crate::density::{FatalError, Location, Rejection};
 use crate::model::erased::{ErasedDensity, Evaluator};
 use crate::sampler::draws::chains::Chains;
 use crate::sampler::draws::report::{DrawStats, WarmupReport};
@@ -54,7 +54,7 @@ use crate::sampler::walk::tuning::Tuning;
 ///         let forward = ln_move(&here, &slope, &there);
 ///         let acceptance = (after - before + ln_move(&there, &back, &here) - forward).exp().min(1.0);
 ///         if rng.random::<f64>() < acceptance {
-///             state.move_to(&there, after);
+///             state.move_to(&there, after)?;
 ///         }
 ///         Ok(Step { acceptance, scale: size })
 ///     }
@@ -78,7 +78,7 @@ pub trait Kernel {
     /// Runs one transition: evaluates the density by `state`, and calls [`ChainState::move_to`] if the chain moves.
     ///
     /// # Errors
-    /// A fatal error of the density, as returned by the methods of `state`.
+    /// A fatal error, as returned by the methods of `state`.
     fn transition(
         &mut self,
         state: &mut ChainState<'_>,
@@ -88,7 +88,7 @@ pub trait Kernel {
     /// Adapts the kernel after a transition of the warmup. By default, the kernel is not adapted.
     ///
     /// # Errors
-    /// A fatal error of the density, as returned by the methods of `state`.
+    /// A fatal error, as returned by the methods of `state`.
     fn adapt(
         &mut self,
         state: &mut ChainState<'_>,
@@ -138,38 +138,59 @@ impl ChainState<'_> {
     /// Log density at `y`; −∞ if the density rejects the point. The rejection is counted for the report.
     ///
     /// # Errors
-    /// A fatal error of the density, which ends the chain.
+    /// A fatal error of the density, or [`FatalError::PointLength`] if `y` has the wrong length. Both end the chain.
     pub fn evaluate(&mut self, y: &[f64]) -> Result<f64, StopReason> {
+        self.check_length(y)?;
         self.evaluations += 1;
         self.rejections.value(&mut *self.density, y)
     }
 
     /// Log density at `y`; the gradient is written to `gradient`. Returns −∞ and a gradient of zeros if the density
-    /// rejects the point.
+    /// rejects the point, or if the log density or its gradient is not finite. The rejection is counted for the report.
     ///
     /// # Errors
-    /// A fatal error of the density, which ends the chain.
+    /// A fatal error of the density, [`FatalError::PointLength`] if `y` has the wrong length, or
+    /// [`FatalError::GradientLength`] if `gradient` and `y` have different lengths. These errors end the chain.
     pub fn gradient(&mut self, y: &[f64], gradient: &mut [f64]) -> Result<f64, StopReason> {
-        self.evaluations += 1;
-        match self.density.gradient(y, gradient) {
-            Ok(value) if value.is_finite() => Ok(value),
-            Ok(_) => {
-                gradient.fill(0.0);
-                Ok(f64::NEG_INFINITY)
-            }
-            Err(rejection) => {
-                gradient.fill(0.0);
-                self.rejections.count(&rejection)?;
-                Ok(f64::NEG_INFINITY)
-            }
+        self.check_length(y)?;
+        if gradient.len() != y.len() {
+            let error = FatalError::GradientLength { gradient: gradient.len(), point: y.len() };
+            return Err(StopReason::Fatal(Box::new(error)));
         }
+        self.evaluations += 1;
+        let rejection = match self.density.gradient(y, gradient) {
+            Ok(value) => {
+                let numbers = std::iter::once(&value).chain(&*gradient);
+                match numbers.copied().find(|number| !number.is_finite()) {
+                    None => return Ok(value),
+                    Some(value) => Rejection::NotFinite { location: Location::unknown(), value },
+                }
+            }
+            Err(rejection) => rejection,
+        };
+        gradient.fill(0.0);
+        self.rejections.count(&rejection)?;
+        Ok(f64::NEG_INFINITY)
     }
 
     /// Moves the chain to `y`, where the log density has the given value.
-    pub fn move_to(&mut self, y: &[f64], log_density: f64) {
-        self.position.clear();
-        self.position.extend_from_slice(y);
+    ///
+    /// # Errors
+    /// [`FatalError::PointLength`] if `y` has the wrong length. The error ends the chain.
+    pub fn move_to(&mut self, y: &[f64], log_density: f64) -> Result<(), StopReason> {
+        self.check_length(y)?;
+        self.position.copy_from_slice(y);
         self.log_density = log_density;
+        Ok(())
+    }
+
+    /// Returns an error if the length of `y` differs from the number of coordinates.
+    fn check_length(&self, y: &[f64]) -> Result<(), StopReason> {
+        let (point, dim) = (y.len(), self.dim());
+        match point == dim {
+            true => Ok(()),
+            false => Err(StopReason::Fatal(Box::new(FatalError::PointLength { point, dim }))),
+        }
     }
 }
 
@@ -230,7 +251,8 @@ struct KernelChain<'a, K> {
 impl<K: Kernel> MarkovChain for KernelChain<'_, K> {
     fn begin(&mut self, y: &[f64]) -> Result<(), Rejection> {
         let log_density = finite(&mut *self.state.density, y)?;
-        self.state.move_to(y, log_density);
+        self.state.position.copy_from_slice(y);
+        self.state.log_density = log_density;
         Ok(())
     }
 

@@ -69,6 +69,23 @@ fn p_values_of_the_mean_in_closed_form() {
     let n = check.replicated.len() as f64;
     assert!((check.p_value() - p).abs() < 4.0 * (p * (1.0 - p) / n).sqrt());
 
+    // a statistic chosen by the user: y[0] of a replicate is normal with variance 0.04 + 1
+    let first = |y: &[f64]| y[0];
+    let check = posterior.prior_predictive_check("y", "first", first).expect("prior draws");
+    assert_eq!((check.name.as_str(), check.statistic.as_str()), ("y", "first"));
+    assert_eq!(check.observed, posterior.observed.get("y").expect("observed").data[0]);
+    let p = normal_cdf((1.0 - check.observed) / 1.04f64.sqrt());
+    let n = check.replicated.len() as f64;
+    assert!((check.p_value() - p).abs() < 4.0 * (p * (1.0 - p) / n).sqrt());
+    // the mean of a statistic that equals the data in half of the replicates
+    let sign = |y: &[f64]| f64::from(u8::from(y[0] > 1.0));
+    let ties = posterior.prior_predictive_check("y", "sign", sign).expect("prior draws");
+    let above = ties.replicated.iter().sum::<f64>() / n;
+    let expected = if ties.observed == 1.0 { 0.5 * above } else { above + 0.5 * (1.0 - above) };
+    assert!((ties.p_value() - expected).abs() < 1e-12);
+    let error = posterior.prior_predictive_check("z", "first", first).expect_err("no such data");
+    assert!(matches!(&error, PredictiveError::NotObserved { known, .. } if known == "y"));
+
     let printed = table.to_string();
     for part in ["observed", "smallest", "median", "largest", "sd"] {
         assert!(printed.contains(part), "{printed}");

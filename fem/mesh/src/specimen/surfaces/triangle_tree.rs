@@ -1,13 +1,13 @@
 //! Signed distance to a closed triangle surface, by a tree of bounding boxes.
 //!
 //! # References
-//! C. Ericson, "Real-time collision detection", Morgan Kaufmann (2005), section 5.1.5: the nearest point of a
-//! triangle. J. A. Bærentzen, H. Aanæs, "Signed distance computation using the angle weighted pseudonormal", IEEE
+//! J. A. Bærentzen, H. Aanæs, "Signed distance computation using the angle weighted pseudonormal", IEEE
 //! Trans. Vis. Comput. Graph. 11 (2005) 243–253, doi:10.1109/TVCG.2005.49.
 
 use std::collections::HashMap;
 
 use crate::mesh::Surface;
+use crate::mesh::triangle::{Feature, nearest};
 use crate::mesh::vector::{Point, add, cross, dot, norm, scale, sub};
 
 /// Largest number of triangles in a leaf of the tree.
@@ -185,43 +185,18 @@ impl Node {
 impl Triangle {
     /// Returns the point of a triangle with the given corners that is nearest to `x`.
     pub(super) fn nearest_point(corners: [Point; 3], x: Point) -> Point {
-        let none = [[0.0; 3]; 3];
-        Triangle { corners, face: [0.0; 3], edges: none, at_corners: none }.nearest(x).0
+        nearest(corners, x).0
     }
 
     /// Returns the point of the triangle nearest to `x`, and the pseudonormal of the face, edge or corner that contains
     /// this point.
     fn nearest(&self, x: Point) -> (Point, Point) {
-        let [a, b, c] = self.corners;
-        let (ab, ac, ax) = (sub(b, a), sub(c, a), sub(x, a));
-        let (d1, d2) = (dot(ab, ax), dot(ac, ax));
-        if d1 <= 0.0 && d2 <= 0.0 {
-            return (a, self.at_corners[0]);
-        }
-        let bx = sub(x, b);
-        let (d3, d4) = (dot(ab, bx), dot(ac, bx));
-        if d3 >= 0.0 && d4 <= d3 {
-            return (b, self.at_corners[1]);
-        }
-        let vc = d1 * d4 - d3 * d2;
-        if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
-            return (add(a, scale(ab, d1 / (d1 - d3))), self.edges[0]);
-        }
-        let cx = sub(x, c);
-        let (d5, d6) = (dot(ab, cx), dot(ac, cx));
-        if d6 >= 0.0 && d5 <= d6 {
-            return (c, self.at_corners[2]);
-        }
-        let vb = d5 * d2 - d1 * d6;
-        if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
-            return (add(a, scale(ac, d2 / (d2 - d6))), self.edges[2]);
-        }
-        let va = d3 * d6 - d5 * d4;
-        if va <= 0.0 && d4 >= d3 && d5 >= d6 {
-            let share = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-            return (add(b, scale(sub(c, b), share)), self.edges[1]);
-        }
-        let sum = va + vb + vc;
-        (add(a, add(scale(ab, vb / sum), scale(ac, vc / sum))), self.face)
+        let (point, feature) = nearest(self.corners, x);
+        let pseudonormal = match feature {
+            Feature::Face => self.face,
+            Feature::Edge(edge) => self.edges[edge],
+            Feature::Corner(corner) => self.at_corners[corner],
+        };
+        (point, pseudonormal)
     }
 }

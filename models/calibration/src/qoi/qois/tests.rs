@@ -53,7 +53,8 @@ fn a_quantity_without_a_derivative_is_differentiated_numerically() {
     let curve = viscous_of(275.0, 0.3);
     let rates: Vec<f64> = curve.force_n.iter().map(|force| force / 275.0).collect();
     let curve = PeakedCurve::new(&curve, 0.3).unwrap();
-    let rates: CurveRates<'_> = curve.rates(&rates).unwrap();
+    let on_loading = curve.on_loading(&rates);
+    let rates: CurveRates<'_> = curve.rates(&on_loading, &rates).unwrap();
     let exact = [
         Slope.rate(&curve, &rates).unwrap(),
         PeakForce.rate(&curve, &rates).unwrap(),
@@ -72,7 +73,7 @@ fn a_quantity_without_a_derivative_is_differentiated_numerically() {
 fn curve(step_mm: f64, n: usize, force: impl Fn(f64) -> f64) -> TestCurve {
     let displacement_mm: Vec<f64> = (0..=n).map(|i| step_mm * i as f64).collect();
     let force_n = displacement_mm.iter().map(|&u| force(u)).collect();
-    TestCurve { displacement_mm, force_n }
+    TestCurve::new(displacement_mm, force_n)
 }
 
 /// F = A E ε exp(−(ε/ε_pk)³/3): the viscous limit of definitions 3.3, peak at ε_pk.
@@ -249,7 +250,8 @@ fn viscous_of(young: f64, viscosity: f64) -> TestCurve {
         let strain = u / height;
         area * young * strain * (-(strain / peak).powi(3) / 3.0).exp()
     };
-    TestCurve { force_n: displacement_mm.iter().map(force).collect(), displacement_mm }
+    let force_n = displacement_mm.iter().map(force).collect();
+    TestCurve::new(displacement_mm, force_n)
 }
 
 #[test]
@@ -312,7 +314,7 @@ fn the_window_of_the_slope_follows_the_peak() {
             area * at[0] * u / height * (-x.powi(3) / 3.0).exp()
         };
         let forces = |at| displacement_mm.iter().map(|u| force(at, u)).collect::<Vec<f64>>();
-        let curve = TestCurve { displacement_mm: displacement_mm.clone(), force_n: forces(at) };
+        let curve = TestCurve::new(displacement_mm.clone(), forces(at));
         for k in 0..2 {
             let reach = 1e-4 * at[k];
             let [low, high] = [-1.0, 1.0].map(|side| {
@@ -350,7 +352,8 @@ fn shape() -> [Quantity; 4] {
 fn curve_to_the_fall(step_mm: f64, force: impl Fn(f64) -> f64) -> TestCurve {
     let displacement_mm: Vec<f64> =
         (0..).map(|i| step_mm * f64::from(i)).take_while(|&u| u < 0.16).collect();
-    TestCurve { force_n: displacement_mm.iter().map(|&u| force(u)).collect(), displacement_mm }
+    let force_n = displacement_mm.iter().map(|&u| force(u)).collect();
+    TestCurve::new(displacement_mm, force_n)
 }
 
 #[test]

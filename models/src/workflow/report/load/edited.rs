@@ -2,10 +2,11 @@
 
 use super::super::super::WorkflowError;
 use super::super::super::editable::is_editable;
-use super::super::super::files::SPECIMENS;
+use super::super::super::files::{IMPORTED, SPECIMENS, VALUES};
 use super::super::super::freshness::finished_in;
 use super::super::super::inputs::Inputs;
 use super::super::super::product_folder::ProductFolder;
+use crate::case::SimulatorCase;
 
 /// One sentence for each edited product, and for each edited copy of a file that the case names.
 pub(super) fn edited(inputs: &Inputs<'_>) -> Result<Vec<String>, WorkflowError> {
@@ -37,6 +38,10 @@ fn copies(inputs: &Inputs<'_>) -> Result<Vec<String>, WorkflowError> {
     let case = inputs.case();
     let mut names = vec!["specimen.msh".to_owned()];
     names.extend((1..=case.further_tests.candidate.len()).map(|k| format!("candidates/{k}.msh")));
+    for own in case.simulator.iter().flat_map(SimulatorCase::paths) {
+        names.push(own.display().to_string());
+    }
+    names.extend([IMPORTED, VALUES].map(str::to_owned));
     let is_measured = case.experiments.as_ref().is_some_and(|e| e.table.is_some());
     if is_measured && inputs.file_if_there(SPECIMENS).is_some() {
         names.push(SPECIMENS.to_owned());

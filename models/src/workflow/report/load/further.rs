@@ -2,8 +2,8 @@
 
 use super::super::super::WorkflowError;
 use super::super::super::inputs::Inputs;
-use super::posterior::label;
-use crate::case::{Case, Parameter};
+use super::posterior::label_of;
+use crate::case::Case;
 use crate::report::{FurtherExpected, FurtherNeeded, FurtherParameter, FurtherTestResult};
 use crate::table::{CsvTable, TableRow};
 
@@ -49,8 +49,7 @@ fn test_of<'a>(
 ) -> &'a mut FurtherTestResult {
     let (path, name) = (row.text("parameter"), row.text("candidate"));
     let at = found.iter().position(|(own, _)| own == path).unwrap_or_else(|| {
-        let known: Result<Parameter, _> = path.parse();
-        let label = known.map_or_else(|_| path.to_owned(), |parameter| label(case, &parameter));
+        let label = label_of(case, path);
         found.push((path.to_owned(), FurtherParameter { label, ..FurtherParameter::default() }));
         found.len() - 1
     });

@@ -1,27 +1,49 @@
 //! Loads curves of the ensemble and measured curves, with the findings of the curve checks.
 
-use fem::{CurvePoint, read_curve};
+use fem::read_curve;
 use surrogate::Dataset;
 
 use super::super::super::WorkflowError;
 use super::super::super::ensemble::so_far;
 use super::super::super::inputs::Inputs;
 use super::super::super::mesh_scale::MeshScale;
-use crate::case::Toe;
+use super::super::super::preparation::Preparation;
+use super::super::super::simulator::{recorded_run, recorded_with};
+use crate::case::MachineCase;
 use crate::error::InputError;
+use crate::experiment::TestCurve;
 use crate::qoi::Quantity;
 use crate::report::{Finding, Points, Results, SpecimenFacts};
 use crate::table::{CsvTable, TableRow};
 
-/// A simulated curve, starting at the origin.
-pub(super) fn curve(inputs: &Inputs<'_>, name: &str) -> Result<Points, WorkflowError> {
-    Ok(from_the_origin(&read_curve(inputs.file(name)?)?))
+/// The curve of a confirming simulation, starting at the origin, as the machine of its parameters records it.
+pub(super) fn confirmed(inputs: &Inputs<'_>, label: &str) -> Result<Points, WorkflowError> {
+    let points = read_curve(inputs.file(&format!("curves/{label}.csv"))?)?;
+    let path = inputs.file("confirm_runs.csv")?;
+    let runs = CsvTable::read(&path, &["run"])?;
+    let row = runs.named("run", label)?;
+    let calibrated = [MachineCase::COMPLIANCE, MachineCase::FORCE_OFFSET].into_iter();
+    let calibrated = calibrated.filter(|column| runs.has_column(column));
+    let machine = calibrated.map(|column| row.number(column).map(|value| (column, value)));
+    let machine = machine.collect::<Result<Vec<_>, InputError>>()?;
+    Ok(points_of(recorded_with(machine, &points)))
 }
 
-/// A curve that starts at the origin; recorded curves start with the first step.
-fn from_the_origin(points: &[CurvePoint]) -> Points {
-    let steps = points.iter().map(|p| (p.displacement_mm, p.force_n));
-    [(0.0, 0.0)].into_iter().chain(steps).collect()
+/// The curve of a confirming simulation, see [`confirmed`]; empty for a simulation that has quantities and no curve.
+pub(super) fn confirmed_if_there(
+    inputs: &Inputs<'_>,
+    label: &str,
+) -> Result<Points, WorkflowError> {
+    // the built-in simulation always writes the curve
+    let name = format!("curves/{label}.csv");
+    match inputs.case().is_built_in() || inputs.file_if_there(&name).is_some() {
+        true => confirmed(inputs, label),
+        false => Ok(Points::new()),
+    }
+}
+
+fn points_of(curve: TestCurve) -> Points {
+    curve.displacement_mm.into_iter().zip(curve.force_n).collect()
 }
 
 /// Loads the findings of the checks of measured curves.
@@ -48,7 +70,14 @@ pub(super) fn ensemble(
     for i in 0..data.len() {
         let note = |name: &str| data.note(i, name).unwrap_or_default();
         results.ensemble_seconds += note("seconds").parse().unwrap_or(0.0);
-        results.ensemble.push(curve(inputs, &format!("curves/run-{:0>3}.csv", note("run")))?);
+        let name = format!("curves/run-{:0>3}.csv", note("run"));
+        // a simulation that has quantities and no curve writes no file
+        if inputs.case().is_built_in() || inputs.file_if_there(&name).is_some() {
+            let points = read_curve(inputs.file(&name)?)?;
+            let names = data.inputs().iter().map(|input| input.name.as_str());
+            let of_run = names.zip(data.row(i).0.iter().copied());
+            results.ensemble.push(points_of(recorded_with(of_run, &points)));
+        }
     }
     let path = inputs.file("failed_runs.csv")?;
     for row in CsvTable::read(&path, &["run", "seconds", "reason"])?.rows() {
@@ -63,7 +92,9 @@ pub(super) fn ensemble_so_far(inputs: &Inputs<'_>, results: &mut Results) {
     let Ok((runs, meshes)) = so_far(inputs) else { return };
     for (record, values) in runs.usable() {
         results.ensemble_seconds += record.seconds;
-        results.ensemble.push(from_the_origin(&record.curve));
+        if !record.curve.is_empty() {
+            results.ensemble.push(points_of(recorded_run(record)));
+        }
         results.qois.iter_mut().zip(values).for_each(|(qoi, value)| qoi.ensemble.push(*value));
     }
     for (record, reason) in runs.failed() {
@@ -85,10 +116,13 @@ pub(super) fn experiments(
     quantities: &[Quantity],
     results: &mut Results,
 ) -> Result<(), WorkflowError> {
+    if inputs.measured_values().is_some() {
+        return without_curves(inputs, quantities, results);
+    }
     let table = inputs.chosen(inputs.specimen_table()?)?;
     let path = inputs.file("experiments.csv")?;
     let used = CsvTable::read(&path, &["id", MeshScale::COLUMNS[0]])?;
-    let corrected = inputs.toe() == Toe::Correct;
+    let preparation = Preparation::of(inputs);
     let looked = inputs.file("curve_checks.csv")?;
     let looked = CsvTable::read(&looked, &["id", "finding", "value"])?;
     let end = results.ensemble.iter().flatten().map(|p| p.0).fold(0.0, f64::max);
@@ -99,8 +133,7 @@ pub(super) fn experiments(
         results.specimens.push(SpecimenFacts {
             id: specimen.id.clone(),
             group: specimen.group.clone(),
-            height_mm: specimen.height_mm,
-            radius_mm: specimen.radius_mm,
+            size_mm: Some([specimen.height_mm, specimen.radius_mm]),
             values: values.collect::<Result<_, _>>()?,
         });
         if scale.displacement != 1.0 {
@@ -115,12 +148,32 @@ pub(super) fn experiments(
                 specimen.id, specimen.radius_mm, scale.force
             ));
         }
-        let toe = if corrected { toe_mm(&looked, &specimen.id)? } else { 0.0 };
-        let curve = scale.apply(&specimen.curve.shift_displacement(-toe));
+        let toe = if preparation.corrects_toe() { toe_mm(&looked, &specimen.id)? } else { 0.0 };
+        let curve = preparation.specimen_curve(&specimen.curve).shift_displacement(-toe);
+        let curve = scale.apply(&curve);
         // points far beyond the simulated range would compress the rest of the figure
-        let points = curve.displacement_mm.into_iter().zip(curve.force_n);
+        let points = points_of(curve).into_iter();
         let is_shown = |p: &(f64, f64)| end == 0.0 || p.0 <= 1.05 * end;
         results.experiments.push((specimen.id, points.filter(is_shown).collect()));
+    }
+    Ok(())
+}
+
+/// Loads the quantities of specimens that have no curves.
+fn without_curves(
+    inputs: &Inputs<'_>,
+    quantities: &[Quantity],
+    results: &mut Results,
+) -> Result<(), WorkflowError> {
+    let path = inputs.file("experiments.csv")?;
+    for row in CsvTable::read(&path, &["id", "group"])?.rows() {
+        let values = quantities.iter().map(|quantity| row.number(&quantity.column()));
+        results.specimens.push(SpecimenFacts {
+            id: row.text("id").to_owned(),
+            group: row.text("group").to_owned(),
+            size_mm: None,
+            values: values.collect::<Result<_, _>>()?,
+        });
     }
     Ok(())
 }

@@ -24,7 +24,7 @@ use crate::error::InputError;
 use crate::qoi::Quantity;
 use crate::report::{OrderErrors, Picture, PictureContent, Qoi, Qualifier, Results, mean, number};
 use crate::table::{CsvTable, TableRow};
-pub(in crate::workflow) use posterior::parameters;
+pub(in crate::workflow) use posterior::{divergences, parameters, summary};
 
 /// Reads the results of all stages.
 pub(in crate::workflow) fn load(inputs: &Inputs<'_>) -> Result<Results, WorkflowError> {
@@ -51,7 +51,7 @@ pub(in crate::workflow) fn load_done(
         qois: quantities.iter().map(qoi).collect(),
         ..Results::default()
     };
-    if done("mesh") {
+    if done("mesh") && inputs.is_built_in() {
         results.image_facts = image_facts(inputs)?;
         results.mesh_facts = facts(&inputs.file("mesh.csv")?)?;
     }
@@ -93,18 +93,23 @@ pub(in crate::workflow) fn load_done(
         results.summary = posterior::summary(inputs)?;
         results.divergences = posterior::divergences(inputs)?;
         results.loo = posterior::left_out(inputs, case)?;
-        results.misfits = fit::verdicts(inputs, done("confirm"))?;
+        let is_confirmed = done("confirm") && case.design.import.is_none();
+        results.misfits = fit::verdicts(inputs, is_confirmed)?;
         confirmed::predictive(inputs, quantities, &mut results.qois)?;
     }
-    if done("confirm") {
-        results.map_curve = measured::curve(inputs, "curves/map.csv")?;
-        results.baseline_curve = Some(measured::curve(inputs, "curves/baseline.csv")?);
-        results.damage = confirmed::damage(inputs)?;
+    // imported runs cannot be repeated at the mode
+    if done("confirm") && case.design.import.is_none() {
+        if case.is_built_in() {
+            results.baseline_curve = Some(measured::confirmed(inputs, "baseline")?);
+            results.damage = confirmed::damage(inputs)?;
+        }
+        results.is_confirmed = true;
+        results.map_curve = measured::confirmed_if_there(inputs, "map")?;
         results.notes.extend(notes::mesh_errors(inputs, quantities)?);
         confirmed::at_the_mode(inputs, quantities, &mut results.qois)?;
         for k in 1..=case.confirm.draws {
-            let draw = measured::curve(inputs, &format!("curves/draw-{k}.csv"))?;
-            results.posterior_curves.push(draw);
+            let draw = measured::confirmed_if_there(inputs, &format!("draw-{k}"))?;
+            results.posterior_curves.extend((!draw.is_empty()).then_some(draw));
         }
     }
     if done("design") {
@@ -133,8 +138,11 @@ fn title(case: &Case) -> String {
     let parameters = case.prior.iter().flat_map(|prior| prior.parameters());
     let mut regions: Vec<&str> = parameters.filter_map(|p| p.region()).collect();
     regions.dedup();
-    let regions =
-        if regions.is_empty() { "specimen".to_owned() } else { regions.join(" and the ") };
+    let regions = match regions.is_empty() {
+        true if !case.is_built_in() => "model".to_owned(),
+        true => "specimen".to_owned(),
+        false => regions.join(" and the "),
+    };
     let experiments = case.experiments.as_ref();
     match experiments.and_then(|e| e.virtual_specimens.as_ref()) {
         Some(v) => {
@@ -295,7 +303,13 @@ fn settings(case: &Case) -> Vec<(String, String)> {
     let sampler = &case.calibration;
     let row = |name: &str, value: String| (name.to_owned(), value);
     vec![
-        row("design", format!("{} runs, seed {}", case.design.runs, case.design.seed)),
+        row(
+            "design",
+            match &case.design.import {
+                Some(_) => "imported runs".to_owned(),
+                None => format!("{} runs, seed {}", case.design.runs, case.design.seed),
+            },
+        ),
         row(
             "sampler",
             format!(

@@ -55,12 +55,12 @@ pub(crate) fn parameters(
 
 /// Label of a parameter, from its path.
 pub(super) fn label_of(case: &Case, name: &str) -> String {
-    let known: Result<Parameter, _> = name.parse();
-    known.map_or_else(|_| name.to_owned(), |parameter| label(case, &parameter))
+    let known: Option<Parameter> = case.parameter(name).cloned().or_else(|| name.parse().ok());
+    known.map_or_else(|| name.to_owned(), |parameter| label(case, &parameter))
 }
 
 /// Name and unit of a parameter, with its region if parameters of several regions are calibrated.
-pub(super) fn label(case: &Case, parameter: &Parameter) -> String {
+fn label(case: &Case, parameter: &Parameter) -> String {
     let all = || case.prior.iter().flat_map(|prior| prior.parameters());
     parameter.label_and_unit(all().any(|other| other.region() != parameter.region()))
 }
@@ -108,7 +108,7 @@ fn moments(
 }
 
 /// Loads the summary of every sampled number.
-pub(super) fn summary(inputs: &Inputs<'_>) -> Result<Vec<Summarised>, WorkflowError> {
+pub(crate) fn summary(inputs: &Inputs<'_>) -> Result<Vec<Summarised>, WorkflowError> {
     let (draws, summary) = (inputs.file("posterior.csv")?, inputs.file("summary.csv")?);
     let draws = CsvTable::read(&draws, &["chain"])?;
     let summary = CsvTable::read(&summary, &["parameter"])?;
@@ -128,7 +128,7 @@ pub(super) fn summary(inputs: &Inputs<'_>) -> Result<Vec<Summarised>, WorkflowEr
 }
 
 /// Number of divergent transitions after warmup, in all chains.
-pub(super) fn divergences(inputs: &Inputs<'_>) -> Result<u64, WorkflowError> {
+pub(crate) fn divergences(inputs: &Inputs<'_>) -> Result<u64, WorkflowError> {
     let path = inputs.file("sampling.csv")?;
     let table = CsvTable::read(&path, &["divergences"])?;
     let counts = table.rows().map(|row| row.number("divergences"));

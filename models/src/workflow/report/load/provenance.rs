@@ -78,6 +78,7 @@ pub(super) fn methods(case: &Case) -> Methods {
     let sampler = &case.calibration;
     Methods {
         version: env!("CARGO_PKG_VERSION").to_owned(),
+        outside: outside(case),
         damage: case.phase_field.as_ref().map(|damage| DamageModel {
             model: word(&damage.model),
             split: word(&damage.split),
@@ -89,7 +90,10 @@ pub(super) fn methods(case: &Case) -> Methods {
             Order::Quadratic => "quadratic",
         }
         .to_owned(),
-        design: word(&case.design.method),
+        design: match case.design.import {
+            Some(_) => String::new(),
+            None => word(&case.design.method),
+        },
         terms: word(&case.surrogate.terms),
         order_rule: rule_in_words(case.surrogate.rule),
         chains: sampler.chains,
@@ -99,6 +103,17 @@ pub(super) fn methods(case: &Case) -> Methods {
         target_accept: sampler.target_accept,
         seed: sampler.seed,
     }
+}
+
+/// Sentence on the source of runs from outside this program; `None` for the built-in simulation.
+fn outside(case: &Case) -> Option<String> {
+    if case.design.import.is_some() {
+        return Some("The simulations were made outside of Breccia and imported.".to_owned());
+    }
+    let (program, words) = case.simulator.as_ref()?.command.split_first()?;
+    let name = Path::new(program).file_name().unwrap_or_default().display().to_string();
+    let command = [&[name][..], words].concat().join(" ");
+    Some(format!("Each specimen was simulated with the command {command}."))
 }
 
 /// A choice as the case file names it.

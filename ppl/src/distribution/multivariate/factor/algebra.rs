@@ -173,8 +173,9 @@ impl<R: Scalar> DynCholeskyFactor<R> {
         Ok(factor)
     }
 
-    /// Computes the Cholesky factor of a covariance matrix. The entries of the matrix can depend on unknowns, for
-    /// example for a Gaussian process. The entries above the diagonal are not read.
+    /// Computes the Cholesky factor of a covariance matrix. The entries of the matrix can depend on unknowns. The entries
+    /// above the diagonal are not read. For a Gaussian process with a known form of covariance,
+    /// [`GaussianProcess`](crate::GaussianProcess) is faster.
     ///
     /// # Errors
     /// [`DomainError`] if a row does not reach the diagonal, or if the matrix is not positive definite.

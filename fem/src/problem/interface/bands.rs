@@ -1,0 +1,153 @@
+//! Bands of a mesh around its interfaces, and their materials.
+
+use std::sync::Arc;
+
+use super::interface::Interface;
+use super::toughness::Band;
+use crate::error::{FemError, Unsupported};
+use crate::material::{Material, PhaseField, PointMaterial};
+use fem_mesh::{InterfaceSurface, TetMesh};
+
+/// Bands around the interfaces of a mesh. They do not depend on the toughnesses.
+///
+/// The materials of the bands are appended to the materials of the regions: for each interface, the material of the
+/// band in its first and in its second region.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Bands {
+    /// Two sides for each interface.
+    sides: Vec<[Option<Side>; 2]>,
+    /// Index of the band's material, and the share of the element that is in the band, for each element of the whole
+    /// mesh. Empty without interfaces.
+    of_element: Arc<[(u16, f64)]>,
+}
+
+/// Band in one region that can break.
+#[derive(Clone, Copy, Debug)]
+struct Side {
+    /// Index of the region.
+    region: usize,
+    /// Half-width w of the band, mm.
+    half_width_mm: f64,
+    /// Thickness h of the row of elements at the interface, mm. A crack breaks these elements, linear or quadratic.
+    row_mm: f64,
+    /// Whether the other region can break, too.
+    two_sided: bool,
+}
+
+impl Bands {
+    /// Finds the bands of a mesh. `damaged` states which regions can break.
+    ///
+    /// # Errors
+    /// [`FemError::Unsupported`] if a region does not exist, the regions do not touch, or no region can break.
+    pub(crate) fn new(
+        mesh: &TetMesh,
+        interfaces: &[Interface],
+        damaged: &[bool],
+    ) -> Result<Self, FemError> {
+        if interfaces.is_empty() {
+            return Ok(Self::default());
+        }
+        let mut of_element = vec![(0, 0.0); mesh.tets.len()];
+        let mut sides = Vec::new();
+        for (number, interface) in interfaces.iter().enumerate() {
+            let refused = |reason| Err(FemError::unsupported(interface.entity(), reason));
+            let mut regions = [0; 2];
+            for (index, name) in regions.iter_mut().zip(&interface.regions) {
+                let Some(region) = mesh.regions.iter().position(|region| region == name) else {
+                    let regions = mesh.regions.join(", ");
+                    return refused(Unsupported::NoSuchRegion { name: name.clone(), regions });
+                };
+                *index = region;
+            }
+            let surface = InterfaceSurface::new(mesh, regions.map(|region| region as u16));
+            if surface.area_mm2() <= 0.0 {
+                return refused(Unsupported::NoInterface);
+            }
+            let breaks = regions.map(|region| damaged[region]);
+            if breaks == [false; 2] {
+                return refused(Unsupported::InterfaceOfElasticRegions);
+            }
+            let rows = surface.row_mm();
+            let side = |k: usize| {
+                breaks[k].then(|| {
+                    let (region, row_mm) = (regions[k], rows[k]);
+                    // behind the row of elements that a crack breaks, one more row is in the band
+                    let half_width_mm = (0.5 * interface.width_mm).max(2.0 * row_mm);
+                    Side { region, half_width_mm, row_mm, two_sided: breaks == [true; 2] }
+                })
+            };
+            let both = [side(0), side(1)];
+            let widths = both.map(|side| side.map_or(0.0, |side| side.half_width_mm));
+            let first = mesh.regions.len() + 2 * number;
+            let shares = surface.band(mesh, widths);
+            for (tet, share) in shares.into_iter().enumerate() {
+                // an element in several bands belongs to the band with the largest share
+                if share > of_element[tet].1 {
+                    let is_second = usize::from(mesh.region_of[tet]) == regions[1];
+                    of_element[tet] = ((first + usize::from(is_second)) as u16, share);
+                }
+            }
+            sides.push(both);
+        }
+        Ok(Self { sides, of_element: of_element.into() })
+    }
+
+    /// Returns the index of the band's material and the share in the band, for each element of the whole mesh; empty
+    /// without interfaces.
+    pub(crate) fn of_element(&self) -> &Arc<[(u16, f64)]> {
+        &self.of_element
+    }
+
+    /// Returns the materials of the regions and of the bands, in the form used at quadrature points.
+    pub(crate) fn points(
+        &self,
+        materials: &[Material],
+        interfaces: &[Interface],
+        field: Option<&PhaseField>,
+    ) -> Arc<[PointMaterial]> {
+        let of_region = |material: &Material| material.at_point(field);
+        let mut points: Vec<PointMaterial> = materials.iter().map(of_region).collect();
+        for (interface, sides) in interfaces.iter().zip(&self.sides) {
+            for side in sides {
+                // no element has the material of a band in a region that does not break
+                let mut point = points[side.map_or(0, |side| side.region)].clone();
+                if let (Some(side), Some(field)) = (side, field)
+                    && let Some(fracture) = materials[side.region].fracture
+                    && let Some(damage) = &mut point.damage
+                {
+                    let bulk = fracture.toughness_n_per_mm;
+                    let factor = side.toughness(interface, bulk, field) / bulk;
+                    damage.local *= factor;
+                    damage.gradient *= factor;
+                }
+                points.push(point);
+            }
+        }
+        points.into()
+    }
+
+    /// Returns the interfaces whose bands were widened because the elements are too large: name, stated width and width
+    /// of the band, mm.
+    pub(crate) fn widened(&self, interfaces: &[Interface]) -> Vec<(String, f64, f64)> {
+        let of_interface = |(interface, sides): (&Interface, &[Option<Side>; 2])| {
+            let widest = sides.iter().flatten().map(|side| side.half_width_mm).fold(0.0, f64::max);
+            let stated = interface.width_mm;
+            (2.0 * widest > stated).then(|| (interface.regions.join("-"), stated, 2.0 * widest))
+        };
+        interfaces.iter().zip(&self.sides).filter_map(of_interface).collect()
+    }
+}
+
+impl Side {
+    /// Returns the toughness G̃ of the band, N/mm, in a region of toughness `bulk`.
+    fn toughness(&self, interface: &Interface, bulk: f64, field: &PhaseField) -> f64 {
+        let length = field.length_mm;
+        let band = Band {
+            bulk,
+            half_width: self.half_width_mm / length,
+            row: self.row_mm / length,
+            two_sided: self.two_sided,
+        };
+        band.toughness(field.model, interface.toughness_n_per_mm)
+    }
+}

@@ -1,0 +1,235 @@
+//! Branches of a load program in a curve: loading, hold and unloading.
+//!
+//! The displacement of the platen is a piecewise linear function of time. Its corners are found by dividing the readings
+//! at the largest distance from a chord until no distance exceeds a tolerance (Ramer, Comput. Graph. Image Process. 1
+//! (1972) 244; Douglas & Peucker, Cartographica 10 (1973) 112). Each corner is then moved to the reading next to the
+//! intersection of the least-squares lines of its two segments, because noise displaces the largest distance.
+
+use std::ops::Range;
+
+/// Part of a segment at each end that the least-squares line of the segment omits.
+const OMITTED: f64 = 0.1;
+/// Fewest steps between readings of a segment with a least-squares line.
+const FEWEST: usize = 4;
+
+/// Kind of a branch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BranchKind {
+    /// The displacement increases.
+    Loading,
+    /// The displacement is constant.
+    Hold,
+    /// The displacement decreases.
+    Unloading,
+}
+
+/// Consecutive readings of a curve in which the displacement increases, is constant, or decreases.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Branch {
+    pub kind: BranchKind,
+    /// Readings of the branch. Two consecutive branches share the reading at their corner.
+    pub readings: Range<usize>,
+}
+
+/// Returns the branches of a curve. Displacements that differ by at most `tolerance_mm` count as equal. Returns no branch
+/// if the times decrease anywhere, or if there are fewer than two readings.
+pub fn branches(time_s: &[f64], displacement_mm: &[f64], tolerance_mm: f64) -> Vec<Branch> {
+    let count = displacement_mm.len();
+    let ascends = time_s.windows(2).all(|pair| pair[0] <= pair[1]);
+    if count < 2 || time_s.len() != count || !ascends {
+        return Vec::new();
+    }
+    let corners = moved(time_s, displacement_mm, &corners(time_s, displacement_mm, tolerance_mm));
+    let mut branches: Vec<Branch> = Vec::new();
+    for ends in corners.windows(2) {
+        let change_mm = displacement_mm[ends[1]] - displacement_mm[ends[0]];
+        let kind = match change_mm {
+            change_mm if change_mm > tolerance_mm => BranchKind::Loading,
+            change_mm if change_mm < -tolerance_mm => BranchKind::Unloading,
+            _ => BranchKind::Hold,
+        };
+        match branches.last_mut() {
+            // a change of speed is no new branch
+            Some(last) if last.kind == kind => last.readings.end = ends[1] + 1,
+            _ => branches.push(Branch { kind, readings: ends[0]..ends[1] + 1 }),
+        }
+    }
+    branches
+}
+
+/// Readings of a curve with branches that belong to its first loading: the readings of loading branches whose
+/// displacement exceeds the displacements of all earlier branches.
+pub(crate) fn first_loading(branches: &[Branch], displacement_mm: &[f64]) -> Vec<usize> {
+    let mut farthest_mm = f64::NEG_INFINITY;
+    let mut chosen = Vec::new();
+    for branch in branches {
+        let readings = branch.readings.clone();
+        if branch.kind == BranchKind::Loading {
+            chosen.extend(readings.clone().filter(|&i| displacement_mm[i] > farthest_mm));
+        }
+        farthest_mm = readings.map(|i| displacement_mm[i]).fold(farthest_mm, f64::max);
+    }
+    chosen
+}
+
+/// Indices of the first and the last reading, and of the corners between them.
+fn corners(time_s: &[f64], u: &[f64], tolerance_mm: f64) -> Vec<usize> {
+    let mut corners = vec![0];
+    let mut open = vec![(0, u.len() - 1)];
+    while let Some((from, to)) = open.pop() {
+        let chord = Straight::between((time_s[from], u[from]), (time_s[to], u[to]));
+        let distance = |i: &usize| (u[*i] - chord.at(time_s[*i])).abs();
+        let farthest = (from + 1..to).max_by(|a, b| distance(a).total_cmp(&distance(b)));
+        match farthest.filter(|i| distance(i) > tolerance_mm) {
+            // the earlier part is divided first, so that the corners are in order
+            Some(corner) => open.extend([(corner, to), (from, corner)]),
+            None => corners.push(to),
+        }
+    }
+    corners
+}
+
+/// Moves each corner to the reading next to the intersection of the lines of its two segments.
+fn moved(time_s: &[f64], u: &[f64], corners: &[usize]) -> Vec<usize> {
+    let mut moved = corners.to_vec();
+    for k in 1..corners.len().saturating_sub(1) {
+        let [before, corner, after] = [corners[k - 1], corners[k], corners[k + 1]];
+        let lines =
+            [Straight::of(time_s, u, before, corner), Straight::of(time_s, u, corner, after)];
+        let [Some(first), Some(second)] = lines else { continue };
+        let Some(meeting_s) = first.meets(&second) else { continue };
+        let distance = |i: &usize| (time_s[*i] - meeting_s).abs();
+        // a corner must not pass its neighbours
+        let between = moved[k - 1] + 1..after;
+        if let Some(near) = between.min_by(|a, b| distance(a).total_cmp(&distance(b))) {
+            moved[k] = near;
+        }
+    }
+    moved
+}
+
+/// Displacement as a linear function of time.
+struct Straight {
+    time_s: f64,
+    displacement_mm: f64,
+    /// Slope, mm/s.
+    speed: f64,
+}
+
+impl Straight {
+    fn between(from: (f64, f64), to: (f64, f64)) -> Self {
+        let duration_s = to.0 - from.0;
+        let speed = if duration_s > 0.0 { (to.1 - from.1) / duration_s } else { 0.0 };
+        Self { time_s: from.0, displacement_mm: from.1, speed }
+    }
+
+    /// Least-squares line through the readings of a segment without its ends; `None` for a few readings or a single time.
+    fn of(time_s: &[f64], u: &[f64], from: usize, to: usize) -> Option<Self> {
+        // noise decides the line of a few readings
+        if to - from < FEWEST {
+            return None;
+        }
+        let omitted = ((to - from) as f64 * OMITTED).ceil() as usize;
+        let (from, to) = match to - from > 2 * omitted + 1 {
+            true => (from + omitted, to - omitted),
+            false => (from, to),
+        };
+        let count = (to - from + 1) as f64;
+        let mean = |values: &[f64]| values[from..=to].iter().sum::<f64>() / count;
+        let (middle_s, middle_mm) = (mean(time_s), mean(u));
+        let sum = |f: &dyn Fn(usize) -> f64| (from..=to).map(f).sum::<f64>();
+        let square = sum(&|i| (time_s[i] - middle_s).powi(2));
+        let product = sum(&|i| (time_s[i] - middle_s) * (u[i] - middle_mm));
+        let speed = product / square;
+        (square > 0.0).then_some(Self { time_s: middle_s, displacement_mm: middle_mm, speed })
+    }
+
+    fn at(&self, time_s: f64) -> f64 {
+        self.displacement_mm + self.speed * (time_s - self.time_s)
+    }
+
+    /// Time at which two lines meet, s; `None` for parallel lines.
+    fn meets(&self, other: &Self) -> Option<f64> {
+        let apart = self.at(other.time_s) - other.displacement_mm;
+        let time_s = other.time_s + apart / (other.speed - self.speed);
+        time_s.is_finite().then_some(time_s)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, Normal};
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    use super::*;
+
+    /// Readings of a program: `n` per segment.
+    fn readings(program: &[(f64, f64)], n: usize) -> (Vec<f64>, Vec<f64>) {
+        let (mut time_s, mut u) = (vec![0.0], vec![0.0]);
+        let mut before = (0.0, 0.0);
+        for &(t, x) in program {
+            for i in 1..=n {
+                let part = i as f64 / n as f64;
+                time_s.push(before.0 + part * (t - before.0));
+                u.push(before.1 + part * (x - before.1));
+            }
+            before = (t, x);
+        }
+        (time_s, u)
+    }
+
+    const PROGRAM: [(f64, f64); 5] =
+        [(0.01, 0.02), (20.0, 0.02), (21.0, 0.005), (21.5, 0.005), (23.0, 0.04)];
+    const KINDS: [BranchKind; 5] = [
+        BranchKind::Loading,
+        BranchKind::Hold,
+        BranchKind::Unloading,
+        BranchKind::Hold,
+        BranchKind::Loading,
+    ];
+
+    #[test]
+    fn exact_readings_have_the_branches_of_their_program() {
+        for n in [1, 2, 7, 40] {
+            let (time_s, u) = readings(&PROGRAM, n);
+            let found = branches(&time_s, &u, 1e-9);
+            assert_eq!(found.iter().map(|b| b.kind).collect::<Vec<_>>(), KINDS, "{n}");
+            for (k, branch) in found.iter().enumerate() {
+                assert_eq!(branch.readings, k * n..(k + 1) * n + 1);
+            }
+            let chosen = first_loading(&found, &u);
+            let beyond = (4 * n + 1..=5 * n).filter(|&i| u[i] > 0.02);
+            assert_eq!(chosen, (0..=n).chain(beyond).collect::<Vec<_>>(), "{n}");
+        }
+    }
+
+    #[test]
+    fn noise_moves_corners_by_a_reading_at_most() {
+        let n = 50;
+        let (time_s, exact) = readings(&PROGRAM, n);
+        let sd = 1e-4;
+        let noise = Normal::new(0.0, sd).unwrap();
+        for seed in 0..50 {
+            let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+            let u: Vec<f64> = exact.iter().map(|x| x + noise.sample(&mut rng)).collect();
+            let found = branches(&time_s, &u, 8.0 * sd);
+            assert_eq!(found.iter().map(|b| b.kind).collect::<Vec<_>>(), KINDS, "{seed}");
+            for (k, branch) in found.iter().enumerate() {
+                let off = branch.readings.start.abs_diff(k * n);
+                assert!(off <= 1, "{seed}: branch {k} starts {off} readings away from its corner");
+            }
+        }
+    }
+
+    #[test]
+    fn a_straight_test_and_a_change_of_speed_are_one_branch() {
+        let (time_s, u) = readings(&[(1.0, 0.1), (5.0, 0.2)], 10);
+        let only = Branch { kind: BranchKind::Loading, readings: 0..21 };
+        assert_eq!(branches(&time_s, &u, 1e-9), [only]);
+        let back: Vec<f64> = time_s.iter().rev().copied().collect();
+        assert_eq!(branches(&back, &u, 1e-9), []);
+        assert_eq!(branches(&[], &u, 1e-9), []);
+        assert_eq!(branches(&[0.0], &[0.0], 1e-9), []);
+    }
+}

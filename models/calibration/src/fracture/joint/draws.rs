@@ -1,0 +1,169 @@
+//! The joint posterior as each test sees it: draws of the parameters, scatter and correlations of one test, from which
+//! everything that follows from the calibration of a single test is computed.
+
+use std::ops::Range;
+
+use ppl::{Group, Posterior, Record, Values};
+use serde::{Deserialize, Serialize};
+use surrogate::{DynPce, Input};
+
+use super::correlation::factor_of;
+use super::prepared::{JointTests, PreparedTest};
+use crate::fracture::{
+    Calibration, CalibrationError, Evidence, calibration_on, label, relative_to_means,
+    unknown_inputs,
+};
+use crate::prior::Prior;
+
+/// Draws of the unknowns of one test from a joint posterior, in the order of the draws of all chains.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TestDraws {
+    /// Number of chains.
+    pub chains: usize,
+    /// Number of draws per chain.
+    pub draws: usize,
+    /// Parameters in the order of the surrogate's inputs, one row per draw.
+    pub theta: Vec<f64>,
+    /// Standard deviations of the quantities between specimens, relative to the means of the specimens, one row per
+    /// draw.
+    pub sd: Vec<f64>,
+    /// Cholesky factor of the correlation matrix, row-major, one matrix per draw.
+    pub corr: Vec<f64>,
+    /// Parameters at the mode of the joint posterior.
+    pub map: Vec<f64>,
+}
+
+/// Values of the unknowns of the joint model at one draw, or at the mode.
+struct Unknowns<'a> {
+    theta: &'a [f64],
+    spread: &'a [f64],
+    unit: &'a [f64],
+    sd: &'a [f64],
+    partial: &'a [f64],
+}
+
+impl<'a> Unknowns<'a> {
+    /// Unknowns from the values of each quantity by name; a quantity without values is empty.
+    fn of(values: impl Fn(&str) -> &'a [f64]) -> Self {
+        Self {
+            theta: values("theta"),
+            spread: values("spread"),
+            unit: values("unit"),
+            sd: values("sd"),
+            partial: values("partial"),
+        }
+    }
+}
+
+/// Positions of the unknowns of a test among the unknowns of all tests.
+struct Places {
+    units: Range<usize>,
+    sds: Range<usize>,
+    partials: Range<usize>,
+}
+
+impl Places {
+    /// Positions for each test, in order.
+    fn of_each(tests: &JointTests) -> Vec<Self> {
+        let (mut units, mut sds, mut partials) = (0, 0, 0);
+        let next = |from: &mut usize, length: usize| {
+            let range = *from..*from + length;
+            *from = range.end;
+            range
+        };
+        let places = tests.tests.iter().map(|test| Self {
+            units: next(&mut units, tests.varying.len()),
+            sds: next(&mut sds, test.quantities.len()),
+            partials: next(&mut partials, test.shapes.len()),
+        });
+        places.collect()
+    }
+}
+
+impl TestDraws {
+    /// Draws for each test, from the draws of the joint model and the record of its mode.
+    ///
+    /// # Errors
+    /// If the draws have no correlation matrix.
+    pub(super) fn of_each(
+        tests: &JointTests,
+        draws: &Group,
+        mode: &Record,
+    ) -> Result<Vec<Self>, CalibrationError> {
+        let count = draws.chains * draws.draws;
+        let at_draw = |draw: usize| {
+            Unknowns::of(|name| {
+                let Some(values) = draws.get(name) else { return &[] };
+                let size = values.data.len() / count.max(1);
+                &values.data[draw * size..(draw + 1) * size]
+            })
+        };
+        let mut all = Vec::with_capacity(tests.tests.len());
+        for (test, places) in tests.tests.iter().zip(Places::of_each(tests)) {
+            let mut own = Self { chains: draws.chains, draws: draws.draws, ..Self::default() };
+            for unknowns in (0..count).map(at_draw) {
+                own.theta.extend(point_within(test, &places, &unknowns));
+                own.sd.extend(&unknowns.sd[places.sds.clone()]);
+                let factor =
+                    factor_of(test.quantities.len(), &unknowns.partial[places.partials.clone()])
+                        .map_err(|error| CalibrationError::Group {
+                            group: test.name.clone(),
+                            problem: format!("has a draw without correlations: {error}"),
+                        })?;
+                own.corr.extend(factor.rows().concat());
+            }
+            let mode = Unknowns::of(|name| mode.values(name).unwrap_or_default());
+            own.map = point_within(test, &places, &mode);
+            all.push(own);
+        }
+        Ok(all)
+    }
+}
+
+/// Values of the surrogate's inputs of a test, inside their box: rounding may put a value on a bound, where its prior has
+/// no density.
+fn point_within(test: &PreparedTest, places: &Places, unknowns: &Unknowns<'_>) -> Vec<f64> {
+    let units = unknowns.unit[places.units.clone()].iter();
+    let deviations: Vec<f64> = units.zip(unknowns.spread).map(|(z, sd)| z * sd).collect();
+    let within = |(value, input): (f64, &Input)| {
+        let margin = 1e-12 * (input.upper - input.lower);
+        value.clamp(input.lower + margin, input.upper - margin)
+    };
+    test.point(unknowns.theta, &deviations).into_iter().zip(&test.inputs).map(within).collect()
+}
+
+/// Calibration of one test whose draws are those of a joint posterior, so that predictions, misfits and leave-one-out
+/// densities of the test follow from all tests.
+///
+/// # Errors
+/// As [`calibrate`](crate::calibrate), and if the draws do not suit the test.
+pub fn calibration_of_draws(
+    pce: &DynPce,
+    priors: &[Prior],
+    evidence: &Evidence,
+    draws: &TestDraws,
+) -> Result<Calibration, CalibrationError> {
+    let (forward, specimens) = relative_to_means(pce, evidence)?;
+    unknown_inputs(pce, priors, specimens.known_inputs())?;
+    let model = calibration_on(&forward, priors, &specimens);
+    let (parameters, size) = (priors.len(), forward.outputs().len());
+    let values = |name: &str, shape: Vec<usize>, data: &[f64]| Values {
+        name: name.to_owned(),
+        shape,
+        data: data.to_vec(),
+    };
+    let group = Group {
+        chains: draws.chains,
+        draws: draws.draws,
+        variables: vec![
+            values("theta", vec![parameters], &draws.theta),
+            values("sd", vec![size], &draws.sd),
+            values("corr", vec![size, size], &draws.corr),
+        ],
+    };
+    let mut posterior = Posterior::from_draws(&model, &group)?;
+    label(&mut posterior, pce, parameters)?;
+    drop(model);
+    let map = draws.map.clone();
+    Ok(Calibration { posterior, map, mode: None, specimens, forward, priors: priors.to_vec() })
+}

@@ -1,0 +1,349 @@
+//! Compares joint calibrations with single calibrations, with quadrature, and with the true parameters of emulated
+//! laboratories.
+
+use std::collections::BTreeMap;
+
+use ppl::{Nuts, Posterior, check};
+use rand::{Rng, SeedableRng};
+use rand_distr::StandardNormal;
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rayon::prelude::*;
+use surrogate::{DynPce, Input};
+
+use super::*;
+use crate::fracture::six_specimens::{CALIBRATED, QOIS, forward, priors, shared};
+use crate::fracture::{Evidence, calibrate};
+use crate::prior::{Prior, PriorFamily};
+
+fn six_specimens(name: &str) -> JointTest {
+    let qois = QOIS.map(Vec::from).to_vec();
+    let evidence = Evidence { qois, shared: shared(), ..Evidence::default() };
+    JointTest {
+        name: name.to_owned(),
+        forward: forward(),
+        priors: priors(),
+        own: Vec::new(),
+        evidence,
+    }
+}
+
+/// Test with one quantity: the peak force is `slopes` · (parameters − centre of the box) + 100 N.
+fn linear(name: &str, slopes: &[f64], forces: &[f64], shared: f64) -> JointTest {
+    let names = ["matrix.young_mpa", "test.friction"];
+    let bounds = [[200.0, 400.0], [0.0, 0.4]];
+    let inputs: Vec<Input> = slopes
+        .iter()
+        .enumerate()
+        .map(|(i, _)| Input::new(names[i], bounds[i][0], bounds[i][1]).unwrap())
+        .collect();
+    let index = |i: usize| (0..slopes.len()).map(|j| u8::from(i == j)).collect::<Vec<u8>>();
+    let mut terms = vec![(vec![0; slopes.len()], vec![100.0])];
+    terms.extend(slopes.iter().enumerate().map(|(i, slope)| {
+        let half_width = 0.5 * (bounds[i][1] - bounds[i][0]);
+        (index(i), vec![slope * half_width / 3f64.sqrt()])
+    }));
+    let qois = forces.iter().map(|&force| vec![force]).collect();
+    let evidence = Evidence { qois, shared: vec![vec![shared]], ..Evidence::default() };
+    JointTest {
+        name: name.to_owned(),
+        priors: Prior::uniform_on(&inputs),
+        forward: DynPce::from_terms(inputs, vec!["peak_force_N".into()], terms).unwrap(),
+        own: Vec::new(),
+        evidence,
+    }
+}
+
+fn sampler(seed: u64) -> Nuts<'static> {
+    Nuts::default().chains(4).draws(2000).seed(seed)
+}
+
+fn moments(posterior: &Posterior, name: &str) -> [(f64, f64); 2] {
+    let trace = posterior.trace(name).unwrap_or_else(|| panic!("no {name}"));
+    let chains: Vec<&[f64]> = trace.iter().map(Vec::as_slice).collect();
+    let all = trace.concat();
+    let mean = all.iter().sum::<f64>() / all.len() as f64;
+    let sd = (all.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / all.len() as f64).sqrt();
+    let [of_mean, of_sd] =
+        [ppl::diagnostics::mcse_mean(&chains), ppl::diagnostics::mcse_sd(&chains)];
+    [(mean, of_mean), (sd, of_sd)]
+}
+
+fn assert_equal(a: (&Posterior, &str), b: (&Posterior, &str)) {
+    for (ours, theirs) in moments(a.0, a.1).into_iter().zip(moments(b.0, b.1)) {
+        let error = ours.1.hypot(theirs.1);
+        assert!((ours.0 - theirs.0).abs() < 4.0 * error, "{} {}: {ours:?} {theirs:?}", a.1, b.1);
+    }
+}
+
+const YOUNG: &str = "matrix.young_mpa";
+
+#[test]
+fn one_test_gives_the_posterior_of_the_single_calibration() {
+    let tests = [six_specimens("only")];
+    let joint = calibrate_tests(&tests, &BTreeMap::new(), &sampler(5), 0, 5).unwrap();
+    for (ours, theirs) in [
+        ("theta[matrix.young_mpa]", "theta[matrix.young_mpa]"),
+        ("sd[slope (only)]", "sd[0]"),
+        ("sd[peak-force (only)]", "sd[1]"),
+        ("correlation[peak-force slope (only)]", "correlation[peak-force,slope]"),
+    ] {
+        assert_equal((&joint.posterior, ours), (&CALIBRATED.posterior, theirs));
+    }
+    assert_eq!(joint.names, [YOUNG]);
+    let width = 50.0;
+    assert!((joint.map[0] - CALIBRATED.map[0]).abs() < 0.02 * width, "{:?}", joint.map);
+}
+
+/// Tests without a common parameter are as independent as separate calibrations, whatever their numbers of quantities.
+#[test]
+fn tests_that_share_nothing_do_not_inform_each_other() {
+    let tests = [six_specimens("two"), linear("one", &[0.5], &[108.0, 96.0, 103.0, 99.0], 4e-4)];
+    let own = BTreeMap::from([(YOUNG.to_owned(), BetweenTests::Own)]);
+    check::gradient(&calibration_over_tests(&JointTests::new(&tests, &own).unwrap()), 3);
+    let joint = calibrate_tests(&tests, &own, &sampler(6), 0, 6).unwrap();
+    assert_eq!(joint.names, ["matrix.young_mpa (two)", "matrix.young_mpa (one)"]);
+    let one = &tests[1];
+    let one = calibrate(&one.forward, &one.priors, &one.evidence, &sampler(7), 7).unwrap();
+    let (joint, theta) = (&joint.posterior, "theta[matrix.young_mpa]");
+    assert_equal((joint, "theta[matrix.young_mpa (two)]"), (&CALIBRATED.posterior, theta));
+    assert_equal((joint, "theta[matrix.young_mpa (one)]"), (&one.posterior, theta));
+    assert_equal((joint, "sd[peak-force (one)]"), (&one.posterior, "sd[0]"));
+}
+
+/// Midpoints of `n` intervals between `a` and `b`.
+fn midpoints(a: f64, b: f64, n: usize) -> Vec<f64> {
+    (0..n).map(|i| a + (b - a) * (i as f64 + 0.5) / n as f64).collect()
+}
+
+/// Likelihood of the specimens of a test with one quantity at given parameters, integrated over the scatter with its
+/// prior. All specimens are one normal vector, whose covariance sd² I + S 1 1ᵀ has a known inverse.
+fn likelihood(test: &JointTest, parameters: &[f64]) -> f64 {
+    let forces: Vec<f64> = test.evidence.qois.concat();
+    let n = forces.len() as f64;
+    let unit = forces.iter().sum::<f64>() / n;
+    let response = test.forward.value(parameters).unwrap()[0];
+    let gaps: Vec<f64> = forces.iter().map(|force| (force - response) / unit).collect();
+    let (sum, squares) = gaps.iter().fold((0.0, 0.0), |(a, b), gap| (a + gap, b + gap * gap));
+    let shared = test.evidence.shared[0][0];
+    let at = |sd: f64| {
+        let own = sd * sd;
+        let all = own + n * shared;
+        let quadratic = (squares - shared * sum * sum / all) / own;
+        let prior = ((sd - 0.15) / 0.25).powi(2);
+        (-0.5 * ((n - 1.0) * own.ln() + all.ln() + quadratic + prior)).exp()
+    };
+    midpoints(0.0, 1.2, 600).into_iter().map(at).sum()
+}
+
+/// Weighted mean and standard deviation.
+#[derive(Default)]
+struct Moments([f64; 3]);
+
+impl Moments {
+    fn add(&mut self, weight: f64, x: f64) {
+        let terms = [weight, weight * x, weight * x * x];
+        self.0.iter_mut().zip(terms).for_each(|(sum, term)| *sum += term);
+    }
+
+    fn check(&self, posterior: &Posterior, name: &str) {
+        let [mass, first, second] = self.0;
+        let mean = first / mass;
+        check::mean(posterior, name, mean).within_mcse(4.0);
+        check::sd(posterior, name, (second / mass - mean * mean).sqrt()).within_mcse(4.0);
+    }
+}
+
+/// E is shared; the second test has a friction of its own. Only both tests together tell E from friction.
+#[test]
+fn a_shared_parameter_and_one_of_a_single_test_are_those_of_quadrature() {
+    let tests = [
+        linear("fast", &[0.3], &[104.0, 111.0, 108.0], 4e-4),
+        linear("slow", &[0.2, 60.0], &[113.0, 106.0], 9e-4),
+    ];
+    let joint = calibrate_tests(&tests, &BTreeMap::new(), &sampler(8), 0, 8).unwrap();
+    assert_eq!(joint.names, [YOUNG, "test.friction"]);
+    assert_eq!(joint.parameters, [vec![0], vec![0, 1]]);
+    let (mut young, mut friction) = (Moments::default(), Moments::default());
+    for e in midpoints(200.0, 400.0, 60) {
+        let fast = likelihood(&tests[0], &[e]);
+        for f in midpoints(0.0, 0.4, 40) {
+            let weight = fast * likelihood(&tests[1], &[e, f]);
+            young.add(weight, e);
+            friction.add(weight, f);
+        }
+    }
+    young.check(&joint.posterior, "theta[0]");
+    friction.check(&joint.posterior, "theta[1]");
+}
+
+/// E varies between two tests about a common centre: compares the centre and the values in the tests with quadrature.
+#[test]
+fn a_varying_parameter_is_that_of_quadrature() {
+    let tests = [
+        linear("fast", &[0.3], &[99.0, 102.0, 100.5, 101.0], 1e-4),
+        linear("slow", &[0.3], &[113.0, 110.0, 112.0], 1e-4),
+    ];
+    let scale = 0.1;
+    let varies = BTreeMap::from([(YOUNG.to_owned(), BetweenTests::Varies { scale })]);
+    check::gradient(&calibration_over_tests(&JointTests::new(&tests, &varies).unwrap()), 3);
+    let sampler = sampler(9).target_accept(0.95);
+    let joint = calibrate_tests(&tests, &varies, &sampler, 0, 9).unwrap();
+    // the likelihood of each test on a grid of its own E, interpolated linearly
+    let grid = midpoints(200.0, 400.0, 400);
+    let tables = tests
+        .each_ref()
+        .map(|test| grid.iter().map(|&e| likelihood(test, &[e])).collect::<Vec<f64>>());
+    let at = |table: &[f64], e: f64| {
+        let place = ((e - grid[0]) / 0.5).clamp(0.0, 398.999);
+        let (low, part) = (place as usize, place.fract());
+        table[low] * (1.0 - part) + table[low + 1] * part
+    };
+    let (bottom, width) = (200f64.ln(), 2f64.ln());
+    let moved = |e: f64, by: f64| {
+        let share = (e.ln() - bottom) / width;
+        let logit = (share / (1.0 - share)).ln() + 4.0 * by / width;
+        (bottom + width / (1.0 + (-logit).exp())).exp()
+    };
+    let normal: Vec<(f64, f64)> =
+        midpoints(-4.5, 4.5, 90).into_iter().map(|z| (z, (-0.5 * z * z).exp())).collect();
+    let mut found: [Moments; 3] = Default::default();
+    for e in midpoints(200.0, 400.0, 100) {
+        for spread in midpoints(0.0, 0.45, 90) {
+            let prior = (-0.5 * (spread / scale).powi(2)).exp();
+            let own: Vec<[f64; 3]> = tables
+                .iter()
+                .map(|table| {
+                    let mut sums = [0.0; 3];
+                    for &(z, weight) in &normal {
+                        let value = moved(e, spread * z);
+                        let weight = weight * at(table, value);
+                        let terms = [weight, weight * value, weight * value * value];
+                        sums.iter_mut().zip(terms).for_each(|(sum, term)| *sum += term);
+                    }
+                    sums
+                })
+                .collect();
+            found[0].add(prior * own[0][0] * own[1][0], e);
+            for (k, moments) in found[1..].iter_mut().enumerate() {
+                let other = prior * own[1 - k][0];
+                moments.0.iter_mut().zip(own[k]).for_each(|(sum, term)| *sum += other * term);
+            }
+        }
+    }
+    for (moments, name) in found.iter().zip(["theta[0]", "in_test[0]", "in_test[1]"]) {
+        moments.check(&joint.posterior, name);
+    }
+    // each test sees its own value
+    for (k, draws) in joint.tests.iter().enumerate() {
+        let trace = joint.posterior.trace(&format!("in_test[{k}]")).unwrap().concat();
+        let gap = draws.theta.iter().zip(&trace).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(gap < 1e-9, "{gap}");
+    }
+}
+
+/// The calibration of one test from joint draws has the joint draws, and the predictions and densities that follow.
+#[test]
+fn a_test_sees_the_joint_posterior() {
+    let tests = [six_specimens("fast"), linear("slow", &[0.4], &[99.0, 102.0, 100.5], 4e-4)];
+    // both tests have the same box
+    let box_of = |mut test: JointTest| {
+        let input = Input::new(YOUNG, 250.0, 300.0).unwrap();
+        let terms = [(vec![0], vec![100.0]), (vec![1], vec![10.0 / 3f64.sqrt()])];
+        test.forward = DynPce::from_terms(vec![input], vec!["peak_force_N".into()], terms).unwrap();
+        test.priors = Prior::uniform_on(test.forward.inputs());
+        test
+    };
+    let [fast, slow] = tests;
+    let tests = [fast, box_of(slow)];
+    let joint = calibrate_tests(&tests, &BTreeMap::new(), &sampler(4), 0, 4).unwrap();
+    for (test, draws) in tests.iter().zip(&joint.tests) {
+        let single =
+            calibration_of_draws(&test.forward, &test.priors, &test.evidence, draws).unwrap();
+        let theta = |posterior: &Posterior| posterior.trace("theta[matrix.young_mpa]").unwrap();
+        for (ours, joint) in theta(&single.posterior).iter().zip(theta(&joint.posterior)) {
+            for (a, b) in ours.iter().zip(joint) {
+                assert!((a - b).abs() < 1e-9, "{a} {b}");
+            }
+        }
+        assert_eq!(single.map, joint.map);
+        assert!(single.mode.is_none());
+        let loo = single.loo().unwrap();
+        assert_eq!(loo.points.len(), test.evidence.qois.len());
+        assert!(single.posterior.predictive.get("new_specimen").is_some());
+    }
+    // more data than in the single calibration of the first test
+    let sd = |posterior: &Posterior| moments(posterior, "theta[matrix.young_mpa]")[1].0;
+    assert!(sd(&joint.posterior) < sd(&CALIBRATED.posterior));
+}
+
+#[test]
+fn the_same_seed_gives_the_same_draws_on_any_number_of_threads() {
+    let tests = [six_specimens("a"), six_specimens("b")];
+    let run = |threads: usize| {
+        let sampler = Nuts::default().chains(2).warmup(100).draws(100).seed(3).threads(threads);
+        calibrate_tests(&tests, &BTreeMap::new(), &sampler, 10, 3).unwrap()
+    };
+    let (one, two) = (run(1), run(2));
+    assert_eq!(one.tests, two.tests);
+    assert_eq!(one.map, two.map);
+    assert_eq!(one.tests[0].draws, 90);
+}
+
+#[test]
+fn inconsistent_tests_are_refused_with_their_name() {
+    let test = || linear("fast", &[0.3], &[104.0, 111.0], 0.0);
+    let slow =
+        || JointTest { name: "slow".into(), ..linear("slow", &[0.3, 1.0], &[99.0, 101.0], 0.0) };
+    let varies = BetweenTests::Varies { scale: 0.1 };
+    let between = |name: &str, relation| BTreeMap::from([(name.to_owned(), relation)]);
+    let none = BTreeMap::new;
+    let single =
+        JointTest { evidence: Evidence { qois: vec![vec![1.0]], ..Evidence::default() }, ..slow() };
+    let own = JointTest { own: vec!["matrix.poisson".into()], ..slow() };
+    let mut wider = slow();
+    wider.priors[0] = Prior::uniform(200.0, 500.0);
+    let mut other = slow();
+    other.priors[0] = Prior::new(PriorFamily::Normal, &[300.0, 50.0]).within(200.0, 400.0);
+    let cases = [
+        (vec![test(), test()], none(), "fast is the name of two tests"),
+        (vec![test(), single], none(), "slow has 1 specimen"),
+        (vec![test(), own], none(), "slow has no parameter matrix.poisson"),
+        (vec![test(), wider], none(), "the ranges of the priors"),
+        (vec![test(), other], none(), "slow has another prior of matrix.young_mpa"),
+        (vec![test()], between("matrix.poisson", varies), "is no parameter of the tests"),
+        (vec![test()], between(YOUNG, BetweenTests::Varies { scale: 0.0 }), "must be above 0"),
+        (vec![test(), slow()], between("test.friction", varies), "no logarithm at its lower bound"),
+    ];
+    for (tests, between, expected) in cases {
+        let error = JointTests::new(&tests, &between).unwrap_err().to_string();
+        assert!(error.contains(expected), "{expected:?} is not in {error:?}");
+    }
+}
+
+/// The 90 % interval of a shared parameter contains the truth in 90 % of emulated laboratories with two tests, each
+/// with a shared error that its covariance states.
+#[test]
+fn intervals_cover_over_laboratories() {
+    const LABORATORIES: u64 = 60;
+    let covered: f64 = (0..LABORATORIES)
+        .into_par_iter()
+        .map(|seed| {
+            let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+            let truth = 240.0 + 120.0 * rng.random::<f64>();
+            let mut normal = || rng.sample::<f64, _>(StandardNormal);
+            let mut test = |name: &str, slope: f64, sd: f64, shared: f64, n: usize| {
+                let mean = (100.0 + slope * (truth - 300.0)) * (1.0 + shared * normal());
+                let forces: Vec<f64> = (0..n).map(|_| mean * (1.0 + sd * normal())).collect();
+                linear(name, &[slope], &forces, shared * shared)
+            };
+            let tests = [test("fast", 0.3, 0.05, 0.02, 6), test("slow", 0.2, 0.03, 0.03, 4)];
+            let sampler = Nuts::default().chains(2).warmup(200).draws(200).seed(seed).threads(1);
+            let joint = calibrate_tests(&tests, &BTreeMap::new(), &sampler, 0, seed).unwrap();
+            let [low, high] = joint.posterior.interval("theta[0]", 0.9).unwrap();
+            f64::from(u8::from((low..=high).contains(&truth)))
+        })
+        .sum();
+    let share = covered / LABORATORIES as f64;
+    let error = (0.9 * 0.1 / LABORATORIES as f64).sqrt();
+    assert!((share - 0.9).abs() < 3.0 * error, "{share} ± {error}");
+}

@@ -1,0 +1,370 @@
+//! `[[tests]]`: several tests of one material. Each test is a case of its own: the case with the keys of the test.
+
+use serde::{Deserialize, Serialize};
+use toml::{Table, Value};
+
+use super::overlay::{merge, nested, remove};
+use super::{Case, CaseFile, PriorCase};
+use crate::error::InputError;
+
+/// Tables that a test cannot change: they belong to the joint calibration.
+const JOINT: [&str; 4] = ["prior", "extend", "tests", "further_tests"];
+
+/// Tables that define the simulations of a test. Tests with equal tables share their runs.
+const SIMULATIONS: [&str; 12] = [
+    "specimen",
+    "material",
+    "interface",
+    "simulator",
+    "parameters",
+    "phase_field",
+    "test",
+    "conditions",
+    "solver",
+    "prior",
+    "design",
+    "fidelity",
+];
+
+/// Names that are tables of a case or of its parameters, and therefore no names of regions or tests.
+const RESERVED: [&str; 5] = ["tests", "test", "machine", "interface", "phase_field"];
+
+/// `[[tests]]`: one of several tests of the same material.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TestEntry {
+    /// Name of the test, of its folder, and of its specimens' entries in the column `test` of the specimen table.
+    pub name: String,
+    /// Keys of the case with other values in this test.
+    #[serde(default, skip_serializing_if = "Table::is_empty")]
+    pub set: Table,
+    /// Keys of the case that are removed for this test.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub without: Vec<String>,
+    /// Priors of parameters that this test does not share with the other tests.
+    #[serde(default, skip_serializing_if = "is_empty")]
+    pub prior: PriorCase,
+}
+
+fn is_empty(prior: &PriorCase) -> bool {
+    prior.parameters().len() == 0
+}
+
+/// One test of `[[tests]]` as a case of its own.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SingleTest {
+    /// Name of the test.
+    pub name: String,
+    /// Case of the test.
+    pub file: CaseFile,
+    /// Paths of the parameters with a prior of this test.
+    pub own: Vec<String>,
+}
+
+/// A mistake in the case of one test.
+#[derive(Clone, Debug)]
+pub(super) struct TestMistake {
+    pub(super) test: String,
+    pub(super) error: InputError,
+}
+
+/// All tests of a case: those without mistakes, and the mistakes of the others.
+#[derive(Clone, Debug, Default)]
+pub(super) struct ReadTests {
+    pub(super) tests: Vec<SingleTest>,
+    pub(super) mistakes: Vec<TestMistake>,
+}
+
+/// Whether a name can be the name of a test, which is the name of a folder; otherwise the reason, and the remedy.
+pub(super) fn check_name(name: &str, earlier: &[&str]) -> Result<(), (&'static str, &'static str)> {
+    let is_plain = |c: char| c.is_alphanumeric() || "-_.".contains(c);
+    if !name.chars().all(is_plain) || name.trim_matches('.').is_empty() {
+        return Err(("is no name of a folder", "Use letters, digits and - _ only."));
+    }
+    if RESERVED.contains(&name) {
+        return Err(("is the name of a table of parameters", "Give the test another name."));
+    }
+    if earlier.contains(&name) {
+        return Err(("is the name of two tests", "Give each test a name of its own."));
+    }
+    Ok(())
+}
+
+/// Whether a region has a name that is also a table of parameters.
+pub(super) fn is_reserved(region: &str) -> bool {
+    RESERVED.contains(&region)
+}
+
+/// The tests of a case. Seeds of virtual specimens, and of designs of different simulations, are counted upwards from
+/// those of the case, so that specimens and surrogates of different tests are independent.
+pub(super) fn read_tests(file: &CaseFile) -> ReadTests {
+    let mut read = ReadTests::default();
+    let mut simulations: Vec<String> = Vec::new();
+    for (place, entry) in file.case.tests.iter().enumerate() {
+        let (table, mut mistakes) = overlaid(file, entry);
+        let Some(mut table) = table else {
+            read.add_mistakes(entry, mistakes);
+            continue;
+        };
+        let tables = SIMULATIONS.map(|key| table.get(key).map(Value::to_string));
+        let simulation = tables.map(Option::unwrap_or_default).join("\n");
+        let first = simulations.iter().position(|other| *other == simulation);
+        let different = first.unwrap_or_else(|| {
+            simulations.push(simulation);
+            simulations.len() - 1
+        });
+        for (key, by) in [("experiments.virtual.seed", place), ("design.seed", different)] {
+            if let (Some(Value::Integer(seed)), None) = (at(&table, key), at(&entry.set, key)) {
+                let seed = seed.wrapping_add(by as i64) & i64::MAX;
+                merge(&mut table, &nested(key, seed.into()));
+            }
+        }
+        if at(&table, "experiments.table").is_some()
+            && at(&entry.set, "experiments.table").is_none()
+        {
+            merge(&mut table, &nested("experiments.test", entry.name.clone().into()));
+        }
+        let (single, of_case) = CaseFile::parse_all(&table.to_string(), &file.path);
+        // line numbers of the merged text are not line numbers of the user's file
+        mistakes.extend(of_case.into_iter().map(|error| InputError { excerpt: None, ..error }));
+        match single.filter(|_| mistakes.is_empty()) {
+            Some(single) => read.tests.push(SingleTest {
+                name: entry.name.clone(),
+                file: single,
+                own: entry.prior.names().collect(),
+            }),
+            None => read.add_mistakes(entry, mistakes),
+        }
+    }
+    read
+}
+
+impl ReadTests {
+    fn add_mistakes(&mut self, entry: &TestEntry, mistakes: Vec<InputError>) {
+        let test = || entry.name.clone();
+        self.mistakes.extend(mistakes.into_iter().map(|error| TestMistake { test: test(), error }));
+    }
+}
+
+/// The case with the keys of a test, as a table, and the mistakes in these keys.
+fn overlaid(file: &CaseFile, entry: &TestEntry) -> (Option<Table>, Vec<InputError>) {
+    let mut mistakes = Vec::new();
+    let mut refuse = |place: &str, key: &str, problem: &str, help: String| {
+        mistakes.push(InputError::new(&file.path, place, key, problem, help));
+    };
+    let mut case = Case { tests: Vec::new(), ..file.case.clone() };
+    case.calibration.between_tests = Default::default();
+    let mut prior = case.prior.take().unwrap_or_default();
+    entry.prior.iter().for_each(|(parameter, own)| prior.insert(parameter.clone(), *own));
+    case.prior = Some(prior);
+    let Ok(mut table) = Table::try_from(&case) else {
+        refuse("", "", "cannot be written as TOML", "Leave the test out.".to_owned());
+        return (None, mistakes);
+    };
+    let of_all = |key: &str| {
+        let first = key.split('.').next().unwrap_or_default();
+        JOINT.contains(&first).then(|| match first {
+            "prior" => {
+                "Write prior.… beside set: it is then a prior of this test alone.".to_owned()
+            }
+            _ => format!("Write [{first}] once for all tests."),
+        })
+    };
+    for key in &entry.without {
+        if let Some(help) = of_all(key) {
+            refuse("without", key, "belongs to all tests", help);
+        } else if !remove(&mut table, key) {
+            let help = "Name keys of this case by their paths.".to_owned();
+            refuse("without", key, "is not in the case", help);
+        }
+    }
+    for key in entry.set.keys() {
+        if let Some(help) = of_all(key) {
+            refuse("set", key, "belongs to all tests", help);
+        }
+    }
+    merge(&mut table, &entry.set);
+    (Some(table).filter(|_| mistakes.is_empty()), mistakes)
+}
+
+/// Value at a dotted path.
+fn at<'a>(table: &'a Table, path: &str) -> Option<&'a Value> {
+    let mut keys = path.split('.');
+    let first = keys.next().and_then(|key| table.get(key));
+    keys.fold(first, |value, key| value?.get(key))
+}
+
+/// The tests of a case with several tests, each as a case of its own.
+///
+/// # Errors
+/// The first mistake in a test.
+pub(crate) fn single_tests(file: &CaseFile) -> Result<Vec<SingleTest>, InputError> {
+    let ReadTests { tests, mistakes } = read_tests(file);
+    let first = mistakes.into_iter().next().map(|TestMistake { test, error }| {
+        let place = format!("tests ({test}).{}", error.place);
+        InputError { place, ..error }
+    });
+    first.map_or(Ok(tests), Err)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    const SHIPPED: &str = include_str!("../../cases/fast-and-slow.toml");
+    const SPECIMENS_OF_SLOW: &str =
+        "set.experiments.virtual = { specimens = 6, noise.displacement_mm = 0.00005 }";
+
+    fn read(text: &str) -> (Option<CaseFile>, Vec<String>) {
+        let (file, mistakes) = CaseFile::parse_all(text, Path::new("case.toml"));
+        (file, mistakes.iter().map(ToString::to_string).collect())
+    }
+
+    fn with(changes: &[(&str, &str)]) -> String {
+        let mut text = SHIPPED.to_owned();
+        for (from, to) in changes {
+            assert!(text.contains(from), "the case has no {from:?}");
+            text = text.replacen(from, to, 1);
+        }
+        text
+    }
+
+    #[test]
+    fn each_test_is_the_case_with_its_keys_and_seeds_of_its_own() {
+        let (file, mistakes) = read(SHIPPED);
+        assert_eq!(mistakes, [""; 0]);
+        let tests = single_tests(&file.unwrap()).unwrap();
+        let names: Vec<&str> = tests.iter().map(|test| test.name.as_str()).collect();
+        assert_eq!(names, ["fast", "slow"]);
+        let of = |test: &SingleTest| {
+            let case = &test.file.case;
+            let specimens = case.experiments.clone().unwrap().virtual_specimens.unwrap();
+            (
+                case.test.duration_s,
+                case.test.steps,
+                specimens.specimens,
+                specimens.seed,
+                case.design.seed,
+            )
+        };
+        assert_eq!(of(&tests[0]), (Some(1.0), Some(44), 8, 2026, 1));
+        assert_eq!(of(&tests[1]), (Some(16.0), Some(44), 6, 2027, 2));
+        assert!(tests.iter().all(|test| test.file.case.tests.is_empty() && test.own.is_empty()));
+    }
+
+    /// Tests with the same simulations, which differ in their specimens only, share their runs.
+    #[test]
+    fn equal_simulations_have_one_design() {
+        let text = with(&[(
+            "displacement_mm = 0.06, duration_s = 16.0",
+            "displacement_mm = 0.22, duration_s = 1.0",
+        )]);
+        let tests = single_tests(&read(&text).0.unwrap()).unwrap();
+        let seeds: Vec<u64> = tests.iter().map(|test| test.file.case.design.seed).collect();
+        assert_eq!(seeds, [1, 1]);
+    }
+
+    #[test]
+    fn a_prior_of_one_test_is_in_this_test_alone() {
+        let own = "prior.test.friction = { distribution = \"beta\", a = 2.0, b = 18.0 }\n\
+                   set.experiments.virtual.truth.test.friction = 0.1";
+        let text = with(&[
+            (SPECIMENS_OF_SLOW, own),
+            ("duration_s = 16.0 }", "duration_s = 16.0, platens = \"unilateral\" }"),
+        ]);
+        let (file, mistakes) = read(&text);
+        assert_eq!(mistakes, [""; 0]);
+        let file = file.unwrap();
+        let tests = single_tests(&file).unwrap();
+        let has = |test: &SingleTest| {
+            test.file.case.prior.as_ref().unwrap().names().any(|name| name == "test.friction")
+        };
+        assert_eq!((has(&tests[0]), has(&tests[1])), (false, true));
+        assert_eq!(tests[1].own, ["test.friction"]);
+        // the case with all defaults is the same case
+        let (again, mistakes) = read(&file.case.to_toml());
+        assert_eq!(mistakes, [""; 0]);
+        assert_eq!(again.unwrap().case, file.case);
+    }
+
+    #[test]
+    fn a_table_of_specimens_is_divided_by_test() {
+        let start = SHIPPED.find("[experiments.virtual]").unwrap();
+        let end = SHIPPED.find("[calibration]").unwrap();
+        let measured = "[experiments]\ntable = \"specimens.csv\"\n";
+        let text = format!("{}{measured}{}", &SHIPPED[..start], &SHIPPED[end..])
+            .replace(SPECIMENS_OF_SLOW, "");
+        let (file, mistakes) = read(&text);
+        assert_eq!(mistakes, [""; 0]);
+        let tests = single_tests(&file.unwrap()).unwrap();
+        let of = |test: &SingleTest| test.file.case.experiments.clone().unwrap().test;
+        assert_eq!(
+            (of(&tests[0]).as_deref(), of(&tests[1]).as_deref()),
+            (Some("fast"), Some("slow"))
+        );
+    }
+
+    #[test]
+    fn mistakes_have_the_name_of_their_test_and_the_remedy() {
+        let between = |relation: &str| format!("[calibration]\nbetween_tests.{relation}\n");
+        let cases: [(&[(&str, &str)], &[&str]); 14] = [
+            (&[("name = \"slow\"", "name = \"fast\"")], &["tests[1].name", "two tests"]),
+            (&[("name = \"slow\"", "name = \"../slow\"")], &["tests[1].name", "letters, digits"]),
+            (
+                &[("name = \"slow\"", "name = \"machine\"")],
+                &["tests[1].name", "table of parameters"],
+            ),
+            (&[("name = \"slow\"", "nam = \"slow\"")], &["unknown key \"nam\"", "mean \"name\"?"]),
+            (
+                &[("set.test = { displacement_mm = 0.06", "set.prior = { displacement_mm = 0.06")],
+                &["tests (slow).set = prior", "beside set"],
+            ),
+            (
+                &[(SPECIMENS_OF_SLOW, "set.further_tests.specimens = [1]")],
+                &["tests (slow).set = further_tests", "once for all tests"],
+            ),
+            (
+                &[(SPECIMENS_OF_SLOW, "without = [\"test.stepz\"]")],
+                &["tests (slow).without = test.stepz", "not in the case"],
+            ),
+            (&[("duration_s = 16.0", "duration_s = -16.0")], &["tests (slow).test.duration_s"]),
+            (
+                &[("duration_s = 16.0", "duratoin_s = 16.0")],
+                &["duratoin_s", "mean \"duration_s\"?"],
+            ),
+            (&[("radius_mm = 2.5", "radius_mm = -2.5")], &["specimen.radius_mm = -2.5"]),
+            (
+                &[("[calibration]\n", &between("matrix.young_mpa = \"onw\""))],
+                &["onw", "mean \"own\"?"],
+            ),
+            (
+                &[("[calibration]\n", &between("grain.young_mpa = \"own\""))],
+                &["calibration.between_tests.grain.young_mpa", "no parameter of [prior]"],
+            ),
+            (
+                &[("[calibration]\n", &between("matrix.young_mpa = { varies-percent = 500.0 }"))],
+                &["calibration.between_tests.matrix.young_mpa = 500"],
+            ),
+            (
+                &[(
+                    "[material.grain]",
+                    "[material.machine]\nyoung_mpa = 1.0\npoisson = 0.2\n[material.grain]",
+                )],
+                &["material.machine", "no name of a region"],
+            ),
+        ];
+        for (changes, parts) in cases {
+            let (_, mistakes) = read(&with(changes));
+            let all = mistakes.join("\n");
+            for part in parts {
+                assert!(all.contains(part), "{part:?} is not in {all:?}");
+            }
+        }
+        // a mistake of the case itself is reported once, without the name of a test
+        let (_, mistakes) = read(&with(&[("radius_mm = 2.5", "radius_mm = -2.5")]));
+        assert_eq!(mistakes.len(), 1, "{mistakes:?}");
+        assert!(!mistakes[0].contains("tests ("), "{mistakes:?}");
+    }
+}

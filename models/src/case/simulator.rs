@@ -1,0 +1,41 @@
+//! `[simulator]`: a program of the user that computes the runs.
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+/// `[simulator]`: a program that computes the runs in place of the built-in compression test. Each run works in a folder
+/// of its own.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SimulatorCase {
+    /// Program and its arguments. `{input}` is the name of the input file, `{run}` the number of the run, and `{k1}` the
+    /// value of the parameter `k1`.
+    pub command: Vec<String>,
+    /// Template of the input file: its placeholders, such as `{k1}`, are replaced by values.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub input: Option<PathBuf>,
+    /// Further files that the program reads; the folder of each run gets a copy.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub files: Vec<PathBuf>,
+    /// Name of the file that the program writes: a curve, or a table of quantities.
+    #[serde(default = "result_csv")]
+    pub result: String,
+    /// Wall-clock time after which the program is stopped, s; without it, there is no limit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time_limit_s: Option<f64>,
+    /// Number of further attempts after a failure.
+    #[serde(default)]
+    pub retries: u32,
+}
+
+impl SimulatorCase {
+    /// Paths of the files that the runs read: the template, and the further files.
+    pub(crate) fn paths(&self) -> impl Iterator<Item = &PathBuf> {
+        self.input.iter().chain(&self.files)
+    }
+}
+
+fn result_csv() -> String {
+    "result.csv".to_owned()
+}

@@ -1,0 +1,154 @@
+//! Fits of synthetic data, and errors of wrong tables.
+
+use std::path::Path;
+
+use super::*;
+
+fn series(long_term_mpa: f64, terms: &[(f64, f64)]) -> PronySeries {
+    let term = |&(modulus_mpa, time_s): &(f64, f64)| PronyTerm { modulus_mpa, time_s };
+    PronySeries { long_term_mpa, terms: terms.iter().map(term).collect() }
+}
+
+/// Times or frequencies, equally spaced on a logarithmic axis.
+fn spaced(low: f64, high: f64, count: u32) -> Vec<f64> {
+    (0..count).map(|k| low * (high / low).powf(f64::from(k) / f64::from(count - 1))).collect()
+}
+
+fn relaxed(truth: &PronySeries, noise: impl Fn(usize) -> f64) -> MeasuredModuli {
+    let times = spaced(1e-3, 1e3, 61).into_iter().enumerate();
+    let row = |(k, t): (usize, f64)| [t, truth.relaxation_mpa(t) * (1.0 + noise(k))];
+    MeasuredModuli::Relaxation(times.map(row).collect())
+}
+
+fn dynamic(truth: &PronySeries) -> MeasuredModuli {
+    let row = |omega: f64| {
+        let [storage, loss] = truth.complex_mpa(omega);
+        [omega, storage, loss]
+    };
+    MeasuredModuli::Dynamic(spaced(1e-3, 1e3, 31).into_iter().map(row).collect())
+}
+
+/// Storage and loss modulus are the transform of the relaxation modulus: G′ + iG″ = iω ∫ G(t) e^(−iωt) dt. The integral
+/// of the decaying part is computed numerically.
+#[test]
+fn storage_and_loss_are_the_transform_of_the_relaxation_modulus() {
+    let truth = series(2.0, &[(3.0, 0.1), (1.0, 2.0)]);
+    for omega in [0.3, 1.0, 7.0] {
+        let (mut cosine, mut sine, step) = (0.0, 0.0, 1e-4);
+        for k in 0..400_000 {
+            let t = step * (f64::from(k) + 0.5);
+            let decaying = truth.relaxation_mpa(t) - truth.long_term_mpa;
+            cosine += decaying * (omega * t).cos() * step;
+            sine += decaying * (omega * t).sin() * step;
+        }
+        let [storage, loss] = truth.complex_mpa(omega);
+        assert!((storage - truth.long_term_mpa - omega * sine).abs() < 1e-6 * storage);
+        assert!((loss - omega * cosine).abs() < 1e-6 * loss);
+    }
+}
+
+#[test]
+fn a_series_is_recovered_from_its_closed_forms() {
+    for truth in [
+        series(10.0, &[(5.0, 0.1)]),
+        series(100.0, &[(60.0, 0.1), (40.0, 1.0)]),
+        series(1.0, &[(4.0, 0.02), (7.0, 0.7), (2.0, 30.0)]),
+    ] {
+        for data in [relaxed(&truth, |_| 0.0), dynamic(&truth)] {
+            let fit = PronyFit::new(&data);
+            let found = &fit.series;
+            assert_eq!(found.terms.len(), truth.terms.len(), "{fit:?}");
+            let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-3;
+            assert!(near(found.long_term_mpa, truth.long_term_mpa), "{found:?}");
+            for (a, b) in found.terms.iter().zip(&truth.terms) {
+                assert!(
+                    near(a.modulus_mpa, b.modulus_mpa) && near(a.time_s, b.time_s),
+                    "{a:?} {b:?}"
+                );
+            }
+        }
+    }
+}
+
+/// With noise of 1 % the criterion does not add terms for the noise, and the curve is closer to the truth than the data.
+#[test]
+fn noise_adds_no_terms() {
+    let truth = series(100.0, &[(60.0, 0.1), (40.0, 10.0)]);
+    // a fixed irregular sequence with the standard deviation 1 %
+    let noise = |k: usize| 0.01 * 12f64.sqrt() * ((k as f64 * 0.754_877_666).fract() - 0.5);
+    let fit = PronyFit::new(&relaxed(&truth, noise));
+    assert_eq!(fit.series.terms.len(), 2, "{fit:?}");
+    assert!((0.005..0.015).contains(&fit.relative_error), "{fit:?}");
+    for t in spaced(1e-3, 1e3, 50) {
+        let ratio = fit.series.relaxation_mpa(t) / truth.relaxation_mpa(t);
+        assert!((ratio - 1.0).abs() < 0.01, "{ratio} at {t} s");
+    }
+}
+
+/// A power law, which no finite series describes, is fitted within 1 % over six decades.
+#[test]
+fn a_power_law_is_described_over_its_decades() {
+    let times = spaced(1e-3, 1e3, 61).into_iter();
+    let data = MeasuredModuli::Relaxation(times.map(|t| [t, 50.0 * t.powf(-0.2)]).collect());
+    let fit = PronyFit::new(&data);
+    assert!(fit.relative_error < 0.01 && fit.series.terms.len() > 3, "{fit:?}");
+}
+
+#[test]
+fn the_lines_of_a_series_are_toml_with_fractions_below_one() {
+    let text = series(1e-9, &[(0.3, 0.1), (0.7, 12.345_678)]).to_toml();
+    let table: toml::Table = text.parse().expect("valid TOML");
+    let shear = table["viscoelastic"]["shear"].as_array().expect("a list");
+    let fraction = |k: usize| shear[k]["fraction"].as_float().expect("a number");
+    assert!(fraction(0) + fraction(1) < 1.0 && (fraction(0) - 0.3).abs() < 1e-5);
+    assert_eq!(shear[1]["time_s"].as_float(), Some(12.35));
+    assert_eq!(table["viscoelastic"]["moduli"].as_str(), Some("instantaneous"));
+}
+
+#[test]
+fn a_picture_is_drawn_of_both_tests() {
+    let truth = series(100.0, &[(60.0, 0.1), (40.0, 1.0)]);
+    for data in [relaxed(&truth, |_| 0.0), dynamic(&truth)] {
+        let bytes = prony_picture(&data, &PronyFit::new(&data)).expect("a picture");
+        assert_eq!(&bytes[1..4], b"PNG");
+    }
+}
+
+fn read(text: &str) -> Result<MeasuredModuli, String> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("table.csv");
+    std::fs::write(&path, text).expect("written");
+    MeasuredModuli::read(&path).map_err(|error| error.to_string())
+}
+
+#[test]
+fn tables_are_read_and_wrong_ones_refused_with_their_line() {
+    let rows = "1,5\n2,4\n3,3\n4,2\n5,1\n";
+    let data = read(&format!("time_s,modulus_mpa\n{rows}")).expect("valid");
+    assert_eq!(data.times_s(), [1.0, 5.0]);
+    let rows = "1,5,1\n2,4,1\n3,3,1\n4,2,1\n5,1,1\n";
+    let MeasuredModuli::Dynamic(hertz) =
+        read(&format!("frequency_hz, storage_mpa, loss_mpa\n{rows}")).expect("valid")
+    else {
+        panic!("a dynamic test")
+    };
+    assert!((hertz[1][0] - 4.0 * std::f64::consts::PI).abs() < 1e-12);
+    let angular = read(&format!("angular_frequency_per_s,storage_mpa,loss_mpa\n{rows}"));
+    assert_eq!(angular.expect("valid").times_s(), [0.2, 1.0]);
+    for (text, parts) in [
+        ("time,modulus\n1,2\n", ["line 1", "Name the columns time_s,modulus_mpa"]),
+        ("time_s,modulus_mpa\n1,5\n2,-4\n", ["line 3, modulus_mpa = -4", "positive number"]),
+        ("time_s,modulus_mpa\n0,5\n", ["line 2, time_s = 0", "positive number"]),
+        ("time_s,modulus_mpa\n1,5\n2,four\n", ["line 3, modulus_mpa = four", "positive number"]),
+        ("time_s,modulus_mpa\n1,5\n2\n", ["line 3", "every row"]),
+        ("time_s,modulus_mpa\n1,5\n2,4\n", ["has 2 rows", "at least 5"]),
+        ("time_s,modulus_mpa\n1,5\n1,5\n1,4\n1,4\n1,4\n", ["same time_s", "several times"]),
+    ] {
+        let message = read(text).expect_err(text);
+        for part in parts {
+            assert!(message.contains(part), "{part:?} is not in {message:?}");
+        }
+    }
+    let missing = MeasuredModuli::read(Path::new("no-such-table.csv")).expect_err("no file");
+    assert!(missing.to_string().contains("no-such-table.csv"), "{missing}");
+}

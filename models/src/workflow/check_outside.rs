@@ -1,0 +1,63 @@
+//! Check of the parts of a case whose runs come from outside this program.
+
+use std::path::{Path, PathBuf};
+
+use super::WorkflowError;
+use super::inputs::Inputs;
+use super::measured_values::{check_measured, read_measured, without_curves};
+use super::run_sources::ImportedRuns;
+use super::stage::Stage;
+use crate::case::CaseFile;
+use crate::error::InputError;
+use crate::experiment::SpecimenTable;
+
+/// Describes the source of the runs: subject and text of each line.
+///
+/// # Errors
+/// Fails if the imported table cannot be used.
+pub(super) fn source_in_words(file: &CaseFile) -> Result<Vec<(&'static str, String)>, InputError> {
+    let (case, mut lines) = (&file.case, Vec::new());
+    if let Some(simulator) = &case.simulator {
+        let limit = match simulator.time_limit_s {
+            Some(limit) => format!("at most {limit} s a run"),
+            None => "no time limit".to_owned(),
+        };
+        let command = simulator.command.join(" ");
+        lines.push(("simulator", format!("{command}, which writes {}; {limit}", simulator.result)));
+    }
+    // the check of the case reports a missing file
+    let path = case.design.import.as_ref().map(|import| file.beside(import));
+    if let Some(path) = path.filter(|path| path.is_file()) {
+        let prior = case.whole_prior().unwrap_or_default();
+        let ranges = prior.iter().map(|(parameter, own)| (parameter.to_string(), own.range()));
+        let ranges: Vec<_> = ranges.collect();
+        let ImportedRuns { records, outside } =
+            ImportedRuns::read(&path, &ranges, &case.qoi.quantities)?;
+        let text = format!(
+            "{} imported from {}, {outside} outside the ranges of the priors",
+            records.len(),
+            path.display()
+        );
+        lines.push(("runs", text));
+    }
+    Ok(lines)
+}
+
+/// Reads the table of measured quantities and returns its specimens, which have no curves.
+///
+/// # Errors
+/// Fails if the table cannot be used, or if the chosen group has no two specimens.
+pub(super) fn measured_specimens(
+    file: &CaseFile,
+    path: &Path,
+) -> Result<SpecimenTable, WorkflowError> {
+    let quantities = &file.case.qoi.quantities;
+    let mut specimens = read_measured(path, quantities)?;
+    let folder = file.path.parent().map_or_else(PathBuf::new, Path::to_owned);
+    let inputs = Inputs::new(file, &folder, Stage::that_writes);
+    let table = without_curves(&specimens);
+    let chosen = inputs.chosen(table.clone())?;
+    specimens.retain(|own| chosen.specimens.iter().any(|specimen| specimen.id == own.id));
+    check_measured(path, quantities, &specimens)?;
+    Ok(table)
+}

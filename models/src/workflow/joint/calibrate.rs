@@ -1,0 +1,228 @@
+//! Stage `calibrate` of a case with several tests: joint posterior of all tests, and the posterior without each test.
+
+use std::collections::BTreeMap;
+
+use ppl::{Nuts, Posterior, WarningKind};
+
+use super::super::WorkflowError;
+use super::super::calibrate::{ChainsBar, parameter_name, write_draws, write_sampling};
+use super::super::inputs::Inputs;
+use super::super::task::Task;
+use super::evidence::TestEvidence;
+use super::folders;
+use super::parameters::{FILE, JointParameter, path_and_test};
+use super::sources::write_uncertainty;
+use crate::case::BetweenTestsCase;
+use crate::fracture::{BetweenTests, JointCalibration, JointTest, calibrate_tests};
+use crate::progress::say;
+
+pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
+    let inputs = &task.inputs;
+    let tests = TestEvidence::read_all(inputs, task.accept_out_of_range)?;
+    let settings = inputs.calibration();
+    let burn_in = settings.burn_in.div_ceil(settings.thin);
+    let sampler = Nuts::default()
+        .chains(settings.chains)
+        .warmup(settings.warmup)
+        .draws(burn_in + settings.draws)
+        .thin(settings.thin)
+        .target_accept(settings.target_accept)
+        .seed(settings.seed)
+        .interrupt(task.interrupt);
+    let between = relations(inputs);
+    let all: Vec<JointTest> = tests.iter().map(TestEvidence::joint_test).collect();
+    let calibrated = |tests: &[JointTest]| {
+        let between = &relations_in(&between, tests);
+        let bar = ChainsBar::new(settings.chains);
+        let result = task.on_threads(settings.chains, |threads| {
+            let shown = sampler.clone().threads(threads).progress(&bar);
+            calibrate_tests(tests, between, &shown, burn_in, settings.seed)
+        });
+        drop(bar);
+        task.check_interrupt()?;
+        Ok::<JointCalibration, WorkflowError>(result?)
+    };
+    let joint = calibrated(&all)?;
+    if !joint.mode.converged {
+        let mode = &joint.mode;
+        let text =
+            format!("the mode is not sharp: {} of {} searches agree", mode.agreeing, mode.starts);
+        say("note", &text);
+    }
+    write_posterior(task, &joint)?;
+    for (test, draws) in tests.iter().zip(&joint.tests) {
+        task.write_json(&folders::draws_of(&test.name), draws)?;
+    }
+    write_map(task, &joint)?;
+    write_uncertainty(task, &tests, &joint)?;
+
+    let mut without = Vec::new();
+    for left_out in tests.iter().map(|test| &test.name).filter(|_| tests.len() > 1) {
+        say("calibrate", &format!("without {left_out}"));
+        let others: Vec<JointTest> =
+            all.iter().filter(|test| test.name != *left_out).cloned().collect();
+        without.push((left_out.clone(), calibrated(&others)?));
+    }
+    write_without_tests(task, &joint, &without)?;
+    let posterior = &joint.posterior;
+    Ok(format!(
+        "{} tests, {} specimens, {} draws in {} chains, {} divergences",
+        tests.len(),
+        tests.iter().map(|test| test.specimens).sum::<usize>(),
+        posterior.posterior.chains * posterior.posterior.draws,
+        posterior.posterior.chains,
+        posterior.chains.divergences()
+    ))
+}
+
+/// Relation between the values of each parameter in the tests, by the path of the parameter.
+fn relations(inputs: &Inputs<'_>) -> BTreeMap<String, BetweenTests> {
+    let relation = |relation: &BetweenTestsCase| match *relation {
+        BetweenTestsCase::Shared => BetweenTests::Shared,
+        BetweenTestsCase::Own => BetweenTests::Own,
+        BetweenTestsCase::VariesPercent(percent) => BetweenTests::Varies { scale: 0.01 * percent },
+    };
+    let all = inputs.calibration().between_tests.iter();
+    all.map(|(parameter, own)| (parameter.to_string(), relation(own))).collect()
+}
+
+/// The relations of parameters that at least one of the tests shares.
+fn relations_in(
+    between: &BTreeMap<String, BetweenTests>,
+    tests: &[JointTest],
+) -> BTreeMap<String, BetweenTests> {
+    let shares = |test: &JointTest, name: &String| {
+        test.forward.inputs().iter().any(|input| input.name == *name) && !test.own.contains(name)
+    };
+    let is_shared = |name: &String| tests.iter().any(|test| shares(test, name));
+    let kept = between.iter().filter(|(name, _)| is_shared(name));
+    kept.map(|(name, relation)| (name.clone(), *relation)).collect()
+}
+
+/// Writes draws, summary and statistics of the sampler, and the warnings about the posterior.
+fn write_posterior(task: &Task<'_>, joint: &JointCalibration) -> Result<(), WorkflowError> {
+    let posterior = &joint.posterior;
+    let named = |name: &str, e| WorkflowError::io(&task.path(name), e);
+    task.product("posterior.zarr", |path| {
+        posterior.write_zarr(path).map_err(|e| named("posterior.zarr", e))
+    })?;
+    let shown = without_coordinates(posterior);
+    write_draws(task, &shown)?;
+    let mut summary = shown.summary();
+    for row in &mut summary.rows {
+        row.name = parameter_name(&row.name);
+        row.place.clone_from(&row.name);
+    }
+    // the likelihood of a test is one term of the density, without data of its own
+    summary.warnings.retain(|warning| warning.kind != WarningKind::NoData);
+    task.product("summary.csv", |path| {
+        summary.write_csv(path).map_err(|e| named("summary.csv", e))
+    })?;
+    let plain = |text: String| {
+        joint.names.iter().fold(text, |text, name| text.replace(&format!("theta[{name}]"), name))
+    };
+    let warnings: Vec<String> =
+        summary.warnings.drain(..).map(|warning| plain(warning.to_string())).collect();
+    warnings.iter().for_each(|warning| task.warn(warning));
+    let table = plain(summary.to_string()).replace("Nothing wrong was found.\n", "");
+    task.write("posterior.txt", table)?;
+    write_sampling(task, posterior)?;
+    let parameter =
+        |(name, prior): (&String, &_)| JointParameter { name: name.clone(), prior: *prior };
+    let parameters: Vec<JointParameter> =
+        joint.names.iter().zip(&joint.priors).map(parameter).collect();
+    task.write_json(FILE, &parameters)
+}
+
+/// The posterior without the standardised deviations and the partial correlations, which are coordinates of the sampler:
+/// users look at the values in the tests and at the correlations.
+fn without_coordinates(posterior: &Posterior) -> Posterior {
+    let is_shown = |name: &str| !matches!(name, "unit" | "partial");
+    let mut shown = posterior.clone();
+    shown.layout.variables.retain(|variable| is_shown(&variable.name));
+    for group in [&mut shown.posterior].into_iter().chain(&mut shown.prior) {
+        group.variables.retain(|values| is_shown(&values.name));
+    }
+    shown
+}
+
+/// Writes the mode, and the true medians of virtual specimens, if they are equal in all tests that have the parameter.
+fn write_map(task: &Task<'_>, joint: &JointCalibration) -> Result<(), WorkflowError> {
+    let tests = task.inputs.tests()?;
+    let truth = |name: &str| {
+        let (path, only) = path_and_test(name);
+        let tests = tests.iter().filter(|test| only.is_none_or(|only| only == test.name));
+        let virtual_specimens = tests
+            .filter_map(|test| test.file.case.experiments.as_ref()?.virtual_specimens.as_ref());
+        let mut values = virtual_specimens.flat_map(|specimens| {
+            let truths = specimens.truth.iter();
+            truths.filter(|(parameter, _)| parameter.to_string() == path).map(|(_, truth)| *truth)
+        });
+        let first = values.next()?;
+        values.all(|value| value == first).then_some(first)
+    };
+    let rows = joint.names.iter().zip(&joint.map).map(|(name, map)| {
+        let truth = truth(name).map(|truth| truth.to_string()).unwrap_or_default();
+        [name.clone(), map.to_string(), truth]
+    });
+    task.write_csv("map.csv", ["parameter", "map", "truth"], rows)
+}
+
+/// Writes `without_tests.csv`: the posterior of each parameter without each test. A parameter of the omitted test alone
+/// has its prior.
+fn write_without_tests(
+    task: &Task<'_>,
+    joint: &JointCalibration,
+    without: &[(String, JointCalibration)],
+) -> Result<(), WorkflowError> {
+    let mut rows = Vec::new();
+    for (k, (name, prior)) in joint.names.iter().zip(&joint.priors).enumerate() {
+        let all = Moments::of(joint, k);
+        for (left_out, others) in without {
+            let Some(index) = others.names.iter().position(|other| other == name) else { continue };
+            let own = Moments::of(others, index);
+            let numbers = [
+                own.mean,
+                own.sd,
+                own.quantiles[0],
+                own.quantiles[1],
+                own.contraction(prior.sd()),
+                (own.mean - all.mean) / all.sd,
+                own.sd / all.sd,
+            ];
+            let cells = [name.clone(), left_out.clone()].into_iter();
+            rows.push(cells.chain(numbers.map(|x| x.to_string())).collect::<Vec<_>>());
+        }
+    }
+    let header =
+        ["parameter", "without", "mean", "sd", "q05", "q95", "contraction", "shift_sd", "sd_ratio"];
+    task.write_csv("without_tests.csv", header, rows)
+}
+
+/// Moments and quantiles of the draws of one parameter.
+struct Moments {
+    mean: f64,
+    sd: f64,
+    quantiles: [f64; 2],
+}
+
+impl Moments {
+    fn of(joint: &JointCalibration, parameter: usize) -> Self {
+        let trace = joint.posterior.trace(&format!("theta[{parameter}]")).unwrap_or_default();
+        let mut draws = trace.concat();
+        draws.sort_by(f64::total_cmp);
+        let n = draws.len().max(1) as f64;
+        let mean = draws.iter().sum::<f64>() / n;
+        let variance = draws.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n;
+        let quantile = |p: f64| {
+            let at = (p * (n - 1.0)).round() as usize;
+            draws.get(at).copied().unwrap_or(f64::NAN)
+        };
+        Self { mean, sd: variance.sqrt(), quantiles: [quantile(0.05), quantile(0.95)] }
+    }
+
+    /// 1 − posterior variance / prior variance.
+    fn contraction(&self, prior_sd: f64) -> f64 {
+        1.0 - (self.sd / prior_sd).powi(2)
+    }
+}

@@ -1,0 +1,16 @@
+//! Names of the folders and files of a case with several tests.
+
+/// Folder of the results of a test, within the results folder of the case.
+pub(crate) fn of_test(name: &str) -> String {
+    format!("tests/{name}")
+}
+
+/// File with the draws of a test from the joint posterior.
+pub(crate) fn draws_of(name: &str) -> String {
+    format!("joint/{name}.json")
+}
+
+/// Path of a file of the case's results folder, relative to the folder of a test.
+pub(crate) fn from_test(file: &str) -> String {
+    format!("../../{file}")
+}

@@ -1,0 +1,20 @@
+//! Joint calibration of the tests of `[[tests]]`. Each test has a results folder of its own, `tests/NAME`, for a case
+//! with this single test. The stages up to `surrogate` are run there, then the tests are calibrated together, and the
+//! other stages are run in the folder of each test with the joint posterior.
+//!
+//! 1. `folders`: names of folders and files
+//! 2. `evidence`: surrogate, specimens and errors of each test
+//! 3. `sources`: contributions of tests and errors to the posterior variance
+//! 4. `calibrate`, `parameters`, `verdict`, `report`: the stages, and the parameters that they show
+
+mod calibrate;
+mod evidence;
+pub(super) mod folders;
+mod parameters;
+mod report;
+mod sources;
+mod verdict;
+
+pub(super) use calibrate::run as calibrate;
+pub(super) use report::run as report;
+pub(super) use verdict::run as verdict;

@@ -1,0 +1,99 @@
+//! `uncertainty.csv`: shares of tests and of their errors in the posterior variance of each parameter.
+
+use nalgebra::DMatrix;
+use ppl::{Posterior, Univariate};
+
+use super::super::WorkflowError;
+use super::super::task::Task;
+use super::super::uncertainty::{TestSources, sources_of_test};
+use super::evidence::TestEvidence;
+use crate::budget::shares;
+use crate::fracture::{JointCalibration, calibration_of_draws};
+
+/// Writes `uncertainty.csv`. Each source is named by its test and its kind, such as `fast specimens`. A parameter that
+/// varies between tests has the source `between tests`: the variance of its values in the tests about their centre.
+///
+/// # Errors
+/// Fails if the draws do not suit a test, or the file cannot be written.
+pub(super) fn write_uncertainty(
+    task: &Task<'_>,
+    tests: &[TestEvidence],
+    joint: &JointCalibration,
+) -> Result<(), WorkflowError> {
+    let mut parts = Vec::new();
+    for (test, draws) in tests.iter().zip(&joint.tests) {
+        let single = calibration_of_draws(&test.fitted.pce, &test.priors, &test.evidence, draws)?;
+        let part = sources_of_test(&test.fitted, &single.posterior, &test.evidence, &test.shared)?;
+        let Some(part) = part else { return Ok(()) };
+        parts.push(part);
+    }
+    let prior: Vec<f64> = joint.priors.iter().map(Univariate::variance).collect();
+    let (jacobian, sources) = stacked(tests, joint, &parts);
+    let (names, covariances): (Vec<String>, Vec<DMatrix<f64>>) = sources.into_iter().unzip();
+    let Some(shares) = shares(&jacobian, &prior, &covariances) else { return Ok(()) };
+    let rows = joint.names.iter().zip(&shares).flat_map(|(parameter, shares)| {
+        let row = |(source, share): (&String, &f64)| {
+            [parameter.clone(), source.clone(), share.to_string()]
+        };
+        names.iter().zip(shares).map(row).collect::<Vec<_>>()
+    });
+    task.write_csv("uncertainty.csv", ["parameter", "source", "share"], rows)
+}
+
+/// Derivatives and covariances of the quantities of all tests, test by test.
+fn stacked(
+    tests: &[TestEvidence],
+    joint: &JointCalibration,
+    parts: &[TestSources],
+) -> (Vec<Vec<f64>>, Vec<(String, DMatrix<f64>)>) {
+    let size = parts.iter().map(|part| part.jacobian.len()).sum();
+    let mut jacobian: Vec<Vec<f64>> = Vec::with_capacity(size);
+    let mut sources: Vec<(String, DMatrix<f64>)> = Vec::new();
+    let mut between = DMatrix::zeros(size, size);
+    for (k, (test, part)) in tests.iter().zip(parts).enumerate() {
+        let (first, rows) = (jacobian.len(), part.jacobian.len());
+        let within_all = |covariance: &DMatrix<f64>| {
+            let mut whole = DMatrix::zeros(size, size);
+            whole.view_mut((first, first), (rows, rows)).copy_from(covariance);
+            whole
+        };
+        for (kind, covariance) in &part.sources {
+            sources.push((format!("{} {kind}", test.name), within_all(covariance)));
+        }
+        for (input, variance) in variances_between(joint, k) {
+            let column = DMatrix::from_fn(rows, 1, |row, _| part.jacobian[row][input]);
+            between += within_all(&(&column * column.transpose() * variance));
+        }
+        jacobian.extend(part.jacobian.iter().map(|row| {
+            let mut whole = vec![0.0; joint.names.len()];
+            row.iter().zip(&joint.parameters[k]).for_each(|(slope, &index)| whole[index] = *slope);
+            whole
+        }));
+    }
+    if between.iter().any(|entry| *entry != 0.0) {
+        sources.push(("between tests".to_owned(), between));
+    }
+    (jacobian, sources)
+}
+
+/// For each varying parameter of a test, the index of the input and the mean squared difference of its value in the test
+/// from the common centre.
+fn variances_between(joint: &JointCalibration, test: usize) -> Vec<(usize, f64)> {
+    let draws = &joint.tests[test];
+    let inputs = joint.parameters[test].len();
+    let centres = thetas(&joint.posterior, joint.names.len());
+    let variance = |(input, &index): (usize, &usize)| {
+        let own = draws.theta.iter().skip(input).step_by(inputs);
+        let centre = centres.iter().skip(index).step_by(joint.names.len());
+        let squares: f64 = own.zip(centre).map(|(own, centre)| (own - centre).powi(2)).sum();
+        (input, squares / (draws.chains * draws.draws).max(1) as f64)
+    };
+    let all = joint.parameters[test].iter().enumerate().map(variance);
+    all.filter(|(_, variance)| *variance > 0.0).collect()
+}
+
+/// Draws of the parameters of the joint model, one row per draw.
+fn thetas(posterior: &Posterior, parameters: usize) -> &[f64] {
+    let values = posterior.posterior.get("theta");
+    values.map_or(&[], |values| &values.data[..values.data.len() / parameters * parameters])
+}

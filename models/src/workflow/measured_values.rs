@@ -1,0 +1,165 @@
+//! Measured quantities that a table has in place of curves (`experiments.values`).
+
+use std::path::Path;
+
+use super::WorkflowError;
+use super::mesh_scale::MeshScale;
+use super::stiffness::STIFFNESS_RATIO;
+use super::task::Task;
+use crate::error::InputError;
+use crate::experiment::{Specimen, SpecimenTable, TestCurve};
+use crate::fracture::column_means;
+use crate::qoi::Quantity;
+use crate::table::CsvTable;
+
+/// Smallest mean of a quantity relative to its largest value. The calibration divides by the means.
+const SMALLEST_MEAN: f64 = 1e-6;
+
+/// A specimen with its measured quantities.
+pub(super) struct MeasuredSpecimen {
+    pub(super) id: String,
+    pub(super) group: String,
+    /// The quantities, in the order of the case.
+    pub(super) values: Vec<f64>,
+}
+
+/// Reads the measured quantities of all specimens: the columns `id`, optionally `group`, and a column per quantity.
+///
+/// # Errors
+/// Fails if a column is missing, a value is not a number, or two specimens have one name.
+pub(super) fn read_measured(
+    file: &Path,
+    quantities: &[Quantity],
+) -> Result<Vec<MeasuredSpecimen>, InputError> {
+    let columns: Vec<String> = quantities.iter().map(|q| q.column().into_owned()).collect();
+    let required: Vec<&str> =
+        ["id"].into_iter().chain(columns.iter().map(String::as_str)).collect();
+    let table = CsvTable::read(file, &required)?;
+    let mut specimens: Vec<MeasuredSpecimen> = Vec::new();
+    for row in table.rows() {
+        let id = row.text("id").to_owned();
+        if id.is_empty() || specimens.iter().any(|other| other.id == id) {
+            let help = "Give each specimen a name of its own.";
+            return Err(row.error("id", "is missing or is the name of another specimen", help));
+        }
+        let value = |(quantity, column): (&Quantity, &String)| match quantity.is_positive() {
+            true => row.positive(column),
+            false => row.number(column),
+        };
+        let values = quantities.iter().zip(&columns).map(value).collect::<Result<_, _>>()?;
+        specimens.push(MeasuredSpecimen { id, group: row.text("group").to_owned(), values });
+    }
+    Ok(specimens)
+}
+
+/// Checks whether a calibration to these specimens is possible: it needs two specimens, and means that are not zero.
+///
+/// # Errors
+/// Names the file and the quantity.
+pub(super) fn check_measured(
+    file: &Path,
+    quantities: &[Quantity],
+    specimens: &[MeasuredSpecimen],
+) -> Result<(), InputError> {
+    if specimens.len() < 2 {
+        let count = specimens.len();
+        let problem = format!("has {count} specimens of the chosen group");
+        let help = "Scatter between specimens needs at least two.";
+        return Err(InputError::new(file, "", "", problem, help));
+    }
+    let values: Vec<Vec<f64>> = specimens.iter().map(|own| own.values.clone()).collect();
+    for (m, mean) in column_means(&values).into_iter().enumerate() {
+        let largest = values.iter().map(|row| row[m].abs()).fold(0.0, f64::max);
+        if mean.abs() <= SMALLEST_MEAN * largest {
+            let place = format!("column {}", quantities[m].column());
+            let problem = "has a mean of zero over the specimens, to which the scatter is relative";
+            let help = "Add a constant to the quantity, in the results of the runs too.";
+            return Err(InputError::new(file, place, mean.to_string(), problem, help));
+        }
+    }
+    Ok(())
+}
+
+/// Writes `experiments.csv` from the table of measured quantities.
+///
+/// # Errors
+/// Fails if the table cannot be used, or if a file cannot be written.
+pub(super) fn write_measured(task: &Task<'_>, file: &Path) -> Result<String, WorkflowError> {
+    let inputs = &task.inputs;
+    let qoi = inputs.qoi();
+    let all = read_measured(file, &qoi.quantities)?;
+    let chosen = inputs.chosen(without_curves(&all))?;
+    let is_chosen =
+        |own: &MeasuredSpecimen| chosen.specimens.iter().any(|specimen| specimen.id == own.id);
+    let specimens: Vec<MeasuredSpecimen> = all.into_iter().filter(is_chosen).collect();
+    check_measured(file, &qoi.quantities, &specimens)?;
+    let findings: [[String; 4]; 0] = [];
+    task.write_csv("curve_checks.csv", ["id", "finding", "value", "help"], findings)?;
+    let [displacement, force] = MeshScale::COLUMNS;
+    let header = ["id", "group", displacement, force, "slope_fraction"];
+    let columns: Vec<_> = qoi.quantities.iter().map(|quantity| quantity.column()).collect();
+    let columns = columns.iter().map(AsRef::as_ref);
+    let rows = specimens.iter().map(|own| {
+        let scale = [1.0, 1.0, qoi.slope_fraction].map(|x| x.to_string());
+        let values = own.values.iter().map(f64::to_string);
+        let names = [own.id.clone(), own.group.clone()];
+        names.into_iter().chain(scale).chain(values).chain([String::new()]).collect::<Vec<_>>()
+    });
+    let header = header.into_iter().chain(columns).chain([STIFFNESS_RATIO]);
+    task.write_csv("experiments.csv", header, rows.collect::<Vec<_>>())?;
+    Ok(format!("{} specimens", specimens.len()))
+}
+
+/// The specimens as a table, for the choice of a group.
+pub(super) fn without_curves(specimens: &[MeasuredSpecimen]) -> SpecimenTable {
+    let specimen = |own: &MeasuredSpecimen| Specimen {
+        id: own.id.clone(),
+        height_mm: f64::NAN,
+        radius_mm: f64::NAN,
+        group: own.group.clone(),
+        test: None,
+        slope_fraction: None,
+        image: None,
+        rate_mm_per_s: None,
+        curve: TestCurve::default(),
+    };
+    SpecimenTable { specimens: specimens.iter().map(specimen).collect() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<Vec<MeasuredSpecimen>, String> {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("measured.csv");
+        std::fs::write(&path, text).unwrap();
+        let named = |name: &str| toml::Value::from(name).try_into::<Quantity>().unwrap();
+        let quantities = [named("column:u_mm"), named("peak-force")];
+        let specimens = read_measured(&path, &quantities).map_err(|e| e.to_string())?;
+        check_measured(&path, &quantities, &specimens).map_err(|e| e.to_string())?;
+        Ok(specimens)
+    }
+
+    #[test]
+    fn measured_quantities_are_read_by_their_columns() {
+        let found = read("peak_force_N,u_mm,id,group\n10,-2,a,x\n11,3,b,x\n").unwrap();
+        let values: Vec<&[f64]> = found.iter().map(|own| &own.values[..]).collect();
+        assert_eq!(values, [[-2.0, 10.0], [3.0, 11.0]]);
+        assert_eq!((found[1].id.as_str(), found[1].group.as_str()), ("b", "x"));
+    }
+
+    #[test]
+    fn tables_that_cannot_be_used_are_refused() {
+        for (text, problem) in [
+            ("id,u_mm\na,1\n", "column peak_force_N is missing"),
+            ("id,u_mm,peak_force_N\na,1,2\na,1,2\n", "name of another specimen"),
+            ("id,u_mm,peak_force_N\na,1,-2\nb,1,2\n", "must be positive"),
+            ("id,u_mm,peak_force_N\na,1,2\n", "has 1 specimens"),
+            ("id,u_mm,peak_force_N\na,1,2\nb,-1,2\n", "column u_mm = 0: has a mean of zero"),
+        ] {
+            let error = read(text).err().unwrap();
+            assert!(error.contains(problem), "{error}");
+        }
+    }
+}

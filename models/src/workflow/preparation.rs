@@ -1,0 +1,75 @@
+//! Preparation of a measured curve: the part of its record from which quantities are computed.
+
+use super::inputs::Inputs;
+use crate::case::Toe;
+use crate::curve_check::{Finding, InspectedCurve, Weight};
+use crate::experiment::TestCurve;
+use crate::machine::Machine;
+
+/// Preparation of the measured curves of a case.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Preparation {
+    toe: Toe,
+    /// Whether the test has a load program, so that hold and unloading are kept.
+    follows_program: bool,
+    /// Whether a quantity needs the peak of the curve.
+    needs_peak: bool,
+    machine: Machine,
+}
+
+impl Preparation {
+    /// The preparation of a case.
+    pub(super) fn of(inputs: &Inputs<'_>) -> Self {
+        let quantities = &inputs.qoi().quantities;
+        Self {
+            toe: inputs.toe(),
+            follows_program: inputs.test().program.is_some(),
+            needs_peak: quantities.iter().any(|quantity| quantity.needs_peak()),
+            machine: inputs.known_machine().machine(),
+        }
+    }
+
+    /// Whether displacement is counted from the point where the curve begins to carry load.
+    pub(super) fn corrects_toe(&self) -> bool {
+        self.toe == Toe::Correct
+    }
+
+    /// Returns the curve of the specimen, without compliance and force offset of the machine.
+    pub(super) fn specimen_curve(&self, record: &TestCurve) -> TestCurve {
+        self.machine.specimen(record)
+    }
+
+    /// Returns the curve from which quantities are computed, and the findings. At constant speed the curve ends where
+    /// loading ends; with `experiments.toe = "correct"`, it begins where the load begins. With a load program it has all
+    /// branches.
+    pub(super) fn apply(
+        &self,
+        record: &TestCurve,
+        slope_fraction: f64,
+    ) -> (TestCurve, Vec<Finding>) {
+        if self.follows_program {
+            let needs_peak = self.needs_peak;
+            let seen =
+                InspectedCurve::of_program(record, &self.machine, slope_fraction, needs_peak);
+            return (seen.prepared, seen.findings);
+        }
+        let curve = self.specimen_curve(record);
+        let mut seen = InspectedCurve::of(&curve, slope_fraction);
+        if !self.corrects_toe() {
+            return (seen.prepared, seen.findings);
+        }
+        let (curve, moved) = seen.without_toe(slope_fraction);
+        if let Some(late) = seen.findings.iter_mut().find(|finding| finding.name == "late-load") {
+            late.weight = Weight::Note;
+            late.help = "Displacement is counted from there.";
+        }
+        let toe = seen.findings.iter_mut().find(|finding| finding.name == "toe");
+        if let Some(toe) = toe {
+            toe.value = moved;
+            toe.problem = format!("begins to carry load at {moved:.4} mm");
+            toe.help = "Displacement is counted from there.";
+            toe.weight = Weight::Note;
+        }
+        (curve, seen.findings)
+    }
+}

@@ -1,0 +1,66 @@
+//! The interface of a source of runs.
+
+use fem::RunRecord;
+
+use super::WorkflowError;
+use super::inputs::Inputs;
+use super::levels::Level;
+use super::microstructures::Microstructures;
+use super::runs::NamedRuns;
+use super::task::Task;
+
+/// Source of the runs of a case: something that returns a record for each point of the parameters. The record has a
+/// curve, from which quantities are computed, or quantities by name.
+pub(super) trait RunSource: Sync {
+    /// Points of the runs that exist; `None` if the source computes a run at any point, so that the design of the case
+    /// places the runs.
+    fn points(&self) -> Option<Vec<Vec<f64>>> {
+        None
+    }
+
+    /// Returns the specimens for `runs` runs; `None` if all runs have the same specimen.
+    ///
+    /// # Errors
+    /// Fails if the specimens cannot be generated.
+    fn specimens(
+        &self,
+        inputs: &Inputs<'_>,
+        runs: usize,
+    ) -> Result<Option<Microstructures>, WorkflowError> {
+        let _ = (inputs, runs);
+        Ok(None)
+    }
+
+    /// Number of mesh files of the stage `mesh` that the runs use, if all runs have the same specimen.
+    fn meshes(&self) -> usize {
+        0
+    }
+
+    /// Sentences about the runs that the user should know.
+    fn notes(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// Reads the keys of the case on which the results depend, but not the identity of the runs.
+    fn read_rest(&self, inputs: &Inputs<'_>) {
+        let _ = inputs;
+    }
+
+    /// Returns the records of runs, in the order of the runs. Computes the runs that have no record.
+    ///
+    /// # Errors
+    /// Fails if no run can be computed, or if records cannot be read or written. A failed run is not an error: its record
+    /// has the reason.
+    fn records(&self, requested: &RequestedRuns<'_>) -> Result<Vec<RunRecord>, WorkflowError>;
+}
+
+/// Runs that a source returns.
+pub(super) struct RequestedRuns<'a> {
+    pub(super) task: &'a Task<'a>,
+    /// Mesh level of the runs; only the built-in source has levels.
+    pub(super) level: Option<&'a Level<'a>>,
+    /// Specimens of the runs; `None` if all runs have the same specimen.
+    pub(super) specimens: Option<&'a Microstructures>,
+    /// The runs with their folder.
+    pub(super) named: NamedRuns<'a>,
+}

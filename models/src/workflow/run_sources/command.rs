@@ -1,0 +1,240 @@
+//! The source `[simulator]`: a program of the user that computes each run in a folder of its own.
+
+use std::fs;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+use fem::{End, FemError, Outcome, RunInput, RunRecord, RunStatus};
+
+use super::super::WorkflowError;
+use super::super::inputs::Inputs;
+use super::super::run_source::{RequestedRuns, RunSource};
+use super::super::runs::run_jobs;
+use super::process::{ProcessEnd, run_process};
+use super::result_file::{ProgramResult, read_result};
+use crate::case::{SimulatorCase, Template, Value};
+
+/// Subfolder of an ensemble with the folders in which the program works.
+const FOLDER: &str = "work";
+
+/// File with everything that the program prints.
+const OUTPUT: &str = "program-output.txt";
+
+/// Number of characters of the program's last line in a message.
+const LINE: usize = 200;
+
+/// The program of a case with its files.
+struct Program {
+    case: SimulatorCase,
+    /// Name and template of the input file.
+    input: Option<(String, Template)>,
+    arguments: Vec<Template>,
+    /// Names and contents of the further files.
+    files: Vec<(String, Vec<u8>)>,
+}
+
+/// Opens the source, if the case has `[simulator]`.
+///
+/// # Errors
+/// Fails if a file of the simulator cannot be read.
+pub(super) fn open(inputs: &Inputs<'_>) -> Result<Option<Box<dyn RunSource>>, WorkflowError> {
+    let Some(case) = inputs.simulator_of_runs() else { return Ok(None) };
+    let read = |path: &Path| {
+        let file = inputs.named_file(path);
+        fem::read_regular(&file).map_err(|e| WorkflowError::io(&file, e))
+    };
+    let input = case.input.as_ref().map(|path| {
+        let text = String::from_utf8_lossy(&read(path)?).into_owned();
+        Ok::<_, WorkflowError>((name_of(path), Template::parse(&text)))
+    });
+    let mut case = case.clone();
+    // the program works in another folder; a program without a folder is sought in PATH
+    if Path::new(&case.command[0]).components().count() > 1 {
+        let from = inputs.case_path().with_file_name("").join(&case.command[0]);
+        let program = std::path::absolute(&from).map_err(|e| WorkflowError::io(&from, e))?;
+        case.command[0] = program.display().to_string();
+    }
+    let files = case.files.iter().map(|path| Ok((name_of(path), read(path)?)));
+    Ok(Some(Box::new(Program {
+        input: input.transpose()?,
+        arguments: case.command[1..].iter().map(|word| Template::parse(word)).collect(),
+        files: files.collect::<Result<_, WorkflowError>>()?,
+        case,
+    })))
+}
+
+fn name_of(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+impl RunSource for Program {
+    fn read_rest(&self, inputs: &Inputs<'_>) {
+        // time limit and number of attempts decide which runs fail, but do not change a finished run
+        inputs.simulator();
+    }
+
+    fn records(&self, requested: &RequestedRuns<'_>) -> Result<Vec<RunRecord>, WorkflowError> {
+        let RequestedRuns { task, named, .. } = requested;
+        let program = self.case.command[0].as_str();
+        // with `interrupt` set, another machine may compute the runs
+        if task.check_interrupt().is_ok() && !is_found(program) {
+            let message = format!(
+                "{}: simulator.command = {program:?}: there is no such program on this machine; write its path, or add \
+                 its folder to PATH",
+                task.inputs.case_path().display()
+            );
+            return Err(WorkflowError::Unusable(message));
+        }
+        let (names, interrupt) = (named.names, task.interrupt);
+        let limits = self.limits();
+        // failures under other limits may succeed now
+        let retry = {
+            let limits = limits.clone();
+            move |record: &RunRecord| match &record.status {
+                RunStatus::Failed(reason) => !reason.ends_with(&limits),
+                RunStatus::Finished => false,
+            }
+        };
+        run_jobs(task, *named, Some(Box::new(retry)), &|run, folder, _| {
+            let mut last = String::new();
+            for _ in 0..=self.case.retries {
+                match self.attempt(names, run, folder, interrupt) {
+                    Ok(Some(ProgramResult { curve, values })) => {
+                        return Ok(Outcome { curve, values, ..Outcome::default() });
+                    }
+                    Ok(None) => return Ok(Outcome { end: End::Interrupted, ..Outcome::default() }),
+                    Err(reason) => last = reason,
+                }
+            }
+            Err(FemError::OtherProgram(format!("{last}{limits}")))
+        })
+    }
+}
+
+impl Program {
+    /// The limits of a run, as text at the end of the reason of a failed run.
+    fn limits(&self) -> String {
+        let attempts = match self.case.retries {
+            0 => "1 attempt".to_owned(),
+            more => format!("{} attempts", more + 1),
+        };
+        match self.case.time_limit_s {
+            Some(limit) => format!(" ({attempts} of at most {limit} s)"),
+            None => format!(" ({attempts})"),
+        }
+    }
+
+    /// Runs the program once. Returns `None` if the program was interrupted.
+    ///
+    /// # Errors
+    /// The reason why the attempt has no result.
+    fn attempt(
+        &self,
+        names: &[String],
+        run: &RunInput,
+        folder: &Path,
+        interrupt: &AtomicBool,
+    ) -> Result<Option<ProgramResult>, String> {
+        let work = new_folder(&folder.join(FOLDER), run.id)?;
+        let value = |name: &str| match name {
+            "run" => Some(Value::Text(run.id.to_string())),
+            "input" => self.input.as_ref().map(|(name, _)| Value::Text(name.clone())),
+            _ => {
+                let place = names.iter().position(|own| own == name)?;
+                Some(Value::Number(run.inputs[place]))
+            }
+        };
+        for (name, content) in &self.files {
+            write(&work.join(name), content)?;
+        }
+        if let Some((name, template)) = &self.input {
+            write(&work.join(name), template.render(&value).as_bytes())?;
+        }
+        let mut command = Command::new(&self.case.command[0]);
+        command.args(self.arguments.iter().map(|word| word.render(&value))).current_dir(&work);
+        let path = work.join(OUTPUT);
+        let output = || fs::File::options().create(true).append(true).open(&path);
+        let output = output().and_then(|out| Ok((out.try_clone()?, out)));
+        let (out, errors) = output.map_err(|e| format!("cannot write {}: {e}", path.display()))?;
+        command.stdout(out).stderr(errors);
+        let limit = self.case.time_limit_s.map(Duration::from_secs_f64);
+        let end = run_process(command, limit, interrupt)
+            .map_err(|e| format!("cannot start {}: {e}", self.case.command[0]))?;
+        let place = shown(&work, folder);
+        match end {
+            ProcessEnd::Interrupted => Ok(None),
+            ProcessEnd::TimeLimit => {
+                let limit = self.case.time_limit_s.unwrap_or_default();
+                Err(format!("stopped at the time limit of {limit} s, in {place}"))
+            }
+            ProcessEnd::Exited(status) if !status.success() => {
+                Err(format!("the program ended with {status}{}, in {place}", last_line(&path)))
+            }
+            ProcessEnd::Exited(_) => {
+                let result = work.join(&self.case.result);
+                if !result.is_file() {
+                    let name = &self.case.result;
+                    return Err(format!(
+                        "the program has not written {name}{}, in {place}",
+                        last_line(&path)
+                    ));
+                }
+                read_result(&result).map(Some).map_err(|error| error.to_string())
+            }
+        }
+    }
+}
+
+/// Creates an empty folder for an attempt: `run-007`, then `run-007-2` and so on. Existing folders are kept.
+fn new_folder(parent: &Path, run: usize) -> Result<PathBuf, String> {
+    let failed = |path: &Path, e: std::io::Error| format!("cannot create {}: {e}", path.display());
+    fs::create_dir_all(parent).map_err(|e| failed(parent, e))?;
+    for attempt in 1_usize.. {
+        let more = if attempt == 1 { String::new() } else { format!("-{attempt}") };
+        let folder = parent.join(format!("run-{run:03}{more}"));
+        match fs::create_dir(&folder) {
+            Ok(()) => return Ok(folder),
+            Err(e) if e.kind() == ErrorKind::AlreadyExists => {}
+            Err(e) => return Err(failed(&folder, e)),
+        }
+    }
+    Err("no free name for a folder".to_owned())
+}
+
+fn write(path: &Path, content: &[u8]) -> Result<(), String> {
+    fs::write(path, content).map_err(|e| format!("cannot write {}: {e}", path.display()))
+}
+
+/// Path of a folder from the folder of the ensemble's folder on.
+fn shown(work: &Path, ensemble: &Path) -> String {
+    let root = ensemble.parent().and_then(Path::parent).unwrap_or(ensemble);
+    work.strip_prefix(root).unwrap_or(work).display().to_string()
+}
+
+/// The last line that the program has printed, as part of a message; empty if there is none.
+fn last_line(path: &Path) -> String {
+    let Ok(bytes) = fs::read(path) else { return String::new() };
+    let text = String::from_utf8_lossy(&bytes);
+    let line = text.lines().rev().map(str::trim).find(|line| !line.is_empty());
+    line.map_or_else(String::new, |line| {
+        let short: String = line.chars().take(LINE).collect();
+        format!("; its last line: {short}")
+    })
+}
+
+/// Whether a program exists: at its path, or for a plain name in a folder of `PATH`.
+fn is_found(program: &str) -> bool {
+    let path = Path::new(program);
+    if path.components().count() > 1 {
+        return path.is_file();
+    }
+    let folders = std::env::var_os("PATH").unwrap_or_default();
+    let folders: Vec<PathBuf> = std::env::split_paths(&folders).collect();
+    let endings = ["", std::env::consts::EXE_SUFFIX];
+    folders.iter().any(|folder| {
+        endings.iter().any(|ending| folder.join(format!("{program}{ending}")).is_file())
+    })
+}

@@ -1,0 +1,38 @@
+//! Sources of the runs of a case. A source is a type that implements [`RunSource`], in a file of its own, and an entry of
+//! [`SOURCES`].
+//!
+//! In layers, lowest first:
+//! 1. `process`, `result_file`: a program of the user with a time limit, and the file that it writes
+//! 2. `built_in`, `command`, `table`: the sources
+//! 3. this module: the list of the sources
+
+mod built_in;
+mod command;
+mod process;
+mod result_file;
+mod table;
+
+pub(super) use table::ImportedRuns;
+
+use super::WorkflowError;
+use super::inputs::Inputs;
+use super::run_source::RunSource;
+
+/// Opens the source if the case has it. Reads everything that identifies the runs of the source, and nothing else.
+type Open = fn(&Inputs<'_>) -> Result<Option<Box<dyn RunSource>>, WorkflowError>;
+
+/// All sources. The first source that a case has is used.
+const SOURCES: [Open; 3] = [command::open, table::open, built_in::open];
+
+/// Returns the source of the runs of a case.
+///
+/// # Errors
+/// Fails if a file of the source cannot be read.
+pub(super) fn source_of(inputs: &Inputs<'_>) -> Result<Box<dyn RunSource>, WorkflowError> {
+    for open in SOURCES {
+        if let Some(source) = open(inputs)? {
+            return Ok(source);
+        }
+    }
+    Err(WorkflowError::Unusable("the case has no source of runs".to_owned()))
+}
