@@ -270,7 +270,9 @@ fn assert_consistent(
     let error = (difference - exact).norm();
     assert!(
         error < 1e-7 * moduli.norm(),
-        "the tangent differs from the difference quotient by {error:e} MPa at {state}"
+        "the tangent differs from the difference quotient by {error:e} MPa at {state} with g = {g} after the state {old:?}, for \
+         {:?}",
+        material.law()
     );
 }
 

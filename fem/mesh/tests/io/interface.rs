@@ -34,11 +34,15 @@ fn a_sphere_has_its_area_and_shells_their_volumes_in_every_mode() {
             let shell = |from: f64, to: f64| 4.0 / 3.0 * PI * (to.powi(3) - from.powi(3));
             let outside = band_mm3(&mesh, &surface, [width, 0.0]);
             let exact = shell(RADIUS, RADIUS + width);
-            assert!((outside / exact - 1.0).abs() < 0.1, "{mode:?} {width}: {outside} {exact}");
+            // the thinnest shell is thinner than a row of elements
+            let tolerance = if width < 0.06 { 0.15 } else { 0.1 };
+            let error = (outside / exact - 1.0).abs();
+            assert!(error < tolerance, "{mode:?} {width}: {outside} {exact}");
             if mode == GrainMode::Conforming {
                 let inside = band_mm3(&mesh, &surface, [0.0, width]);
                 let exact = shell(RADIUS - width, RADIUS);
-                assert!((inside / exact - 1.0).abs() < 0.1, "{width}: {inside} {exact}");
+                let error = (inside / exact - 1.0).abs();
+                assert!(error < tolerance, "{width}: {inside} {exact}");
             }
         }
         // rows of elements are about as thick as half of the spacing, or less

@@ -53,8 +53,13 @@ pub(super) fn ln_density_of<R: Scalar>(
         MvNormalCholesky(mean, factor.clone()).ln_density(&x)
     };
     let mut sum = R::from(0.0);
-    for (contrast, between) in specimens.known.contrasts.iter().zip(&expected.contrasts) {
-        sum = sum + ln_density(contrast, between.clone(), scatter);
+    for (k, contrast) in specimens.known.contrasts.iter().enumerate() {
+        // the expected contrasts are zero, and not computed, if all inputs of the forward model are parameters
+        let between = match specimens.known_inputs() {
+            0 => specimens.no_contrast(),
+            _ => expected.contrasts[k].clone(),
+        };
+        sum = sum + ln_density(contrast, between, scatter);
     }
     let of_unknown = specimens.factor_of_unknown(expected, scatter)?;
     for unknown in &specimens.unknown.contrasts {

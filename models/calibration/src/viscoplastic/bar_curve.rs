@@ -226,7 +226,7 @@ mod tests {
             bar.readings.iter().max_by(higher).unwrap().0
         });
         let (mean, sd) = statistics(highest.collect());
-        assert!((mean - 0.610).abs() < 5e-4 && (sd - 0.033).abs() < 5e-4, "{mean} {sd}");
+        assert!((mean - 0.610).abs() < 1.5e-3 && (sd - 0.033).abs() < 1.5e-3, "{mean} {sd}");
         let (of_parabola, _) = statistics(peaks.iter().map(|peak| peak.strain).collect());
         println!("strain at peak: {mean} of the largest readings, {of_parabola} of parabolas");
         assert!((of_parabola / mean - 1.0).abs() < 0.03, "{of_parabola}");

@@ -111,7 +111,8 @@ mod tests {
             }
         }
         println!("largest relative difference {largest:.1e}");
-        assert!(largest < 2e-4, "{largest}");
+        // the closed form uses the rate of the whole strain in place of the rate of the plastic strain
+        assert!(largest < 5e-4, "{largest}");
     }
 
     #[test]

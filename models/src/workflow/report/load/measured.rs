@@ -21,7 +21,10 @@ pub(super) fn confirmed(inputs: &Inputs<'_>, label: &str) -> Result<Points, Work
     let points = read_curve(inputs.file(&format!("curves/{label}.csv"))?)?;
     let path = inputs.file("confirm_runs.csv")?;
     let runs = CsvTable::read(&path, &["run"])?;
-    let row = runs.named("run", label)?;
+    // the baseline has no calibrated parameters, and therefore no row
+    let Some(row) = runs.rows().find(|row| row.text("run") == label) else {
+        return Ok(points_of(recorded_with([], &points)));
+    };
     let calibrated = [MachineCase::COMPLIANCE, MachineCase::FORCE_OFFSET].into_iter();
     let calibrated = calibrated.filter(|column| runs.has_column(column));
     let machine = calibrated.map(|column| row.number(column).map(|value| (column, value)));
