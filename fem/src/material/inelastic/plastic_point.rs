@@ -2,10 +2,10 @@
 //!
 //! The trial strains ε_i are the elastic principal strains if the increment had no plastic flow. Let j be √J₂ of the
 //! trial stress and p the mean trial stress. With the multiplier Δγ and the constants η, η̄ and ξ of
-//! `YieldCriterion::cone`, plastic flow reduces j by μ Δγ and p by K η̄ Δγ, and increases the equivalent plastic strain α
-//! by x = ξ Δγ. The yield condition is then an equation for x: t − k x = σ_y(α + x) with t = (j + η p)/ξ and
-//! k = (μ + K η η̄)/ξ². If μ Δγ exceeds j, the stress returns to the apex of the cone, where √J₂ is zero: the equation
-//! is then solved with t = η p/ξ and k = K η η̄/ξ². J2 is the cone η = η̄ = 0, ξ = 1/√3.
+//! `YieldCriterion::cone`, plastic flow reduces j by μ Δγ and p by K η̄ Δγ, and increases the equivalent plastic strain
+//! α by x = ξ Δγ. The yield condition is then an equation for x: t − k x = σ_y(α + x) with t = (j + η p)/ξ and k = (μ +
+//! K η η̄)/ξ². If μ Δγ exceeds j, the stress returns to the apex of the cone, where √J₂ is zero: the equation is then
+//! solved with t = η p/ξ and k = K η η̄/ξ². J2 is the cone η = η̄ = 0, ξ = 1/√3.
 //!
 //! References: Simo, Comput. Methods Appl. Mech. Engrg. 99 (1992) 61, doi:10.1016/0045-7825(92)90123-2; de Souza
 //! Neto, Perić & Owen, Computational Methods for Plasticity (2008), chapters 7, 8 and 14.

@@ -50,7 +50,7 @@ pub enum YieldCriterion {
     DruckerPrager {
         /// Friction angle, degrees, in [0, 90).
         friction_deg: f64,
-        /// Dilatancy angle, degrees, from zero to the friction angle. Plastic flow is associated if both angles are equal.
+        /// Dilatancy angle, degrees, from zero to the friction angle; plastic flow is associated if both are equal.
         dilatancy_deg: f64,
     },
 }
