@@ -45,8 +45,8 @@ pub trait Domain {
     /// Returns the nodes of an element: its vertices, then the nodes on its edges.
     fn nodes_of(&self, tet: usize) -> &[u32];
 
-    /// Returns whether an element is *plain*: straight, and not a mixture of two phases. The tangent of a plain element
-    /// needs less storage.
+    /// Returns whether an element is *plain*: straight, not a mixture of two phases, and without extra terms of
+    /// viscoelastic and plastic laws. The tangent of a plain element needs less storage.
     fn is_plain(&self, tet: usize) -> bool;
 
     /// Returns the integration rule of all elements.

@@ -157,8 +157,8 @@ impl<const N: usize> Space<N> {
         usize::from(self.second.get(tet).copied().unwrap_or(self.region[tet]))
     }
 
-    /// Returns the index of the material of an element's interface band, and the share of the element in the band. In a
-    /// mixture, it is the share of the matrix. The share is zero outside of bands.
+    /// Returns the index of the material of an element's interface band, and the share of the element in the band; in a
+    /// mixture, the share of the matrix in the band. The share is zero outside of bands.
     #[inline(always)]
     pub fn band(&self, tet: usize) -> (usize, f64) {
         self.band.get(tet).map_or((0, 0.0), |&(material, share)| (usize::from(material), share))

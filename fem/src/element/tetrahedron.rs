@@ -27,7 +27,8 @@ impl TryFrom<u8> for Order {
 
     /// Converts the polynomial order 1 or 2.
     ///
-    /// # Errors The number itself, if it is neither 1 nor 2.
+    /// # Errors
+    /// The number itself, if it is neither 1 nor 2.
     fn try_from(order: u8) -> Result<Self, Self::Error> {
         match order {
             1 => Ok(Self::Linear),

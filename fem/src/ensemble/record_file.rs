@@ -28,7 +28,7 @@ pub(super) enum Checksums {
     Optional,
 }
 
-/// The content of the file of a run, as it is serialised.
+/// Serialised content of the file of a run.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RecordFile<R> {

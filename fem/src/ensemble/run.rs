@@ -84,7 +84,8 @@ impl std::fmt::Debug for Retry {
 #[derive(Debug)]
 pub struct Ensemble {
     store: Store,
-    /// Failed runs that are computed again; `None` if no failed run is.
+    /// Condition on the record of a failed run; if it holds, the run is computed again. `None`: no failed run is
+    /// computed again.
     retry: Option<Retry>,
     leave_to_others: bool,
     turn: Turn,

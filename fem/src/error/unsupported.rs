@@ -142,7 +142,8 @@ pub enum Unsupported {
     /// A mixture of two phases with a law whose moduli cannot be homogenised.
     #[error("a mixed element needs homogenised moduli, which exist for Hencky's law only")]
     MixtureLaw,
-    /// A mixture whose matrix has a viscosity or plasticity that cannot be localised.
+    /// A mixture with an inelastic law for which the strain of the matrix does not follow from the strain of the
+    /// mixture.
     #[error(
         "a mixed element needs the strain of its matrix, which exists for Prony series of the shear modulus that damage degrades too, beside elastic grains"
     )]

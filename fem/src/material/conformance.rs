@@ -172,7 +172,8 @@ const KINK: f64 = 1e-3;
 const PATH: usize = 6;
 
 /// Asserts the properties of a viscoelastic or plastic law along random strain paths: the tangent of each increment,
-/// objectivity, symmetry of the tangent where it is promised, and a dissipation that is not negative.
+/// objectivity, symmetry of the tangent if [`PointMaterial::has_symmetric_tangent`] is true, and a dissipation that is
+/// not negative.
 fn assert_history(material: &PointMaterial, is_kinked: bool) {
     let stiffness = material.moduli.longitudinal();
     let states = states();

@@ -99,8 +99,8 @@ impl<T: Scalar> MixedPhases<T> {
         [bulk.value, shear.value]
     }
 
-    /// Returns the shear modulus of the mixture as a function of g, for a matrix with another shear modulus. `whole` of
-    /// the result is not computed.
+    /// Returns the shear modulus of the mixture as a function of g, for a matrix with the shear modulus `matrix`. The
+    /// field `whole` of the result is a placeholder.
     #[inline(always)]
     pub(super) fn shear(&self, matrix: T, g: T) -> Modulus<T> {
         let phases = Self { matrix: [self.matrix[0], matrix], ..*self };

@@ -31,7 +31,7 @@ use crate::error::{FemError, Unsupported};
 pub struct Material {
     /// Elastic law and moduli.
     pub elasticity: Elasticity,
-    /// Viscous or plastic part of the law; `None`: only the state of a user-defined law.
+    /// Viscous or plastic part of the law; `None`: the law is elastic, or a user-defined law with a state.
     pub inelasticity: Option<Inelasticity>,
     /// Resistance to damage; `None`: the region stays elastic.
     pub fracture: Option<Fracture>,
@@ -41,8 +41,8 @@ pub struct Material {
     pub degradation: Option<UserDegradation>,
 }
 
-/// The inelastic part is omitted if there is none, split and degradation function are omitted unless they are user-defined. The text identifies the material in
-/// checkpoints.
+/// The text identifies the material in checkpoints. An absent inelastic part is omitted, and so are a split and a
+/// degradation function that are not user-defined.
 impl fmt::Debug for Material {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let Self { elasticity, inelasticity, fracture, split, degradation } = self;
@@ -153,8 +153,8 @@ impl Material {
         }
     }
 
-    /// Returns whether the material may be a phase of a mixture: its strain in a mixture is known for elastic laws and for
-    /// Prony series of the shear modulus.
+    /// Returns whether the law may be the law of a mixture's matrix: an elastic law, or Prony series of the shear
+    /// modulus alone. For other laws, the strain of the matrix does not follow from the strain of the mixture.
     pub(crate) fn is_mixable(&self) -> bool {
         match &self.inelasticity {
             None => true,

@@ -158,7 +158,7 @@ pub struct PhaseField {
     /// Energies that drive damage.
     #[serde(default)]
     pub drive: EnergySet,
-    /// Energies that damage degrades; the plastic energy stands for the yield stress.
+    /// Energies that damage degrades. With the plastic energy, damage degrades the yield stress.
     #[serde(default = "default_degrade")]
     pub degrade: EnergySet,
     /// Plastic work per reference volume above which it drives damage, MPa.
@@ -194,7 +194,7 @@ impl PhaseField {
             && (!self.hybrid || self.split == Split::None)
     }
 
-    /// Checks that the length is positive and finite.
+    /// Checks that the length is positive and finite, and that the plastic threshold is finite and not negative.
     ///
     /// # Errors
     /// [`FemError::OutOfRange`].

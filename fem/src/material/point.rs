@@ -17,7 +17,7 @@ use super::split::Degraded;
 pub struct PointMaterial {
     pub elasticity: Elasticity,
     pub moduli: Moduli,
-    /// Viscous or plastic part of the law.
+    /// Viscous or plastic part of the law; `None`: the law is elastic, or a user-defined law with a state.
     pub inelastic: Option<Inelasticity>,
     /// Damage constants; `None`: the region stays elastic.
     pub damage: Option<Damage>,
@@ -59,10 +59,11 @@ impl PointMaterial {
         }
     }
 
-    /// Returns whether the tangent of a viscoelastic or plastic law is symmetric; true for other laws.
+    /// Returns whether the tangent is symmetric; true for elastic and user-defined laws.
     ///
-    /// The tangent is not symmetric if damage is driven by other energies than it degrades, or if plastic flow is not
-    /// associated.
+    /// The tangent is not symmetric for viscoelastic laws with damage and for plastic flow that is not associated. For
+    /// a plastic law with damage, the tangent is not symmetric either if plastic work drives damage and damage does not
+    /// degrade the yield stress, or the reverse, or if the plastic work has a threshold.
     pub fn has_symmetric_tangent(&self) -> bool {
         if let Some(Inelasticity::Plastic(law)) = &self.inelastic {
             let [friction, dilatancy, _] = law.criterion.cone();

@@ -135,8 +135,9 @@ impl<T: Scalar> Principal<T> {
         Self { strains: Strains::from_excess(values), basis, push, sound }
     }
 
-    /// Returns the nominal stress P = τ F⁻ᵀ times `weight`, from the principal values `stress` of τ and, unless they
-    /// are zero, its components `oblique` outside the principal axes (entry k belongs to the other two axes).
+    /// Returns the nominal stress P = τ F⁻ᵀ times `weight`. `stress` contains the diagonal components of τ in the
+    /// principal axes of the strain, and `oblique` the other components (entry k belongs to the pair of the other two
+    /// axes); `None`: the other components are zero.
     #[inline(always)]
     pub fn piola(&self, stress: &[T; 3], oblique: Option<&[T; 3]>, weight: T) -> [[T; 3]; 3] {
         let mut scaled = self.push;

@@ -246,7 +246,7 @@ impl<'a, T: Scalar> LaneLaw<'a, T> {
 }
 
 impl<T: Scalar> PointLaw<T> for LaneLaw<'_, T> {
-    /// Returns the elastic trial deformation; lanes of other laws have the whole deformation.
+    /// Returns the trial deformation: the elastic part in lanes of plastic laws, the whole deformation in other lanes.
     #[inline(always)]
     fn trial(&self, h: &[[T; 3]; 3], old: &[T]) -> Principal<T> {
         if !self.laws.iter().any(RegionLaw::is_plastic) {
@@ -304,7 +304,7 @@ impl<T: Scalar> PointLaw<T> for LaneLaw<'_, T> {
                 continue;
             }
             let state = match &mut scratch {
-                // without the state of the law before: a law may have fewer state values
+                // clear the state of the previous law: this law may write fewer state values
                 Some(state) => {
                     state.fill(zero);
                     &mut state[..]

@@ -7,7 +7,8 @@ use super::number::Scalar;
 pub struct Response<T> {
     /// Elastic energy g ψ⁺ + ψ⁻, MPa.
     pub energy: T,
-    /// Driving energy of damage ψ⁺: the derivative of the energy with respect to g, MPa.
+    /// Driving energy of damage, MPa: ψ⁺, the derivative of the energy with respect to g. The settings of the phase
+    /// field may select other energies of viscoelastic and plastic laws.
     pub driving: T,
     /// Second derivative of the energy with respect to g, MPa; zero except for mixtures.
     pub softening: T,
@@ -19,8 +20,9 @@ pub struct Response<T> {
     pub normal: [T; 6],
     /// ½ (τ_i − τ_j) coth(ε_i − ε_j), MPa; entry k belongs to the pair (i, j) of the other two strains.
     pub shear: [T; 3],
-    /// Principal values of ∂ψ_d/∂ε with the driving energy ψ_d, MPa: equal to `stress_plus` if the law makes an energy
-    /// stationary, also in g.
+    /// Principal values of ∂ψ_d/∂ε with the driving energy ψ_d, MPa. They equal `stress_plus` if ψ_d is the derivative
+    /// of an energy with respect to g. Plastic laws always set `stress_plus`, without the derivative of the plastic
+    /// work.
     pub driving_stress: [T; 3],
     /// Energy that the law dissipates in the increment, MPa; zero for elastic laws.
     pub dissipation: T,

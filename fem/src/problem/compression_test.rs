@@ -75,7 +75,7 @@ impl Friction {
 /// ```
 #[derive(Clone, Debug)]
 pub struct CompressionTest {
-    /// Full displacement, mm, downwards. Not used with a load program.
+    /// Full displacement, mm, downwards. With a load program, it is only compared with the height of the specimen.
     pub displacement_mm: f64,
     /// Load program; `None` for constant speed.
     program: Option<LoadProgram>,

@@ -7,8 +7,8 @@ use crate::boundary::{Axis, Conditions};
 use crate::error::FemError;
 use fem_mesh::{RoundBar, TetMesh};
 
-/// Distance of the extensometer's points from the axis, relative to the radius. On the wall itself a point could lie outside
-/// the mesh by a rounding error.
+/// Distance of the extensometer's points from the axis, relative to the radius. A point on the wall itself could lie
+/// outside the mesh because of a rounding error.
 const ON_WALL: f64 = 0.99;
 
 /// Tension of a round bar with an extensometer in the middle. Creates a [`Problem`] on an eighth of the bar
@@ -108,9 +108,9 @@ impl TensionTest {
         std::iter::once((0.0, 0.0)).chain(readings).collect()
     }
 
-    /// Runs the problem until the extensometer has passed an engineering strain and the force has fallen by a fraction
-    /// `below_peak` of its largest value, or to its end. A run that gets there counts as complete
-    /// ([`End::Displacement`]). With `below_peak` = 0 the strain alone decides.
+    /// Runs the problem until the engineering strain of the extensometer is at least `strain`, and the force has fallen
+    /// below its largest value by the fraction `below_peak` (0: the force has no influence). A run that meets both
+    /// conditions ends with [`End::Displacement`]; other runs continue to their end.
     pub fn pull(&self, problem: &Problem, strain: f64, below_peak: f64) -> Outcome {
         let mut run = problem.start();
         let mut largest = 0.0_f64;

@@ -26,7 +26,8 @@ impl TetMesh {
     /// The volume of a tetrahedron with curved edges takes these edges into account. The volume of the straight
     /// tetrahedron with the same corners may be negative.
     ///
-    /// # Errors The error of the first check that fails, with the entity and a remedy. Several errors of one check are
+    /// # Errors
+    /// The error of the first check that fails, with the entity and a remedy. Several errors of one check are
     /// combined in [`MeshError::Several`].
     pub fn validate(&self) -> Result<(), MeshError> {
         if self.tets.is_empty() {

@@ -12,38 +12,38 @@ pub enum Hardening {
     /// No hardening: perfect plasticity.
     #[default]
     None,
-    /// h α.
+    /// Linear hardening h α.
     #[serde(rename_all = "snake_case")]
     Linear {
-        /// h, MPa.
+        /// Hardening modulus h, MPa.
         modulus_mpa: f64,
     },
     /// Voce: A (1 − e^(−b α)).
     #[serde(rename_all = "snake_case")]
     Voce {
-        /// A, MPa.
+        /// Stress A, at which the hardening saturates, MPa.
         saturation_mpa: f64,
-        /// b, without a unit.
+        /// Rate b of the saturation, dimensionless.
         rate: f64,
     },
     /// Swift: k ((e₀ + α)ⁿ − e₀ⁿ).
     #[serde(rename_all = "snake_case")]
     Swift {
-        /// k, MPa.
+        /// Factor k, MPa.
         factor_mpa: f64,
-        /// e₀, a positive strain.
+        /// Strain offset e₀, positive.
         offset: f64,
-        /// n, in (0, 1].
+        /// Exponent n, in (0, 1].
         exponent: f64,
     },
-    /// Straight between the points of a table, constant behind its last point.
+    /// Linear interpolation between the points of a table; the hardening is constant beyond the last point.
     Table(
         /// Points in increasing order of the strain; the first has the strain zero and the hardening zero.
         Vec<HardeningPoint>,
     ),
 }
 
-/// Point of a table of hardening.
+/// Point of a hardening table.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HardeningPoint {
@@ -60,9 +60,9 @@ pub enum PlasticRate {
     /// Johnson and Cook: the initial yield stress is multiplied by 1 + C ln(α̇/ε̇₀) for a rate α̇ above ε̇₀.
     #[serde(rename_all = "snake_case")]
     JohnsonCook {
-        /// C, without a unit.
+        /// Rate sensitivity C, dimensionless.
         c: f64,
-        /// ε̇₀, 1/s.
+        /// Reference rate ε̇₀, 1/s.
         reference_per_s: f64,
     },
 }
@@ -103,7 +103,7 @@ impl Hardening {
         }
     }
 
-    /// Returns the plastic work of the hardening ∫ h dα from zero to α, MPa.
+    /// Returns the plastic work ∫ h dα of the hardening h, from zero to α, MPa.
     #[inline(always)]
     pub(super) fn work<T: Scalar>(&self, alpha: T) -> T {
         let zero = alpha.constant(0.0);
@@ -212,13 +212,14 @@ impl PlasticRate {
     }
 }
 
-/// Returns the segments of a table: both ends of each, then the constant behind the last point.
+/// Returns both ends of each segment of a table, and a last segment of zero width, from which on the hardening is
+/// constant.
 fn segments(points: &[HardeningPoint]) -> impl Iterator<Item = [HardeningPoint; 2]> + '_ {
     let last = points.last().map(|&point| [point; 2]);
     points.windows(2).map(|ends| [ends[0], ends[1]]).chain(last)
 }
 
-/// Returns the slope of a segment, MPa; zero behind the last point.
+/// Returns the slope of a segment, MPa; zero for the last segment of zero width.
 fn slope_of([start, end]: [HardeningPoint; 2]) -> f64 {
     let width = end.plastic_strain - start.plastic_strain;
     if width > 0.0 { (end.hardening_mpa - start.hardening_mpa) / width } else { 0.0 }

@@ -1,9 +1,10 @@
 //! Laws with internal variables, added to an elastic law: viscoelasticity and plasticity.
 //!
-//! The files in the order of their layers: parameters (`prony`, `hardening`, `plasticity`), then the responses at a
-//! point (`viscous_point`, `viscous_response`, `plastic_point`). References: Simo, Comput. Methods Appl. Mech. Engrg. 60 (1987) 153,
-//! doi:10.1016/0045-7825(87)90107-1; Simo, Comput. Methods Appl. Mech. Engrg. 99 (1992) 61,
-//! doi:10.1016/0045-7825(92)90123-2.
+//! The modules, in the order of their layers: parameters (`prony`, `hardening`, `plasticity`), then the responses at a
+//! point (`viscous_point`, `viscous_response`, `plastic_point`).
+//!
+//! References: Simo, Comput. Methods Appl. Mech. Engrg. 60 (1987) 153, doi:10.1016/0045-7825(87)90107-1; Simo, Comput.
+//! Methods Appl. Mech. Engrg. 99 (1992) 61, doi:10.1016/0045-7825(92)90123-2.
 
 mod hardening;
 mod plastic_point;
@@ -29,7 +30,8 @@ pub enum Inelasticity {
 }
 
 impl Inelasticity {
-    /// Returns the law with Prony terms in the order of increasing times.
+    /// Returns the law with the Prony terms of the shear modulus in the order of increasing relaxation times, as
+    /// mixtures require. The order of the bulk terms has no effect.
     pub(in crate::material) fn sorted(self) -> Self {
         match self {
             Self::Viscoelastic(mut series) => {

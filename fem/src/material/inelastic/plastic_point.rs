@@ -1,9 +1,11 @@
 //! Return mapping of plasticity in logarithmic strains, at one point or one point per SIMD lane.
 //!
-//! With the trial strains ε_i (elastic strains if the increment had no plastic flow), j = √J₂ of the trial stress and
-//! its mean stress p, the flow changes both by −μ Δγ and −K η̄ Δγ. The increase x = ξ Δγ of α solves
-//! t − k x = σ_y(α + x) with t = (j + η p)/ξ and k = (μ + K η η̄)/ξ². Behind the apex of the cone, j is zero, and
-//! the same equation holds with t = η p/ξ and k = K η η̄/ξ². J2 is the cone η = η̄ = 0, ξ = 1/√3.
+//! The trial strains ε_i are the elastic principal strains if the increment had no plastic flow. Let j be √J₂ of the
+//! trial stress and p the mean trial stress. With the multiplier Δγ and the constants η, η̄ and ξ of
+//! `YieldCriterion::cone`, plastic flow reduces j by μ Δγ and p by K η̄ Δγ, and increases the equivalent plastic strain
+//! α by x = ξ Δγ. The yield condition is then an equation for x: t − k x = σ_y(α + x) with t = (j + η p)/ξ and k = (μ +
+//! K η η̄)/ξ². If μ Δγ exceeds j, the stress returns to the apex of the cone, where √J₂ is zero: the equation is then
+//! solved with t = η p/ξ and k = K η η̄/ξ². J2 is the cone η = η̄ = 0, ξ = 1/√3.
 //!
 //! References: Simo, Comput. Methods Appl. Mech. Engrg. 99 (1992) 61, doi:10.1016/0045-7825(92)90123-2; de Souza
 //! Neto, Perić & Owen, Computational Methods for Plasticity (2008), chapters 7, 8 and 14.
@@ -35,7 +37,7 @@ pub(in crate::material) struct PlasticPoint<'a, T> {
     pub dt: T,
 }
 
-/// Equation t − k x = d σ_y(α + x) with the degradation d of the yield stress.
+/// Equation t − k x = d σ_y(α + x) for the increase x of α; damage multiplies the yield stress σ_y by d.
 #[derive(Clone, Copy)]
 struct FlowEquation<'a, T> {
     law: &'a Plasticity,
@@ -84,8 +86,8 @@ impl<T: Scalar> FlowEquation<'_, T> {
 impl<T: Scalar> Computation for FlowEquation<'_, T> {
     type Output = Flow<T>;
 
-    /// Solves the equation for x ≥ 0 by Newton's method on a bracket: a step that leaves the bracket is replaced by a
-    /// bisection.
+    /// Solves the equation for x ≥ 0 by Newton's method in an interval that contains the solution. A step that leaves
+    /// the interval is replaced by a bisection.
     #[inline(always)]
     fn run(self) -> Flow<T> {
         let Self { law, dt, degradation, t, k, .. } = self;
@@ -130,7 +132,7 @@ impl<T: Scalar> Computation for FlowEquation<'_, T> {
     }
 }
 
-/// Solution of the equation of the flow.
+/// Solution of the [`FlowEquation`].
 #[derive(Clone, Copy)]
 struct Flow<T> {
     /// Increase x of α.
@@ -161,14 +163,14 @@ impl<T: Scalar> Computation for Increment<'_, T> {
 }
 
 impl<T: Scalar> PlasticPoint<'_, T> {
-    /// Returns the factor of the yield stress, and its derivative with respect to g.
+    /// Returns the factor d by which damage multiplies the yield stress, and the derivative of d with respect to g.
     #[inline(always)]
     fn yield_degradation(&self) -> [T; 2] {
         let [zero, one] = [0.0, 1.0].map(|x| self.g.constant(x));
         if self.energies.degrade.plastic { [self.g, one] } else { [one, zero] }
     }
 
-    /// Returns the equation t − k x = σ_y(α + x) of the flow.
+    /// Returns the [`FlowEquation`] with the given t, k and α.
     #[inline(always)]
     fn equation(&self, t: T, k: T, alpha: T) -> FlowEquation<'_, T> {
         let [degradation, _] = self.yield_degradation();
@@ -201,14 +203,15 @@ impl<T: Scalar> PlasticPoint<'_, T> {
         let axis = [e[0] * inverse, e[1] * inverse, e[2] * inverse];
         let shear = g * self.shear;
         let bulk = volume_share.mul_add(g * self.bulk - self.bulk, self.bulk);
-        // trial values without damage; `shear` and `bulk` are degraded
+        // `intact_j` is the trial value without damage; `shear`, `bulk`, `j` and `p` include the degradation
         let (root, alpha) = (2f64.sqrt(), old[ALPHA]);
         let intact_j = self.shear * norm * root;
         let (j, p) = (g * intact_j, bulk * theta);
         let k = (bulk * (eta * eta_bar) + shear) / (xi * xi);
         let smooth = k.vectorize(self.equation((p * eta + j) / xi, k, alpha));
         let mut gamma = smooth.x / xi;
-        // the flow of a point at the apex: `x` is the increase of α, the deviatoric strain becomes plastic
+        // 1 if the stress returns to the apex: `x` is then the increase of α, and the whole deviatoric strain becomes
+        // plastic
         let mut apex = zero;
         let mut flow = smooth;
         let mut volume_flow = gamma * eta_bar;
@@ -232,7 +235,7 @@ impl<T: Scalar> PlasticPoint<'_, T> {
         let left_theta = theta - volume_flow;
         let [degradation, degradation_slope] = self.yield_degradation();
         let hardening = degradation * flow.slope;
-        // derivatives of Δγ (of the volume flow at the apex) with respect to g
+        // derivative of Δγ with respect to g; at the apex, derivative of the volume flow
         let bulk_slope = volume_share * self.bulk;
         let cone_stiffness = shear + bulk * (eta * eta_bar) + hardening * (xi * xi);
         let push = left_j + bulk_slope * left_theta * eta - degradation_slope * flow.stress * xi;
@@ -259,7 +262,7 @@ impl<T: Scalar> PlasticPoint<'_, T> {
         out.softening = -(left_j * gamma_slope + bulk_slope * left_theta * volume_slope);
         new[ALPHA] = alpha + flow.x;
         new[WORK] = old[WORK] + work;
-        // remaining part of the trial deviator
+        // factor by which plastic flow multiplies the trial deviator
         let beta = on_cone * (one - shear * gamma / j.max(one.constant(1e-150)));
         let beta = T::select(zero.less_than(flow.x), beta, one);
         let compliance = flows * on_cone / cone_stiffness;

@@ -32,7 +32,7 @@ pub struct Plasticity {
     /// Hardening h(α).
     #[serde(default)]
     pub hardening: Hardening,
-    /// Factor r of the rate of plastic strain.
+    /// Dependence of the factor r on the rate of plastic strain; `None`: r = 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rate: Option<PlasticRate>,
 }
@@ -50,7 +50,7 @@ pub enum YieldCriterion {
     DruckerPrager {
         /// Friction angle, degrees, in [0, 90).
         friction_deg: f64,
-        /// Dilatancy angle, degrees, in [0, 90): friction and dilatancy are equal for an associated flow rule.
+        /// Dilatancy angle, degrees, from zero to the friction angle; plastic flow is associated if both are equal.
         dilatancy_deg: f64,
     },
 }

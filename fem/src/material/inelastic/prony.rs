@@ -66,11 +66,11 @@ pub enum TimeShift {
     /// Williams, Landel and Ferry: log₁₀ a_T = −C₁ (T − T₀)/(C₂ + T − T₀).
     #[serde(rename_all = "snake_case")]
     Wlf {
-        /// C₁, without a unit.
+        /// Constant C₁, dimensionless.
         c1: f64,
-        /// C₂, K.
+        /// Constant C₂, K.
         c2_kelvin: f64,
-        /// T₀, °C.
+        /// Reference temperature T₀, °C.
         reference_celsius: f64,
     },
     /// Arrhenius: ln a_T = (E/R) (1/T − 1/T₀) with absolute temperatures.
@@ -78,7 +78,7 @@ pub enum TimeShift {
     Arrhenius {
         /// Activation energy E, kJ/mol.
         energy_kj_per_mol: f64,
-        /// T₀, °C.
+        /// Reference temperature T₀, °C.
         reference_celsius: f64,
     },
 }
@@ -126,7 +126,7 @@ impl TimeShift {
 }
 
 impl Viscoelasticity {
-    /// Creates a series of the shear modulus alone, for instantaneous moduli.
+    /// Creates a series of the shear modulus alone. The moduli of the elastic law are the instantaneous moduli.
     pub fn shear(terms: impl IntoIterator<Item = PronyTerm>) -> Self {
         Self { shear: terms.into_iter().collect(), ..Self::default() }
     }
@@ -162,7 +162,7 @@ impl Viscoelasticity {
         moduli
     }
 
-    /// Returns the factors from the moduli of the elastic law to the instantaneous moduli: shear, then bulk.
+    /// Returns the ratios of the instantaneous moduli to the moduli of the elastic law: shear, then bulk.
     pub(in crate::material) fn instantaneous(&self) -> [f64; 2] {
         [&self.shear, &self.bulk].map(|terms| match self.moduli {
             PronyModuli::Instantaneous => 1.0,
@@ -178,7 +178,7 @@ impl Viscoelasticity {
         shear + bulk
     }
 
-    /// Checks fractions and times.
+    /// Checks fractions, relaxation times and the number of terms.
     ///
     /// # Errors
     /// [`FemError::OutOfRange`] with the name of the key.

@@ -1,8 +1,9 @@
 //! Prony terms at a point, or at one point per SIMD lane.
 //!
-//! With the elastic deviatoric stress s in the material frame, S̃ = J^(2/3) F⁻¹ s F⁻ᵀ, the normalised stress of term i is
-//! H_i = e^(−Δt/τ_i) H_i,n + f_i (S̃ − S̃_n), f_i = (1 − e^(−Δt/τ_i)) τ_i/Δt. In the spatial frame, h_i = J^(−2/3) F H_i Fᵀ is
-//! the sum of a_i, which the state at the start of the increment determines, and of f_i s. The term contributes m_i
+//! The elastic deviatoric stress s is S̃ = J^(2/3) F⁻¹ s F⁻ᵀ in the material frame. The normalised stress of term i
+//! with the relaxation time τ_i is H_i = e^(−Δt/τ_i) H_i,n + f_i (S̃ − S̃_n) with f_i = (1 − e^(−Δt/τ_i)) τ_i/Δt; the
+//! index n denotes the start of the increment of duration Δt. In the spatial frame, H_i is h_i = J^(−2/3) F H_i Fᵀ =
+//! a_i + f_i s, where a_i depends only on F and on the state at the start of the increment. The term contributes m_i
 //! dev h_i to the stress, with a factor m_i that depends on damage. The tensor a_i does not have the principal axes of
 //! the strain.
 //!
@@ -48,7 +49,7 @@ impl<T: Scalar> ViscousPoint<'_, T> {
         x.vectorize(Decay(x))
     }
 
-    /// Index of the first state value of the bulk terms.
+    /// Returns the index of the first state value of the bulk terms.
     #[inline(always)]
     pub(super) fn first_of_bulk(&self) -> usize {
         if self.law.shear.is_empty() { 0 } else { 6 * (1 + self.law.shear.len()) }
@@ -117,7 +118,8 @@ impl<T: Scalar> Spatial<T> {
     }
 }
 
-/// Tensor that moves with the material; a function of its own, so that it is compiled once for each number type.
+/// Map of a tensor from the material frame to the principal axes of the strain. A function of its own, so that it is
+/// compiled once for each number type.
 struct Moved<'a, T> {
     trial: &'a Principal<T>,
     a: &'a [T; 6],

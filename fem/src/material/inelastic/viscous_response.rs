@@ -1,14 +1,16 @@
 //! Response of a viscoelastic material at a point: elastic law, Prony terms, damage and mixtures.
 //!
-//! The deviatoric elastic stress s has the shear modulus one (Hencky) or the modulus of the law. The stress is m_∞ s + Σ m_i
-//! dev h_i with the normalised stresses h_i of `viscous_point`. A pure material has m_∞ = g γ_∞ μ and m_i = d γ_i μ,
-//! with d = g or 1 (damage degrades the viscous stress or not). In a mixture of matrix and grain, M(c) is the
-//! homogenised shear modulus of a matrix with the modulus g c μ (`mixture.rs`). With the terms in the order of increasing
-//! times, c_i = 1 − γ_1 − … − γ_i is the relaxed fraction after the time τ_i, and m_i = M(c_(i−1)) − M(c_i), m_∞ =
-//! M(γ_∞). The mixture is therefore the elastic mixture at time zero, after infinite time, and on each plateau between
-//! distant relaxation times: the strain of the matrix follows from the plateau by the localisation of the elastic
-//! mixture (quasi-elastic approximation of the correspondence principle: Schapery, J. Compos. Mater. 1 (1967) 228). The
-//! bulk modulus of the mixture is that at time zero.
+//! s is the deviatoric elastic stress: for Hencky's law divided by the shear modulus, for other laws the stress of the
+//! law. The deviatoric stress is m_∞ s + Σ m_i dev h_i with the normalised stresses h_i of `viscous_point`. A material
+//! of one phase has m_∞ = g γ_∞ μ and m_i = d γ_i μ (for other laws than Hencky's, with one in place of μ), where d is
+//! g if damage degrades the viscous stress, else 1.
+//!
+//! In a mixture of matrix and grain, M(c) is the homogenised shear modulus for a matrix with the modulus g c μ
+//! (`mixture.rs`). The terms are in the order of increasing relaxation times, and c_i = 1 − γ_1 − … − γ_i is the
+//! fraction of the modulus that remains when the terms 1 to i have relaxed. Then m_i = M(c_(i−1)) − M(c_i) and m_∞ =
+//! M(γ_∞). The mixture is therefore the elastic mixture at time zero, after infinite time, and at times between
+//! relaxation times that are far apart (quasi-elastic approximation of the correspondence principle: Schapery, J.
+//! Compos. Mater. 1 (1967) 228). The bulk modulus of the mixture does not relax.
 
 use super::prony::PronyTerm;
 use super::viscous_point::{Spatial, ViscousPoint};
@@ -33,7 +35,7 @@ pub(in crate::material) struct DecoupledLaw<T> {
     pub bulk: T,
 }
 
-/// Damage at a point, as it acts on a viscoelastic law.
+/// Degradation of a viscoelastic law at a point.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::material) struct ViscousDamage<'a, T> {
     pub g: T,
@@ -67,7 +69,8 @@ struct Shear<T> {
     known: [Spatial<T>; 2],
     /// Stored energy Σ m_i |dev h_i|²/(4 μ) with the modulus μ of the elastic stress, MPa. It is exact at small strain.
     energy: T,
-    /// Driving energy: `energy` with the derivative of m_i with respect to g in place of m_i, if damage degrades it.
+    /// Driving energy of the terms, MPa: `energy` with ∂m_i/∂g in place of m_i if damage degrades the viscous
+    /// stress.
     driving: T,
     /// Derivative of `driving` with respect to the strain.
     stress: [T; 6],
@@ -79,7 +82,7 @@ struct Shear<T> {
 struct Bulk<T> {
     equilibrium: f64,
     viscous: T,
-    /// Pressure that the state determines, MPa.
+    /// Part of the mean stress that depends only on the state at the start of the increment, MPa.
     known: T,
     energy: T,
     stress: T,
@@ -101,7 +104,7 @@ impl<T: Scalar> Computation for ViscousIncrement<'_, T> {
 }
 
 impl<T: Scalar> ViscousIncrement<'_, T> {
-    /// Returns the shear modulus that remains at a fraction c of the instantaneous modulus.
+    /// Returns the shear modulus as a function of g, if `fraction` of the instantaneous modulus has not relaxed.
     #[inline(always)]
     fn modulus(&self, fraction: f64, degraded: bool) -> Modulus<T> {
         let g = self.damage.g;
@@ -221,7 +224,7 @@ impl<T: Scalar> ViscousIncrement<'_, T> {
             out.stress_plus[i] = factor_slope * stress + known_slope.0[i] + pressure_plus;
             out.driving_stress[i] = shear.equilibrium[1] * stress + volume.driving[0] * *u_slope;
             for k in 0..=i {
-                // ⅔ tr a (δ − ⅓) − ⅔ (a_i + a_k) + 2 δ a_i
+                // 2 t (δ − ⅓) − ⅔ (a_i + a_k) + 2 δ a_i: a is the deviator, t a third of the trace, and δ = 1 for i = k
                 let mut moved = (a + known.0[k] + third) * (-2.0 / 3.0);
                 if i == k {
                     moved += (third + a) * 2.0;
@@ -257,7 +260,7 @@ impl<T: Scalar> ViscousIncrement<'_, T> {
                 false => phases.whole(),
             };
             let [modulus, _] = phases.moduli(whole, g);
-            // the elastic law is that of the bulk modulus of the matrix
+            // the factors are relative to the elastic law, which has the bulk modulus of the matrix
             let unit = one / self.elastic.bulk;
             let value = unit * modulus.degraded(volume_share);
             let slope = unit * volume_share * modulus.slope;

@@ -10,7 +10,8 @@ use crate::operator::kernel::{Contraction, DataLayout, Load, first_or_add};
 use crate::operator::layout::{Layout, MIDDLE};
 
 /// Product for one register of elements with `C` fields per node, `D` damage points and `L` stored entries of the
-/// damage terms without gradients. `PLAIN` elements are straight and not mixtures.
+/// damage terms without gradients. `PLAIN` elements are straight, are not mixtures, and have no extra terms of
+/// viscoelastic and plastic laws.
 #[derive(Debug)]
 pub(crate) struct ElementProduct<
     'a,

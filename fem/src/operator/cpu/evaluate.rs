@@ -59,11 +59,12 @@ impl<const N: usize> Evaluate<N> for ResidualsOf<'_, N> {
     }
 }
 
-/// Length of a stack buffer that holds the stored data of a linear element with its principal axes.
+/// Length of a stack buffer that holds the stored data of a linear element with its principal axes and without extra
+/// terms of viscoelastic and plastic laws.
 const FEW: usize = 51;
 
-/// Buffer for the stored data of one register of elements. The data of linear elements fit into `few`, which is on
-/// the stack.
+/// Buffer for the stored data of one register of elements. The data of linear elements without extra terms fit into
+/// `few`, which is on the stack.
 pub(crate) struct DataBuffers<S: Simd> {
     few: [SimdF64<S>; FEW],
     many: Vec<SimdF64<S>>,
@@ -138,7 +139,7 @@ pub(crate) type WriteBatch<'a> = &'a mut dyn FnMut(usize, &[[f64; LANES]]);
 /// Stored data of listed elements, batch by batch.
 pub(crate) struct PointDataOf<'a> {
     pub rule: &'a Rule,
-    /// Whether all listed elements are straight and none is a mixture.
+    /// Whether all listed elements are straight, none is a mixture, and the rule has no extra terms.
     pub plain: bool,
     pub coupled: bool,
     /// Number of listed elements.

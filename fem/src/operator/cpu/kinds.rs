@@ -7,7 +7,8 @@ pub(crate) trait PerKind {
     type Output;
 
     /// Runs the computation for elements with `N` nodes, `C` fields per node, `D` damage points and `L` stored
-    /// entries of the damage terms without gradients. `PLAIN` elements are straight and not mixtures.
+    /// entries of the damage terms without gradients. `PLAIN` elements are straight, are not mixtures, and have no
+    /// extra terms of viscoelastic and plastic laws.
     fn for_kind<const PLAIN: bool, const N: usize, const C: usize, const D: usize, const L: usize>(
         self,
     ) -> Self::Output;

@@ -40,7 +40,7 @@ impl<'a, T: Scalar, const N: usize> Stored<'a, T, N> {
         }
     }
 
-    /// Returns the tangent for unit differences, see [`Contraction::unit_blocks`].
+    /// Returns the tangent at elastic point q for unit differences, see [`Contraction::unit_blocks`].
     #[inline(always)]
     fn unit_blocks<const AXES: bool>(&self, q: usize) -> UnitBlocks<T> {
         if self.rule.extra.stored {
@@ -49,7 +49,7 @@ impl<'a, T: Scalar, const N: usize> Stored<'a, T, N> {
         self.tangent::<AXES>(q).unit_blocks()
     }
 
-    /// Returns the fluxes for δg = 1, and the fluxes of the derivative of the driving energy.
+    /// Returns [`Contraction::unit_source`] and [`Contraction::unit_driving`] at elastic point q.
     #[inline(always)]
     fn unit_coupling<const AXES: bool>(&self, q: usize) -> [[[T; 3]; 3]; 2] {
         if self.rule.extra.stored {
@@ -146,8 +146,9 @@ fn combine<T: Scalar>(slopes: &[f64; 3], values: &[[T; 3]; 3]) -> [T; 3] {
     sum
 }
 
-/// Computes the blocks of the element matrix from the stored data of the element: the blocks (a, b ≤ a) of a symmetric
-/// matrix, or all blocks. `blocks` must be zero on entry. `AXES` and `plain` must be the values with which the data were written.
+/// Computes the blocks of the element matrix from the stored data of the element: the blocks (a, b ≤ a) if the rule
+/// states that the matrix is symmetric, else all blocks. `blocks` must be zero on entry. `AXES` and `plain` must be the
+/// values with which the data were written.
 #[inline(always)]
 pub fn write_blocks<T: Scalar, const AXES: bool, const N: usize>(
     rule: &Rule,

@@ -2,8 +2,9 @@
 //!
 //! With the gradient h of δu in the principal axes and the change δg of the degradation, the stress increment is f_ii
 //! = Σ_j D_ij h_jj − τ_i h_ii + τ⁺_i δg and f_ij = G_ij (h_ij + h_ji) + τ_j h_ij. The flux Q Σ_l f_il s_kl is the
-//! force that is conjugate to the difference U_k = ∂δu/∂λ_k − ∂δu/∂λ₀. The product with the tangent applies these
-//! formulas to a vector; blocks and diagonal apply them to unit vectors U_k.
+//! force that is conjugate to the difference U_k = ∂δu/∂λ_k − ∂δu/∂λ₀. Viscoelastic and plastic laws add the terms of
+//! [`ExtraPoint`]. The product with the tangent applies these formulas to a vector; blocks and diagonal apply the
+//! formulas to unit vectors U_k.
 
 use super::point_data::{ExtraPoint, StoredPoint, principal_axes};
 use crate::material::{Number, dot, packed};

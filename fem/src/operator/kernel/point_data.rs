@@ -2,12 +2,13 @@
 //!
 //! With s_k = Qᵀ F⁻ᵀ ∇λ_k, the gradient of u in the principal axes Q of the strain is h = Σ_k (Qᵀ U_k) ⊗ s_k, and
 //! the tangent maps h to a stress increment (`contract.rs`). Instead of the element matrix, the data of each elastic
-//! point are stored: 25 numbers, 3 more with damage, and 7 more in elements that are not plain.
+//! point are stored: 25 numbers, 3 more with damage, 7 more with damage in elements that are not plain, and 15 more in
+//! elements with extra terms of viscoelastic and plastic laws.
 //!
 //! The data are stored in the order in which a product reads them. With damage, first g′ of the damage points and, in
-//! plain elements, one gradient term; then the data of the elastic points; last the local part of the φ block: the
-//! damage terms without gradients. Curved elements and mixtures store a gradient term per elastic point instead. The
-//! assembly appends the principal axes of each point.
+//! plain elements, one gradient term; then the data of the elastic points; then the local part of the φ block: the
+//! damage terms without gradients; last the extra terms. Elements that are not plain store a gradient term per elastic
+//! point instead. The assembly appends the principal axes of each point.
 
 use crate::element::Rule;
 use crate::material::{Number, Scalar};
@@ -108,8 +109,8 @@ pub struct DataLayout {
     extra: bool,
 }
 
-/// Extra terms of viscoelastic and plastic laws at an elastic point, times the weight of the point. Components outside
-/// the principal axes have the index of the third axis.
+/// Extra terms of viscoelastic and plastic laws at an elastic point, times the weight of the point. Entry k of the
+/// components outside the principal axes belongs to the pair of the other two axes.
 #[derive(Clone, Copy, Debug)]
 pub struct ExtraPoint<'a, P> {
     /// Components of τ outside the principal axes.
@@ -125,7 +126,8 @@ pub struct ExtraPoint<'a, P> {
 }
 
 impl DataLayout {
-    /// Creates the layout for a rule; `plain` is true for straight elements that are not mixtures.
+    /// Creates the layout for a rule; `plain` is true for straight elements that are not mixtures and have no extra
+    /// terms.
     #[inline(always)]
     pub fn new(rule: &Rule, plain: bool) -> Self {
         let damage = rule.damage.len();

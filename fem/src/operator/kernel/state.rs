@@ -20,7 +20,7 @@ pub struct ElementState<'a, T, L, const N: usize> {
     pub before: [T; N],
     /// Geometry factors by elastic point; a straight element has a single entry.
     pub geometry: &'a [Geometry<T>],
-    /// Whether the elements of all lanes are straight and none is a mixture.
+    /// Whether the elements of all lanes are straight, none is a mixture, and the rule has no extra terms.
     pub plain: bool,
     /// State of the law at the start of the increment, by elastic point.
     pub state: &'a [T],

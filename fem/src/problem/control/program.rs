@@ -8,7 +8,7 @@ use crate::error::FemError;
 /// Shortest segment of a load program, as a fraction of its duration. Shorter segments are below the resolution of the
 /// clock of a run.
 const SHORTEST: f64 = 1e-9;
-/// Two times count as equal if their difference is below this fraction of the duration.
+/// Largest difference between two times that count as equal, as a fraction of the duration.
 const SAME: f64 = 1e-14;
 
 /// A point of a load program.
@@ -18,12 +18,13 @@ pub struct ProgramPoint {
     pub time_s: f64,
     /// Displacement of the platen at this time, mm, downwards.
     pub displacement_mm: f64,
-    /// Number of equal load steps of the segment that ends at this point; `None` for the usual steps of the program.
+    /// Number of equal load steps of the segment that ends at this point; `None`: the argument `usual` of
+    /// [`LoadProgram::steps`] defines the steps.
     pub steps: Option<u32>,
 }
 
 impl ProgramPoint {
-    /// Creates a point with the usual steps of the program.
+    /// Creates a point that does not state a number of load steps.
     pub fn new(time_s: f64, displacement_mm: f64) -> Self {
         Self { time_s, displacement_mm, steps: None }
     }
@@ -57,7 +58,8 @@ impl LoadProgram {
     ///
     /// # Errors
     /// [`FemError::OutOfRange`] if there is no point, the times do not increase, a displacement is negative or not
-    /// finite, no displacement is positive, or a number of steps is zero.
+    /// finite, no displacement is positive, a segment is shorter than 1e-9 of the duration, or a number of steps is
+    /// zero.
     pub fn new(points: Vec<ProgramPoint>) -> Result<Self, FemError> {
         let program = Self { points };
         let duration_s = program.duration_s();
@@ -119,7 +121,8 @@ impl LoadProgram {
         self.points.iter().map(|point| point.displacement_mm).fold(0.0, f64::max)
     }
 
-    /// Displacement at a time, mm. After the last point, the displacement is that of the last point.
+    /// Displacement at a time, mm. After the last point, the displacement is constant; however, a program with a single
+    /// point continues at constant speed.
     pub fn displacement_mm(&self, time_s: f64) -> f64 {
         let mut before = ProgramPoint::new(0.0, 0.0);
         let same_s = SAME * self.duration_s();
@@ -134,7 +137,7 @@ impl LoadProgram {
             }
             before = *point;
         }
-        // a straight program also continues before its start and after its end
+        // a program with a single point continues after its end, as a test at constant speed does
         match self.points[..] {
             [only] => time_s / only.time_s * only.displacement_mm,
             _ => before.displacement_mm,

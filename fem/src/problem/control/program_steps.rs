@@ -21,7 +21,8 @@ impl Default for SegmentSteps {
     }
 }
 
-/// Load steps of a load program: each segment has steps of its own, and a step ends at each end of a segment.
+/// Load steps of a load program: each segment has its own [`SegmentSteps`], and a load step ends at the end of each
+/// segment.
 ///
 /// Created by [`LoadProgram::steps`](crate::LoadProgram::steps).
 #[derive(Clone, Debug, PartialEq)]

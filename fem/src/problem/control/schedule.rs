@@ -22,8 +22,8 @@ pub struct Schedule {
     /// applies only while the displacement exceeds all earlier displacements, and not during hold, unloading and
     /// reloading.
     pub stop_below_peak: Option<f64>,
-    /// Times at which the speed of the load changes, s, in ascending order, without start and end. A load step ends at
-    /// each corner, and no initial guess is extrapolated past a corner.
+    /// Times at which the speed of the load changes (*corners*), s, in ascending order, without start and end. A load
+    /// step ends at each corner, and the initial guess of the next step is not extrapolated.
     pub corners_s: Vec<f64>,
 }
 

@@ -7,7 +7,7 @@ use crate::error::FemError;
 pub(super) const GROWTH: f64 = 1.5;
 /// Factor by which the step size is reduced after a failed step.
 pub(super) const CUT: f64 = 0.5;
-/// Smallest step, as a fraction of the duration.
+/// Smallest step, as a fraction of the duration; in a load program, of the duration of the segment.
 pub(super) const LEAST: f64 = 1e-6;
 /// A step with prescribed displacement of the platen that fails or adds too much crack energy is reduced by at most
 /// this factor. If the reduced step fails too, the next step prescribes the increase of the crack energy instead.

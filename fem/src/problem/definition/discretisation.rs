@@ -126,7 +126,7 @@ impl Discretisation {
         })
     }
 
-    /// Returns whether the unknowns and the bands are also those of other materials and interfaces on the same mesh.
+    /// Returns whether other materials and interfaces have the same unknowns and bands, on the same mesh.
     pub(crate) fn suits(&self, parts: &Definition) -> bool {
         parts.damaged() == self.damaged && have_same_bands(&parts.interfaces, &self.interfaces)
     }

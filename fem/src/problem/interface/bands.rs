@@ -28,7 +28,8 @@ struct Side {
     region: usize,
     /// Half-width w of the band, mm.
     half_width_mm: f64,
-    /// Thickness h of the row of elements at the interface, mm. A crack breaks these elements, linear or quadratic.
+    /// Thickness h of the row of elements at the interface, mm. A crack breaks this row, in meshes of linear and of
+    /// quadratic elements.
     row_mm: f64,
     /// Whether the other region can break, too.
     two_sided: bool,
@@ -71,7 +72,7 @@ impl Bands {
             let side = |k: usize| {
                 breaks[k].then(|| {
                     let (region, row_mm) = (regions[k], rows[k]);
-                    // behind the row of elements that a crack breaks, one more row is in the band
+                    // the band has at least two rows of elements: the row that a crack breaks, and one more
                     let half_width_mm = (0.5 * interface.width_mm).max(2.0 * row_mm);
                     Side { region, half_width_mm, row_mm, two_sided: breaks == [true; 2] }
                 })

@@ -2,7 +2,7 @@
 
 use crate::error::{FemError, Unsupported};
 
-/// Surface between two regions with its own toughness, which a crack along this surface needs.
+/// Surface between two regions, with the toughness of a crack along this surface.
 ///
 /// The elements within half of the width from the surface get another toughness, so that a crack along the surface has
 /// the effective toughness of the interface, whatever the width and ℓ₀ are; for the equations see

@@ -40,8 +40,9 @@ impl Band {
         broken + half_energy(density, band, bulk, half_width - row) + other
     }
 
-    /// Returns the toughness of the band (N/mm) for which a crack has the effective toughness `effective` (N/mm), and on
-    /// a mesh `effective` times the factor of every crack. Both toughnesses must be positive.
+    /// Returns the toughness of the band (N/mm) for which a crack has the effective toughness `effective` (N/mm). On a
+    /// mesh, the crack energy is `effective` times the factor 1 + k h of every crack. `bulk` and `effective` must be
+    /// positive.
     ///
     /// The crack energy increases with the toughness of the band, so that bisection finds the toughness.
     pub(super) fn toughness(&self, density: CrackDensity, effective: f64) -> f64 {

@@ -210,7 +210,7 @@ impl<'a> Increments<'a> {
         let boundary = &setup.discretisation.boundary;
         let mut fields = state.fields.without_state();
         if setup.parts.schedule.is_corner(state.clock) {
-            // the fields before a corner are not a smooth function of the time after it
+            // do not extrapolate past a corner, where the speed of the load changes
         } else if state.past.step().is_some() {
             let part = setup.discretisation.operator.part();
             let size = |term: &Fields| {

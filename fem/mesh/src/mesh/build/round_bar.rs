@@ -31,7 +31,7 @@ const ROUNDING: f64 = 1e-9;
 /// its axis on z.
 ///
 /// The radius grows linearly from the middle to the end of the gauge section. This taper makes the bar neck in the
-/// middle: after the largest load the thinnest cross-section elongates and all others unload.
+/// middle: after the largest load, the thinnest cross-section elongates, and all other cross-sections unload.
 ///
 /// The cross-section is a quarter of an O-grid: n × n cells inside, rings of 2 n cells outside. Each hexahedron is divided
 /// into six tetrahedra. Edges on the wall are curved, for quadratic elements. Cells are as high as they are wide within

@@ -1,4 +1,5 @@
-//! Part of a tetrahedron on one side of a plane, which is a level set of a linear function given at its vertices.
+//! Part of a tetrahedron on one side of a plane. The plane is a level set of a linear function, which is given by its
+//! values at the vertices of the tetrahedron.
 
 use crate::mesh::vector::{Point, add, scale, sub};
 

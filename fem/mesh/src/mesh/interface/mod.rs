@@ -55,7 +55,8 @@ impl InterfaceSurface {
             corners.iter_mut().zip(common).for_each(|(x, node)| *x = mesh.nodes[node as usize]);
             surface.add(corners);
             for (tet, side) in tets.into_iter().zip(sides) {
-                // a row of elements that shares faces with the surface has three times their volume
+                // a full row of elements has three times the volume of the elements that share a face with the surface;
+                // the other elements of the row share an edge or a node
                 surface.row_mm3[side.unwrap_or(0)] += 3.0 * mesh.tet_volume(tet);
             }
         }
@@ -90,13 +91,13 @@ impl InterfaceSurface {
     }
 
     /// Returns the mean thickness (mm) of the row of elements at the surface, on the side of each region; zero if the
-    /// region has no element at the surface. In mixtures only the part of the matrix counts.
+    /// region has no element at the surface. Of a mixture, only the volume of the matrix is included.
     pub fn row_mm(&self) -> [f64; 2] {
         self.row_mm3.map(|volume| if volume > 0.0 { volume / self.area_mm2 } else { 0.0 })
     }
 
     /// Returns the share of each tetrahedron that is closer to the surface than `half_width_mm`, which has one width
-    /// for each region. In a mixture the share refers to the part of the matrix.
+    /// for each region. The share of a mixture is the share of its matrix.
     ///
     /// The distance from the surface is interpolated linearly between the vertices.
     pub fn band(&self, mesh: &TetMesh, half_width_mm: [f64; 2]) -> Vec<f64> {
@@ -109,7 +110,7 @@ impl InterfaceSurface {
             EDGES.iter().map(|&[a, b]| norm(sub(x[a], x[b]))).fold(0.0, f64::max)
         };
         let longest = (0..mesh.tets.len()).map(longest).fold(0.0, f64::max);
-        // an element that the band cuts has no vertex at a larger distance
+        // a larger distance is not needed: the band contains no part of an element with a vertex at that distance
         let grid = Grid::new(&self.pieces, widest + longest);
         let distances: Vec<f64> = mesh.nodes.par_iter().map(|&x| grid.distance(x)).collect();
         let share = |tet: usize| {

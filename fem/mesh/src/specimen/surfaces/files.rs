@@ -140,7 +140,8 @@ pub enum SurfaceImportError {
 /// Returns the STL files of a folder, sorted by the last number in their names, or the file itself if `path` is a
 /// file.
 ///
-/// # Errors [`SurfaceImportError`] if a folder cannot be read or has no STL file.
+/// # Errors
+/// [`SurfaceImportError`] if a folder cannot be read or has no STL file.
 pub(super) fn files(path: &Path) -> Result<Vec<PathBuf>, SurfaceImportError> {
     if !path.is_dir() {
         return Ok(vec![path.to_owned()]);
