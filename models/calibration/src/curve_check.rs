@@ -23,8 +23,8 @@ use times::times;
 const SPARSE: usize = 10;
 /// Largest gap between readings before the peak, as a fraction of the displacement at peak; a wider gap is reported.
 const GAP: f64 = 0.15;
-/// Displacements of a load program that differ by at most this fraction of the range of all displacements count as equal,
-/// unless the noise is larger.
+/// Tolerance for equal displacements of a load program, as a fraction of the range of all displacements. A larger noise
+/// increases the tolerance.
 const EQUAL: f64 = 0.005;
 
 /// Curve with the findings of its checks.
@@ -61,7 +61,7 @@ impl InspectedCurve {
     /// concern the first loading. Peak and toe are checked only if `needs_peak`.
     ///
     /// The branches are found in the record, because the machine controls the displacement of its crosshead. The prepared
-    /// curve is that of the specimen.
+    /// curve is the curve of the specimen, without compliance and force offset of the machine.
     pub fn of_program(
         record: &TestCurve,
         machine: &Machine,

@@ -10,6 +10,7 @@ pub enum BetweenTestsCase {
     Shared,
     /// Each test has its own value.
     Own,
-    /// The value varies between tests about a common centre: scale of the prior of its standard deviation, %.
+    /// The value varies between tests about a common centre. The number is the scale in % of the prior of the standard
+    /// deviation between tests.
     VariesPercent(f64),
 }

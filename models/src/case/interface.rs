@@ -42,8 +42,8 @@ impl TryFrom<WrittenInterface> for InterfaceCase {
 }
 
 impl InterfaceCase {
-    /// Returns the two regions of the table `interface.<name>`; `None` if `name` is not made of two regions of the
-    /// case and a hyphen.
+    /// Returns the two regions of the table `interface.<name>`; `None` if `name` does not consist of two regions of the
+    /// case, joined by a hyphen.
     pub(crate) fn regions<'a>(
         name: &'a str,
         material: &BTreeMap<String, MaterialCase>,

@@ -4,8 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::machine::Machine;
 
-/// `[machine]`: properties of the testing machine, by which records of specimens are corrected. A property that `[prior]`
-/// calibrates is not corrected: the curve of each run is recorded by a machine with the property of the run.
+/// `[machine]`: properties of the testing machine. The measured curves are corrected by these properties. A property that
+/// `[prior]` calibrates is not corrected: instead, the machine with the property of the run is applied to the curve of
+/// each run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MachineCase {

@@ -54,8 +54,8 @@ pub enum HardeningCase {
     Table(HardeningTable),
 }
 
-/// A table of yield stresses: the name of a CSV file with the columns `plastic_strain,yield_mpa`, which is replaced by
-/// its rows when the case is read.
+/// A table of yield stresses: the name of a CSV file with the columns `plastic_strain,yield_mpa`. When the case is read,
+/// the rows of the file replace the name.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum HardeningTable {

@@ -7,7 +7,7 @@ use super::overlay::{merge, nested, remove};
 use super::{Case, CaseFile, PriorCase};
 use crate::error::InputError;
 
-/// Tables that a test cannot change: they belong to the joint calibration.
+/// Tables that a test cannot change, because they belong to the joint calibration.
 const JOINT: [&str; 4] = ["prior", "extend", "tests", "further_tests"];
 
 /// Tables that define the simulations of a test. Tests with equal tables share their runs.
@@ -95,8 +95,9 @@ pub(super) fn is_reserved(region: &str) -> bool {
     RESERVED.contains(&region)
 }
 
-/// The tests of a case. Seeds of virtual specimens, and of designs of different simulations, are counted upwards from
-/// those of the case, so that specimens and surrogates of different tests are independent.
+/// Reads the tests of a case. The seeds of the case are increased from test to test: the seed of virtual specimens for
+/// each test, and the seed of the design for each test with other simulations. Specimens and surrogates of different
+/// tests are then independent.
 pub(super) fn read_tests(file: &CaseFile) -> ReadTests {
     let mut read = ReadTests::default();
     let mut simulations: Vec<String> = Vec::new();

@@ -27,11 +27,12 @@ pub struct TestCase {
     /// Temperature of the specimen in °C.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub temperature_celsius: Option<f64>,
-    /// Number of equal load steps, with a load program of each segment; without it, the step size is adaptive.
+    /// Number of equal load steps: of the test, or of each segment of a load program. Without this key, the step size is
+    /// adaptive.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub steps: Option<u32>,
-    /// First and largest step of an adaptive step size, as fractions of the displacement, with a load program as
-    /// fractions of the duration of a segment.
+    /// First and largest step of an adaptive step size. The steps are fractions of the displacement; with a load program
+    /// they are fractions of the duration of a segment.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub adaptive: Option<AdaptiveCase>,
     /// Settings of the arc-length method, which follows a snap-back of rate-independent damage.
@@ -50,8 +51,8 @@ pub struct TestCase {
     /// Viscous drag of unilateral platens in MPa s/mm.
     #[serde(default)]
     pub drag_mpa_s_per_mm: f64,
-    /// Relative drop of the force below its peak at which the simulation stops. With a load program, it counts only while
-    /// the displacement exceeds all earlier displacements.
+    /// Relative drop of the force below its peak at which the simulation stops. With a load program, the drop is checked
+    /// only while the displacement exceeds all earlier displacements.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stop_below_peak: Option<f64>,
 }
@@ -114,8 +115,8 @@ impl TestCase {
         *self == Self::default()
     }
 
-    /// Duration of the test in s: the time of the last point of the load program, or `duration_s`, which is 1 s unless
-    /// it is given.
+    /// Returns the duration of the test in s: the time of the last point of the load program, or the key `duration_s`,
+    /// whose default is 1 s.
     pub fn duration_s(&self) -> f64 {
         match self.program.as_deref() {
             Some(points) => points.last().map_or(0.0, |point| point.time_s),

@@ -9,8 +9,8 @@ use crate::fracture::{Calibration, CalibrationError, WithoutSpecimen};
 
 /// Writes `loo.csv`: the expected log predictive density (elpd) of each specimen under a calibration to the other
 /// specimens. Writes `influence.csv`: the shift of each parameter, in posterior standard deviations, if the specimen is
-/// left out. Both are computed with importance weights if the weights are reliable; otherwise the posterior without the
-/// specimen is sampled.
+/// left out. Both are computed with importance weights. If the weights of a specimen are unreliable, the posterior without
+/// the specimen is sampled instead, except in a joint calibration of several tests.
 ///
 /// # Errors
 /// Fails if a file cannot be written or if the program is interrupted.

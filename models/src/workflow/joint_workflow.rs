@@ -95,7 +95,7 @@ impl<'a> JointWorkflow<'a> {
     }
 
     /// Runs one stage in the folder of each test, and then, if all tests have it together, in the folder of the case.
-    /// The joint calibration precedes the calibrations of the tests, which take their draws from it.
+    /// The joint calibration precedes the calibrations of the tests, because these use the draws of the joint calibration.
     ///
     /// # Errors
     /// The errors of [`Workflow::run`].
@@ -116,7 +116,7 @@ impl<'a> JointWorkflow<'a> {
         }
     }
 
-    /// Takes part in the shared work of a stage in the folder of each test, one test after the other.
+    /// Computes a share of the runs of a stage in the folder of each test, sequentially.
     ///
     /// # Errors
     /// The errors of [`Workflow::share`].

@@ -9,11 +9,11 @@ use super::microstructures::Microstructures;
 use super::runs::NamedRuns;
 use super::task::Task;
 
-/// Source of the runs of a case: something that returns a record for each point of the parameters. The record has a
-/// curve, from which quantities are computed, or quantities by name.
+/// Source of the runs of a case. A source returns a record for each point of the parameters. The record has a curve, from
+/// which quantities are computed, or quantities by name.
 pub(super) trait RunSource: Sync {
-    /// Points of the runs that exist; `None` if the source computes a run at any point, so that the design of the case
-    /// places the runs.
+    /// Returns the points of finished runs; `None` if the source can compute a run at any point. The design of the case
+    /// then chooses the points.
     fn points(&self) -> Option<Vec<Vec<f64>>> {
         None
     }
@@ -36,7 +36,7 @@ pub(super) trait RunSource: Sync {
         0
     }
 
-    /// Sentences about the runs that the user should know.
+    /// Returns notes about the runs for the user.
     fn notes(&self) -> Vec<String> {
         Vec::new()
     }

@@ -28,8 +28,8 @@ pub(super) struct Setup<'a> {
     pub(super) interface: &'a BTreeMap<String, InterfaceCase>,
     pub(super) phase_field: Option<&'a PhaseField>,
     pub(super) test: &'a TestCase,
-    /// Number of equal load steps, with a load program of each segment without steps of its own; `None` for the load
-    /// steps of the test.
+    /// Number of equal load steps: of the test, or of each segment of a load program that has no steps of its own. `None`
+    /// for the load steps of the test.
     pub(super) steps: Option<u32>,
     pub(super) conditions: Option<&'a ConditionsCase>,
     pub(super) solver: SolverOptions,
@@ -290,7 +290,8 @@ pub(super) fn recorded_run(record: &RunRecord) -> TestCurve {
     recorded_with(names.zip(record.inputs.iter().copied()), &record.curve)
 }
 
-/// Returns a simulated curve as a machine records it whose properties are among `inputs`, given by names and values.
+/// Returns a simulated curve as recorded by a testing machine. The properties of the machine are among `inputs`, which are
+/// pairs of name and value.
 pub(super) fn recorded_with<'a>(
     inputs: impl IntoIterator<Item = (&'a str, f64)>,
     points: &[CurvePoint],

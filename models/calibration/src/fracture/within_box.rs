@@ -4,7 +4,7 @@ use ppl::prelude::*;
 
 /// Parameter whose logarithm is `ln` plus a deviation. The deviation is added to the logit of the relative position of
 /// the logarithm in the box, so that the parameter stays between the bounds `lower` and `upper`. The logit is scaled such
-/// that in the middle of the box, a small deviation is a change of the logarithm.
+/// that in the middle of the box, a small deviation changes the logarithm by the same amount.
 pub(super) fn deviated<R: Scalar>(ln: R, deviation: R, [lower, upper]: [f64; 2]) -> R {
     let (bottom, width) = (lower.ln(), (upper / lower).ln());
     let share = (ln - bottom) / width;

@@ -110,7 +110,8 @@ impl<'a> PeakedCurve<'a> {
 
     /// Completes the derivatives of the forces (N per unit of a parameter, one per reading) by those of the peak. The
     /// readings to which the peak is fitted do not change. `record_n` has a derivative for each reading of
-    /// [`record`](Self::record), and `force_n` are those [on the first loading](Self::on_loading).
+    /// [`record`](Self::record); `force_n` has the derivatives of the readings
+    /// [on the first loading](Self::on_loading).
     ///
     /// # Errors
     /// [`QoiError::TooShort`] if the numbers of derivatives and readings differ.

@@ -1,11 +1,11 @@
-//! Parameters of `[parameters]`, which only a simulator outside this program, or an imported table, knows.
+//! Parameters of `[parameters]`. Only a simulator outside this program, or an imported table, has these parameters.
 
 use std::borrow::Cow;
 
 use super::definition::{SimulationParts, Target, TargetError};
 use super::registry::Parameter;
 
-/// Parameter with a free name. It is no number of the case.
+/// Parameter with a free name, which is not a number of the case.
 #[derive(Debug)]
 pub(crate) struct FreeParameter {
     pub(crate) name: String,
@@ -15,7 +15,7 @@ pub(crate) struct FreeParameter {
 }
 
 impl FreeParameter {
-    /// The parameter with this name, for tables that only name it.
+    /// Creates a parameter with this name, for tables that contain only the name of the parameter.
     pub(crate) fn named(name: &str) -> Parameter {
         let [name, label] = [name, name].map(str::to_owned);
         Parameter::new(Self { name, label, unit: "1".to_owned() })

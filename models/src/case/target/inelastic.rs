@@ -7,7 +7,8 @@ use super::definition::{SimulationParts, Target, TargetError};
 /// Tables of a region whose numbers can be calibrated.
 const TABLES: [&str; 2] = ["viscoelastic", "plastic"];
 
-/// Number in a table of a region: the path without the region consists of keys and of indices of lists.
+/// Number in a viscoelastic or plastic table of a region. After the region, the path consists of keys and of indices of
+/// lists.
 #[derive(Debug)]
 pub(super) struct InelasticConstant {
     path: String,
@@ -25,7 +26,7 @@ pub(super) fn is_inelastic(path: &str) -> bool {
     parts(path).is_some()
 }
 
-/// Returns whether a path in such a table is a table, not a number: the keys of numbers have a unit, or are known names.
+/// Returns whether a path in a viscoelastic or plastic table is itself a table, and not a number.
 pub(super) fn is_table(path: &str) -> bool {
     is_inelastic(path) && InelasticConstant::of_path(path).is_none()
 }

@@ -49,8 +49,8 @@ pub(super) fn check_tests(file: &CaseFile) -> Vec<InputError> {
     all
 }
 
-/// Mistakes of tests as errors of the case. A mistake that all tests have is one of the case itself; any other is
-/// preceded by the name of its test.
+/// Converts mistakes of tests to errors of the case. A mistake that all tests have is a mistake of the case itself. Every
+/// other mistake is preceded by the names of its tests.
 fn in_words(mistakes: Vec<TestMistake>, tests: usize) -> Vec<InputError> {
     let mut found: Vec<(InputError, Vec<String>)> = Vec::new();
     for TestMistake { test, error } in mistakes {

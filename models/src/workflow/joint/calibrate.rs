@@ -134,8 +134,8 @@ fn write_posterior(task: &Task<'_>, joint: &JointCalibration) -> Result<(), Work
     task.write_json(FILE, &parameters)
 }
 
-/// The posterior without the standardised deviations and the partial correlations, which are coordinates of the sampler:
-/// users look at the values in the tests and at the correlations.
+/// Returns the posterior without the standardised deviations and the partial correlations. Both are coordinates of the
+/// sampler; the tables for users have the values in the tests and the correlations.
 fn without_coordinates(posterior: &Posterior) -> Posterior {
     let is_shown = |name: &str| !matches!(name, "unit" | "partial");
     let mut shown = posterior.clone();
@@ -168,8 +168,8 @@ fn write_map(task: &Task<'_>, joint: &JointCalibration) -> Result<(), WorkflowEr
     task.write_csv("map.csv", ["parameter", "map", "truth"], rows)
 }
 
-/// Writes `without_tests.csv`: the posterior of each parameter without each test. A parameter of the omitted test alone
-/// has its prior.
+/// Writes `without_tests.csv`: the posterior of each parameter without each test. A parameter that only the omitted test
+/// has is skipped.
 fn write_without_tests(
     task: &Task<'_>,
     joint: &JointCalibration,

@@ -10,7 +10,7 @@ use crate::case::{CaseFile, SingleTest};
 use crate::fracture::{Evidence, JointTest, column_means};
 use crate::prior::Prior;
 
-/// One test with all that the joint calibration reads.
+/// Data of one test for the joint calibration.
 pub(super) struct TestEvidence {
     pub(super) name: String,
     pub(super) fitted: Fitted,
@@ -24,7 +24,7 @@ pub(super) struct TestEvidence {
 }
 
 impl TestEvidence {
-    /// Reads all tests of a case, and records every key and file that they depend on.
+    /// Reads all tests of a case, and records every key and file on which the tests depend.
     ///
     /// # Errors
     /// Fails if a file of a test is missing or is of another case. Unless `accept_out_of_range`, fails if the specimens of
@@ -65,7 +65,7 @@ impl TestEvidence {
         Ok(Self { name, fitted, priors, evidence, shared, own, specimens: count })
     }
 
-    /// The test as the joint model takes it.
+    /// Converts to a test of the joint model.
     pub(super) fn joint_test(&self) -> JointTest {
         JointTest {
             name: self.name.clone(),

@@ -1,6 +1,6 @@
 //! Joint calibration of the tests of `[[tests]]`. Each test has a results folder of its own, `tests/NAME`, for a case
-//! with this single test. The stages up to `surrogate` are run there, then the tests are calibrated together, and the
-//! other stages are run in the folder of each test with the joint posterior.
+//! with this single test. First, the stages up to `surrogate` are run in the folder of each test. Then the tests are
+//! calibrated together. Finally, the other stages are run in the folder of each test with the joint posterior.
 //!
 //! 1. `folders`: names of folders and files
 //! 2. `evidence`: surrogate, specimens and errors of each test

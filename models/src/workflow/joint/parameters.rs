@@ -1,4 +1,4 @@
-//! The parameters of a joint calibration, as verdict and report show them.
+//! Parameters of a joint calibration, for verdict and report.
 
 use ppl::diagnostics::{mcse_mean, mcse_quantile, mcse_sd};
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! Stage `verdict` of a case with several tests: the parameters that all tests together identify, and all warnings.
+//! Stage `verdict` of a case with several tests: lists the parameters that all tests together identify, and all warnings.
 
 use std::collections::BTreeSet;
 
@@ -94,7 +94,7 @@ fn judged(
     Ok(all)
 }
 
-/// Warnings of the joint calibration, and those of the tests with the names of the tests.
+/// Returns the warnings of the joint calibration, and the warnings of the tests with the names of the tests.
 fn warnings_of(
     inputs: &Inputs<'_>,
     judgements: Vec<Judgement>,

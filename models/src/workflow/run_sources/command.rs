@@ -208,7 +208,7 @@ fn write(path: &Path, content: &[u8]) -> Result<(), String> {
     fs::write(path, content).map_err(|e| format!("cannot write {}: {e}", path.display()))
 }
 
-/// Path of a folder from the folder of the ensemble's folder on.
+/// Returns the path of the folder `work` of a run, relative to the results folder.
 fn shown(work: &Path, ensemble: &Path) -> String {
     let root = ensemble.parent().and_then(Path::parent).unwrap_or(ensemble);
     work.strip_prefix(root).unwrap_or(work).display().to_string()

@@ -5,7 +5,7 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// Longest delay between two looks at a running process.
+/// Longest time between two checks of a running process.
 const DELAY: Duration = Duration::from_millis(50);
 
 /// Why a process ended.

@@ -1,5 +1,5 @@
-//! The joint posterior as each test sees it: draws of the parameters, scatter and correlations of one test, from which
-//! everything that follows from the calibration of a single test is computed.
+//! Draws of the joint posterior for each test: the parameters of the test, its scatter and its correlations. All results
+//! of a single test are computed from these draws.
 
 use std::ops::Range;
 

@@ -3,7 +3,7 @@
 //! 1. `correlation`: correlation matrices of different sizes in one model
 //! 2. `prepared`: the tests, and the parameters of the joint model
 //! 3. `model`: the joint model
-//! 4. `draws`: the posterior as each single test sees it
+//! 4. `draws`: draws of the joint posterior for each test
 
 mod correlation;
 mod draws;
