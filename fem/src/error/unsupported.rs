@@ -117,6 +117,9 @@ pub enum Unsupported {
     /// An interface between a region and itself.
     #[error("an interface needs two different regions")]
     InterfaceOfOneRegion,
+    /// Two interfaces between the same regions.
+    #[error("two interfaces are between the same two regions")]
+    InterfaceTwice,
     /// An interface with a region that the mesh does not have.
     #[error("the mesh has no region '{name}'; its regions are {regions}")]
     NoSuchRegion {
@@ -273,6 +276,7 @@ impl Unsupported {
             Self::ParameterSides { .. } => {
                 "build the parameter from materials below and above the materials of the problem"
             }
+            Self::InterfaceTwice => "keep one of the two interfaces",
             Self::InterfaceOfOneRegion => "name two regions that touch each other",
             Self::NoSuchRegion { .. } => "name two regions of the mesh",
             Self::NoInterface => {

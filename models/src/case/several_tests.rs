@@ -8,7 +8,7 @@ use super::{Case, CaseFile, PriorCase};
 use crate::error::InputError;
 
 /// Tables that a test cannot change, because they belong to the joint calibration.
-const JOINT: [&str; 4] = ["prior", "extend", "tests", "further_tests"];
+const JOINT: [&str; 5] = ["prior", "extend", "parameters", "tests", "further_tests"];
 
 /// Tables that define the simulations of a test. Tests with equal tables share their runs.
 const SIMULATIONS: [&str; 12] = [
@@ -125,6 +125,14 @@ pub(super) fn read_tests(file: &CaseFile) -> ReadTests {
         {
             merge(&mut table, &nested("experiments.test", entry.name.clone().into()));
         }
+        if at(&table, "experiments.values").is_some()
+            && at(&entry.set, "experiments.values").is_none()
+        {
+            let problem = "would give the same specimens to every test";
+            let help = "Give each test its own table: set.experiments.values = \"….csv\".";
+            let key = "experiments.values";
+            mistakes.push(InputError::new(&file.path, key, "", problem, help));
+        }
         let (single, of_case) = CaseFile::parse_all(&table.to_string(), &file.path);
         // line numbers of the merged text are not line numbers of the user's file
         mistakes.extend(of_case.into_iter().map(|error| InputError { excerpt: None, ..error }));
@@ -158,6 +166,13 @@ fn overlaid(file: &CaseFile, entry: &TestEntry) -> (Option<Table>, Vec<InputErro
     let mut prior = case.prior.take().unwrap_or_default();
     entry.prior.iter().for_each(|(parameter, own)| prior.insert(parameter.clone(), *own));
     case.prior = Some(prior);
+    for (parameter, _) in entry.prior.iter() {
+        if case.parameters.contains_key(&parameter.to_string()) {
+            let help = "Write one prior in [parameters] for all tests.".to_owned();
+            let problem = "is a free parameter, which all tests share";
+            refuse("prior", &parameter.to_string(), problem, help);
+        }
+    }
     let Ok(mut table) = Table::try_from(&case) else {
         refuse("", "", "cannot be written as TOML", "Leave the test out.".to_owned());
         return (None, mistakes);

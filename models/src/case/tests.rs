@@ -180,7 +180,7 @@ fn every_bad_value_is_named_with_its_key_and_what_to_do() {
             &[
                 "prior.matrix.young_mpa = ",
                 "the distribution normal needs the key sd",
-                "case.toml:185",
+                "case.toml:236",
             ],
         ),
         (

@@ -161,3 +161,23 @@ fn gradients_of_a_model_with_truncation_and_censoring() {
     let bounds = Unknown::<f64>::bounds(&Kumaraswamy(2.0, 2.0).truncate(0.1..0.9));
     assert_eq!(bounds, Some((0.1, 0.9)));
 }
+#[test]
+fn tmp_whole() {
+    ppl::check::gradient(&shares(&[0.3, 0.9], &[], &[]), 7);
+}
+#[test]
+fn tmp_cut() {
+    ppl::check::gradient(&shares(&[], &[0.25, 0.5], &[]), 7);
+}
+#[test]
+fn tmp_read_low() {
+    ppl::check::gradient(&shares(&[], &[], &[0.2]), 7);
+}
+#[test]
+fn tmp_read_mid() {
+    ppl::check::gradient(&shares(&[], &[], &[0.4]), 7);
+}
+#[test]
+fn tmp_read_high() {
+    ppl::check::gradient(&shares(&[], &[], &[0.7]), 7);
+}

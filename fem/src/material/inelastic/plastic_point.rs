@@ -237,16 +237,22 @@ impl<T: Scalar> PlasticPoint<'_, T> {
         let hardening = degradation * flow.slope;
         // derivative of Δγ with respect to g; at the apex, derivative of the volume flow
         let bulk_slope = volume_share * self.bulk;
+        // not zero, also without stiffness and hardening
+        let least = one.constant(1e-150);
         let cone_stiffness = shear + bulk * (eta * eta_bar) + hardening * (xi * xi);
+        let cone_stiffness = cone_stiffness.max(least);
         let push = left_j + bulk_slope * left_theta * eta - degradation_slope * flow.stress * xi;
         let gamma_slope = flows * on_cone * push / cone_stiffness;
         let mut volume_slope = gamma_slope * eta_bar;
+        // derivative of α with respect to the volumetric strain, behind the apex
+        let mut apex_slope = zero;
         let mut apex_bulk = zero;
         if eta_bar > 0.0 {
-            let stiffness = bulk * (eta / xi) + hardening * (xi / eta_bar);
+            let stiffness = (bulk * (eta / xi) + hardening * (xi / eta_bar)).max(least);
             let push = bulk_slope * left_theta * (eta / xi) - degradation_slope * flow.stress;
             volume_slope += flows * apex * push / stiffness;
             apex_bulk = bulk - bulk * bulk * (eta / xi) / stiffness;
+            apex_slope = bulk * (eta / eta_bar) / stiffness;
         }
         let j_slope = left_j - shear * gamma_slope;
         let p_slope = bulk_slope * left_theta - bulk * volume_slope;
@@ -284,9 +290,21 @@ impl<T: Scalar> PlasticPoint<'_, T> {
             }
         }
         out.driving_stress = out.stress_plus;
-        if self.energies.drive.plastic {
-            let threshold = self.energies.plastic_threshold_mpa;
-            out.driving += (new[WORK] - threshold).max(zero);
+        let DamageEnergies { drive, degrade, plastic_threshold_mpa } = *self.energies;
+        let above = (new[WORK] - plastic_threshold_mpa).max(zero);
+        let weight = match (drive.plastic, degrade.plastic) {
+            (true, true) | (false, false) => zero,
+            (true, false) => T::select(zero.less_than(above), one, zero),
+            (false, true) => -one,
+        };
+        // ∂τ/∂g contains the derivative of the plastic work if damage degrades it
+        for i in 0..3 {
+            let on_cone = (shear * axis[i] * root + bulk * eta) * compliance;
+            let work_slope = flow.stress * (on_cone * xi + apex * flows * apex_slope);
+            out.driving_stress[i] += weight * work_slope;
+        }
+        if drive.plastic {
+            out.driving += above;
         }
         self.update_plastic_strain(trial, axis, e, gamma, volume_flow, apex, old, new);
         out

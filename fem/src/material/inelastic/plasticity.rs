@@ -97,6 +97,16 @@ impl Plasticity {
                     return Err(FemError::parameter(&entity, field, angle, requirement));
                 }
             }
+            if dilatancy_deg == 0.0 && friction_deg > 0.0 {
+                let requirement = "positive: without dilatancy the apex of the cone has no flow";
+                let entity = &entity;
+                return Err(FemError::parameter(
+                    entity,
+                    "dilatancy_deg",
+                    dilatancy_deg,
+                    requirement,
+                ));
+            }
             if dilatancy_deg > friction_deg {
                 let requirement = "at most friction_deg: the flow would produce energy";
                 return Err(FemError::parameter(

@@ -128,7 +128,9 @@ impl Discretisation {
 
     /// Returns whether other materials and interfaces have the same unknowns and bands, on the same mesh.
     pub(crate) fn suits(&self, parts: &Definition) -> bool {
-        parts.damaged() == self.damaged && have_same_bands(&parts.interfaces, &self.interfaces)
+        parts.damaged() == self.damaged
+            && self.operator.domain().rule().extra == extra_terms(parts)
+            && have_same_bands(&parts.interfaces, &self.interfaces)
     }
 
     /// Returns the discretisation for other boundary conditions. The space and the structure of the linear solver are

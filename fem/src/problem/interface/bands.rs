@@ -52,6 +52,13 @@ impl Bands {
         let mut sides = Vec::new();
         for (number, interface) in interfaces.iter().enumerate() {
             let refused = |reason| Err(FemError::unsupported(interface.entity(), reason));
+            let [a, b] = &interface.regions;
+            let is_same = |other: &Interface| {
+                other.regions == interface.regions || other.regions == [b.clone(), a.clone()]
+            };
+            if interfaces[..number].iter().any(is_same) {
+                return refused(Unsupported::InterfaceTwice);
+            }
             let mut regions = [0; 2];
             for (index, name) in regions.iter_mut().zip(&interface.regions) {
                 let Some(region) = mesh.regions.iter().position(|region| region == name) else {

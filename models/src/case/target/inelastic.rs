@@ -136,7 +136,7 @@ mod tests {
     const CASE: &str = "[specimen]\nradius_mm = 2.5\nheight_mm = 4.4\nspacing_mm = 0.7\n\
         [material.matrix]\nyoung_mpa = 275\npoisson = 0.25\n\
         viscoelastic.shear = [{ fraction = 0.3, time_s = 0.1 }, { fraction = 0.2, time_s = 1 }]\n\
-        [material.steel]\nyoung_mpa = 2e5\npoisson = 0.27\nplastic.yield_mpa = 233.2\n\
+        [material.grain]\nyoung_mpa = 2e5\npoisson = 0.27\nplastic.yield_mpa = 233.2\n\
         plastic.hardening = { voce = { saturation_mpa = 1101.0, rate = 1.95 } }\n\
         plastic.rate = { johnson-cook = { c = 0.04, reference_per_s = 1e-5 } }\n\
         [test]\ndisplacement_mm = 0.2\n";
@@ -151,10 +151,10 @@ mod tests {
         for (path, label, unit) in [
             ("matrix.viscoelastic.shear.0.fraction", "γ1", "1"),
             ("matrix.viscoelastic.shear.1.time_s", "τ2", "s"),
-            ("steel.plastic.yield_mpa", "Y₀", "MPa"),
-            ("steel.plastic.hardening.voce.saturation_mpa", "A", "MPa"),
-            ("steel.plastic.hardening.voce.rate", "b", "1"),
-            ("steel.plastic.rate.johnson-cook.c", "C", "1"),
+            ("grain.plastic.yield_mpa", "Y₀", "MPa"),
+            ("grain.plastic.hardening.voce.saturation_mpa", "A", "MPa"),
+            ("grain.plastic.hardening.voce.rate", "b", "1"),
+            ("grain.plastic.rate.johnson-cook.c", "C", "1"),
         ] {
             let parameter: Parameter = path.parse().unwrap();
             assert_eq!((&*parameter.label(), &*parameter.unit()), (label, unit));
@@ -170,23 +170,23 @@ mod tests {
             let error = parameter.set(&mut case.parts(), 0.1).unwrap_err();
             assert!(error.to_string().contains(path), "{error}");
         }
-        assert!("steel.plastic.rate".parse::<Parameter>().is_err());
+        assert!("grain.plastic.rate".parse::<Parameter>().is_err());
     }
 
     #[test]
     fn a_prior_names_constants_by_dotted_keys() {
         let text = format!(
             "{CASE}[prior]\nmatrix.viscoelastic.shear.0.fraction = [0.2, 0.4]\n\
-             steel.plastic.hardening.voce.rate = [1.0, 3.0]\nmatrix.young_mpa = [250.0, 300.0]\n"
+             grain.plastic.hardening.voce.rate = [1.0, 3.0]\nmatrix.young_mpa = [250.0, 300.0]\n"
         );
         let prior = parse(&text).unwrap().case.prior.unwrap();
         let names: Vec<String> = prior.names().collect();
         assert_eq!(
             names,
             [
+                "grain.plastic.hardening.voce.rate",
                 "matrix.young_mpa",
-                "matrix.viscoelastic.shear.0.fraction",
-                "steel.plastic.hardening.voce.rate"
+                "matrix.viscoelastic.shear.0.fraction"
             ]
         );
         let again: crate::case::PriorCase =
@@ -199,13 +199,13 @@ mod tests {
         for (from, to, key) in [
             ("fraction = 0.2", "fraction = 0.8", "material.matrix.viscoelastic.shear.fraction"),
             ("time_s = 0.1", "time_s = 0.0", "material.matrix.viscoelastic.shear.time_s"),
-            ("yield_mpa = 233.2", "yield_mpa = -1.0", "material.steel.plastic.yield_mpa"),
+            ("yield_mpa = 233.2", "yield_mpa = -1.0", "material.grain.plastic.yield_mpa"),
             ("saturation_mpa = 1101.0", "saturation_mpa = -5.0", "hardening.saturation_mpa"),
-            ("[material.steel]", "plastic.yield_mpa = 1.0\n[material.steel]", "plastic"),
+            ("[material.grain]", "plastic.yield_mpa = 1.0\n[material.grain]", "plastic"),
             (
-                "[material.steel]",
+                "[material.grain]",
                 "viscoelastic.shift.arrhenius = { energy_kj_per_mol = 80.0, reference_celsius = 50.0 }\n\
-                 [material.steel]",
+                 [material.grain]",
                 "test.temperature_celsius",
             ),
         ] {
