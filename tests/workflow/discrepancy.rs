@@ -42,7 +42,7 @@ fn an_error_of_the_model_is_in_the_intervals_and_in_the_budget() {
     let prior = 50.0 / 12f64.sqrt();
     assert!(sd_of_young() > before && sd_of_young() > 0.8 * prior, "{before} {}", sd_of_young());
     let report = std::fs::read_to_string(results.join("report.html")).unwrap();
-    assert!(report.contains("the error of the model that the case states"));
+    assert!(report.contains("error of the model that the case states"));
     assert!(report.contains("peak-force 20 %, slope 20 %"));
 
     case("[calibration.discrepancy]\npercent = { energy-to-peak = 3.0 }");

@@ -75,10 +75,13 @@ fn changed(key: &str, value: &Value) -> Value {
         Value::Integer(_) if key.ends_with("projections") => 32.into(),
         Value::Integer(n) => (n + 1).into(),
         // values of this key may be 0, so that a relative change has no effect
-        Value::Float(_) if key.ends_with("lean") => 0.01.into(),
+        Value::Float(_) if key.ends_with("lean") || key.ends_with("threshold_mpa") => 0.01.into(),
         Value::Float(x) => (0.99 * x).into(),
         Value::String(_) if key.ends_with("group") => "60C".into(),
         Value::String(word) => name(word).into(),
+        Value::Array(_) if key.ends_with("drive") || key.ends_with("degrade") => {
+            ["elastic", "plastic"].map(Value::from).to_vec().into()
+        }
         Value::Array(all) => {
             let first = changed(key, &all[0]);
             [first].into_iter().chain(all[1..].iter().cloned()).collect::<Vec<_>>().into()

@@ -210,7 +210,8 @@ fn derivatives_agree_with_differences_of_runs() {
         assert!(matches!(outcome.end, End::Displacement), "{:?}", outcome.end);
         outcome.curve.iter().map(|point| point.force_n).collect()
     };
-    let values = [0.3, 0.8];
+    // small enough for damage of AT1, whose strain has to exceed a threshold
+    let values = [0.1, 0.3];
     for order in [Order::Linear, Order::Quadratic] {
         for model in [CrackDensity::At2, CrackDensity::At1] {
             let problem = grains(order, model, values);

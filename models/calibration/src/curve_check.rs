@@ -77,7 +77,8 @@ impl InspectedCurve {
         let least = u.iter().copied().fold(f64::INFINITY, f64::min);
         let range = u.iter().copied().fold(f64::NEG_INFINITY, f64::max) - least;
         let tolerance_mm = (EQUAL * range).max(NOISE_BACK * noise_of_displacement(u));
-        found.prepared = machine.specimen(&found.prepared.with_branches(tolerance_mm));
+        // without the compliance of the machine, the displacement is constant in a hold
+        found.prepared = machine.specimen(&found.prepared).with_branches(tolerance_mm);
         let loading = match found.prepared.first_loading() {
             Some(readings) => found.prepared.picked(&readings),
             None => found.prepared.clone(),

@@ -626,7 +626,7 @@ fn load_steps_too_few_for_an_ensemble_are_refused_as_such() {
 /// steps are discarded, and every tenth of the others is stored.
 #[test]
 fn the_papers_sampling_is_one_key() {
-    let own = "chains = 4\nwarmup = 1000\ndraws = 2000                     # kept, a chain\n";
+    let own = "chains = 4\nwarmup = 1000\ndraws = 2000                     # number of stored draws per chain\n";
     assert!(Case::TEMPLATE.contains(own));
     let with = |text: &str| {
         CaseFile::parse(&text.replace(own, "sampling = \"paper\"\n"), "c.toml".as_ref())

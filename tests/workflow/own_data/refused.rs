@@ -22,7 +22,7 @@ fn specimens_that_cannot_be_meant_are_refused_before_the_ensemble_by_the_persons
         (|u, f| (u, 1e-3 * f), &["peak_force_N", "Is the force in kN?", "force_unit = \"kN\""]),
         (|u, f| (1e-3 * u, f), &["Is displacement in m?", "displacement_unit = \"m\""]),
         (|u, f| (-u, f), &["displacements that decrease", "Compression is positive"]),
-        (|u, f| (f, u), &["columns swapped"]),
+        (|u, f| (f, u), &["columns are swapped"]),
         (|u, f| (u, if (60.0..70.0).contains(&f) { 400.0 } else { f }), &["single reading"]),
         (|u, f| (u, if u > 0.05 { 200.0 + u } else { f }), &["no peak"]),
         (|u, f| (u, f - 20.0), &["in tension", "load cell was not zeroed", "zero_force = true"]),

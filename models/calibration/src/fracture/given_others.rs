@@ -6,109 +6,108 @@ use ppl::prelude::*;
 
 use super::specimens::{Expected, Kind, Specimens, scaled};
 
-impl Specimens {
-    /// Distribution of a new specimen given the tested specimens. All specimens share the error δ. The inputs of the
-    /// new specimen are unknown if some tested specimens have unknown inputs; otherwise the new specimen has the mean
-    /// response of the tested specimens.
-    pub(super) fn new_specimen<R: Scalar>(
-        &self,
-        expected: &Expected<R>,
-        scatter: &DynCholeskyFactor<R>,
-    ) -> Result<MvNormalCholesky<Vec<R>, DynCholeskyFactor<R>>, DomainError> {
-        let kind = if expected.unknown.is_some() { Kind::Unknown } else { Kind::Known };
-        let gaps: Vec<R> = self
-            .totals
-            .iter()
-            .zip(self.mean_of_totals(expected))
-            .map(|(&total, mean)| -(mean - total))
-            .collect();
-        self.after(&self.groups(), kind, expected, scatter)?.specimen(expected.mean_of(kind), &gaps)
-    }
+/// Distribution of a new specimen given the tested specimens. All specimens share the error δ. The inputs of the
+/// new specimen are unknown if some tested specimens have unknown inputs; otherwise the new specimen has the mean
+/// response of the tested specimens.
+pub(super) fn new_specimen<R: Scalar>(
+    specimens: &Specimens,
+    expected: &Expected<R>,
+    scatter: &DynCholeskyFactor<R>,
+) -> Result<MvNormalCholesky<Vec<R>, DynCholeskyFactor<R>>, DomainError> {
+    let kind = if expected.unknown.is_some() { Kind::Unknown } else { Kind::Known };
+    let gaps: Vec<R> = specimens
+        .totals
+        .iter()
+        .zip(specimens.mean_of_totals(expected))
+        .map(|(&total, mean)| -(mean - total))
+        .collect();
+    after(specimens, &specimens.groups(), kind, expected, scatter)?
+        .specimen(expected.mean_of(kind), &gaps)
+}
 
-    /// Computes log p(y_k | y_−k, θ, Σ) of the quantities y_k of each specimen k given the quantities y_−k of the
-    /// others, with the shared errors integrated out. The covariance is the same for all specimens of a group, and it
-    /// is factorised only once per group.
-    ///
-    /// # Errors
-    /// If a covariance is not positive definite, or the sizes of a mean and of the rows differ.
-    pub(super) fn ln_conditionals(
-        &self,
-        expected: &Expected<f64>,
-        scatter: &DynCholeskyFactor<f64>,
-    ) -> Result<Vec<f64>, DomainError> {
-        let mut found = [Vec::new(), Vec::new()];
-        for (kind, _) in self.groups() {
-            found[kind as usize] = self.ln_conditionals_of(kind, expected, scatter)?;
-        }
-        let [mut known, mut unknown] = found.map(Vec::into_iter);
-        let next = |is_known: &bool| if *is_known { known.next() } else { unknown.next() };
-        Ok(self.is_known.iter().filter_map(next).collect())
+/// Computes log p(y_k | y_−k, θ, Σ) of the quantities y_k of each specimen k given the quantities y_−k of the
+/// others, with the shared errors integrated out. The covariance is the same for all specimens of a group, and it
+/// is factorised only once per group.
+///
+/// # Errors
+/// If a covariance is not positive definite, or the sizes of a mean and of the rows differ.
+pub(super) fn ln_conditionals(
+    specimens: &Specimens,
+    expected: &Expected<f64>,
+    scatter: &DynCholeskyFactor<f64>,
+) -> Result<Vec<f64>, DomainError> {
+    let mut found = [Vec::new(), Vec::new()];
+    for (kind, _) in specimens.groups() {
+        found[kind as usize] = ln_conditionals_of(specimens, kind, expected, scatter)?;
     }
+    let [mut known, mut unknown] = found.map(Vec::into_iter);
+    let next = |is_known: &bool| if *is_known { known.next() } else { unknown.next() };
+    Ok(specimens.is_known.iter().filter_map(next).collect())
+}
 
-    /// [`Self::ln_conditionals`] for the specimens of one group.
-    fn ln_conditionals_of(
-        &self,
-        kind: Kind,
-        expected: &Expected<f64>,
-        scatter: &DynCholeskyFactor<f64>,
-    ) -> Result<Vec<f64>, DomainError> {
-        // sizes of the groups after specimen k is removed
-        let others = |(group, n): (Kind, usize)| (group, n - usize::from(group == kind));
-        let groups: Vec<(Kind, usize)> =
-            self.groups().into_iter().map(others).filter(|(_, n)| *n > 0).collect();
-        let after = self.after(&groups, kind, expected, scatter)?;
-        let ln_conditional = |(place, row): (usize, &Vec<f64>)| {
-            let own = expected.own_mean(kind, place);
-            let residual: Vec<f64> = row.iter().zip(own).map(|(y, mean)| y - mean).collect();
-            let gaps = groups.iter().flat_map(|&(group, n)| {
-                let total = &self.group(group).total;
-                let mean = scaled(expected.mean_of(group), self.group(group).len());
-                let whole = total.iter().zip(mean).map(|(total, mean)| total - mean);
-                match group == kind {
-                    false => whole.collect::<Vec<f64>>(),
-                    true => {
-                        let (all, root) = ((n as f64 + 1.0).sqrt(), (n as f64).sqrt());
-                        whole.zip(&residual).map(|(gap, r)| (all * gap - r) / root).collect()
-                    }
+/// [`ln_conditionals`] for the specimens of one group.
+fn ln_conditionals_of(
+    specimens: &Specimens,
+    kind: Kind,
+    expected: &Expected<f64>,
+    scatter: &DynCholeskyFactor<f64>,
+) -> Result<Vec<f64>, DomainError> {
+    // sizes of the groups after specimen k is removed
+    let others = |(group, n): (Kind, usize)| (group, n - usize::from(group == kind));
+    let groups: Vec<(Kind, usize)> =
+        specimens.groups().into_iter().map(others).filter(|(_, n)| *n > 0).collect();
+    let after = after(specimens, &groups, kind, expected, scatter)?;
+    let ln_conditional = |(place, row): (usize, &Vec<f64>)| {
+        let own = expected.own_mean(kind, place);
+        let residual: Vec<f64> = row.iter().zip(own).map(|(y, mean)| y - mean).collect();
+        let gaps = groups.iter().flat_map(|&(group, n)| {
+            let total = &specimens.group(group).total;
+            let mean = scaled(expected.mean_of(group), specimens.group(group).len());
+            let whole = total.iter().zip(mean).map(|(total, mean)| total - mean);
+            match group == kind {
+                false => whole.collect::<Vec<f64>>(),
+                true => {
+                    let (all, root) = ((n as f64 + 1.0).sqrt(), (n as f64).sqrt());
+                    whole.zip(&residual).map(|(gap, r)| (all * gap - r) / root).collect()
                 }
-            });
-            let gaps: Vec<f64> = gaps.collect();
-            Ok(after.specimen(own, &gaps)?.ln_density(row))
-        };
-        self.group(kind).rows.iter().enumerate().map(ln_conditional).collect()
-    }
+            }
+        });
+        let gaps: Vec<f64> = gaps.collect();
+        Ok(after.specimen(own, &gaps)?.ln_density(row))
+    };
+    specimens.group(kind).rows.iter().enumerate().map(ln_conditional).collect()
+}
 
-    /// Distribution of one more specimen of a kind, given the totals of groups with these sizes. V is the covariance of
-    /// the totals, and C is the covariance between the specimen and the totals. The distribution is N(m + C V⁻¹ (totals
-    /// − their means), Σ_k + S − C V⁻¹ Cᵀ). Here m is the expected response of the specimen, Σ_k is the covariance of
-    /// the specimen's own deviation, and S is the covariance that the specimen shares with other specimens of its kind.
-    fn after<R: Scalar>(
-        &self,
-        groups: &[(Kind, usize)],
-        kind: Kind,
-        expected: &Expected<R>,
-        scatter: &DynCholeskyFactor<R>,
-    ) -> Result<After<R>, DomainError> {
-        let factor = self.factor_of(groups, expected, scatter)?;
-        let size = self.shared.len();
-        let column = |i: usize| {
-            let entries = groups.iter().flat_map(|&(group, n)| {
-                let root = (n as f64).sqrt();
-                (0..size).map(move |j| self.common(kind, group, expected, i, j) * root)
-            });
-            factor.solve_lower(&entries.collect::<Vec<R>>())
-        };
-        let columns: Vec<Vec<R>> = (0..size).map(column).collect::<Result<_, _>>()?;
-        let scatter = scatter.covariance();
-        let entry = |i: usize, j: usize| {
-            let alone = self.own(kind, expected, &scatter, i, j);
-            alone + self.common(kind, kind, expected, i, j) - dot(&columns[i], &columns[j])
-        };
-        let covariance: Vec<Vec<R>> =
-            (0..size).map(|i| (0..size).map(|j| entry(i, j)).collect()).collect();
-        let own = DynCholeskyFactor::of_covariance(&covariance)?;
-        Ok(After { factor, columns, own })
-    }
+/// Distribution of one more specimen of a kind, given the totals of groups with these sizes. V is the covariance of
+/// the totals, and C is the covariance between the specimen and the totals. The distribution is N(m + C V⁻¹ (totals
+/// − their means), Σ_k + S − C V⁻¹ Cᵀ). Here m is the expected response of the specimen, Σ_k is the covariance of
+/// the specimen's own deviation, and S is the covariance that the specimen shares with other specimens of its kind.
+fn after<R: Scalar>(
+    specimens: &Specimens,
+    groups: &[(Kind, usize)],
+    kind: Kind,
+    expected: &Expected<R>,
+    scatter: &DynCholeskyFactor<R>,
+) -> Result<After<R>, DomainError> {
+    let factor = specimens.factor_of(groups, expected, scatter)?;
+    let size = specimens.shared.len();
+    let column = |i: usize| {
+        let entries = groups.iter().flat_map(|&(group, n)| {
+            let root = (n as f64).sqrt();
+            (0..size).map(move |j| specimens.common(kind, group, expected, i, j) * root)
+        });
+        factor.solve_lower(&entries.collect::<Vec<R>>())
+    };
+    let columns: Vec<Vec<R>> = (0..size).map(column).collect::<Result<_, _>>()?;
+    let scatter = scatter.covariance();
+    let entry = |i: usize, j: usize| {
+        let alone = specimens.own(kind, expected, &scatter, i, j);
+        alone + specimens.common(kind, kind, expected, i, j) - dot(&columns[i], &columns[j])
+    };
+    let covariance: Vec<Vec<R>> =
+        (0..size).map(|i| (0..size).map(|j| entry(i, j)).collect()).collect();
+    let own = DynCholeskyFactor::of_covariance(&covariance)?;
+    Ok(After { factor, columns, own })
 }
 
 /// Distribution of a specimen given the totals of other specimens, for any values of these totals.

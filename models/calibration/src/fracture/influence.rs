@@ -73,7 +73,7 @@ impl Calibration {
         burn_in: usize,
         seed: u64,
     ) -> Result<(Vec<[f64; 2]>, f64), CalibrationError> {
-        let others = self.specimens.without(k)?;
+        let others = without(&self.specimens, k)?;
         let model = calibration_on(&self.forward, &self.priors, &others);
         let mut chains = sampler.run(&model).map_err(SampleError::from)?;
         leave_out(&mut chains, burn_in);
@@ -88,25 +88,23 @@ impl Calibration {
     }
 }
 
-impl Specimens {
-    /// Returns all specimens except specimen k.
-    ///
-    /// # Errors
-    /// If no specimen remains.
-    fn without(&self, k: usize) -> Result<Self, CalibrationError> {
-        let mut rows: Vec<Vec<f64>> = self.rows().into_iter().cloned().collect();
-        rows.remove(k);
-        let mut others = Self::new(&rows)?.sharing(self.shared.clone())?;
-        if self.known_inputs() > 0 {
-            let mut inputs = self.inputs.iter().cloned();
-            let mut own = |is_known: &bool| if *is_known { inputs.next() } else { None };
-            let mut known: Vec<Option<Vec<f64>>> = self.is_known.iter().map(&mut own).collect();
-            known.remove(k);
-            others = others.knowing(&known, self.population.clone())?;
-        }
-        others.open.clone_from(&self.open);
-        Ok(others)
+/// Returns all specimens except specimen k.
+///
+/// # Errors
+/// If no specimen remains.
+fn without(all: &Specimens, k: usize) -> Result<Specimens, CalibrationError> {
+    let mut rows: Vec<Vec<f64>> = all.rows().into_iter().cloned().collect();
+    rows.remove(k);
+    let mut others = Specimens::new(&rows)?.sharing(all.shared.clone())?;
+    if all.known_inputs() > 0 {
+        let mut inputs = all.inputs.iter().cloned();
+        let mut own = |is_known: &bool| if *is_known { inputs.next() } else { None };
+        let mut known: Vec<Option<Vec<f64>>> = all.is_known.iter().map(&mut own).collect();
+        known.remove(k);
+        others = others.knowing(&known, all.population.clone())?;
     }
+    others.open.clone_from(&all.open);
+    Ok(others)
 }
 
 /// Draws of the parameters, one row per draw.
@@ -184,7 +182,7 @@ mod tests {
         let population = Population::of(&[0.0, 0.1, 0.2, 0.3].map(|k| vec![k])).unwrap();
         let all = Specimens::new(&rows).unwrap().sharing(vec![vec![0.5]]).unwrap();
         let all = all.knowing(&known, Some(population)).unwrap();
-        let others = all.without(0).unwrap();
+        let others = without(&all, 0).unwrap();
         assert_eq!(
             others.rows(),
             [&[2.0][..], &[3.0], &[4.0]].map(Vec::from).iter().collect::<Vec<_>>()

@@ -5,8 +5,8 @@ use ppl::diagnostics::{Loo, LooError};
 use ppl::prelude::*;
 use surrogate::DynPce;
 
-use super::Calibration;
 use super::specimens::Specimens;
+use super::{Calibration, given_others};
 
 impl Calibration {
     /// Computes leave-one-out cross-validation over the specimens. A specimen's result is its log density as predicted
@@ -51,7 +51,11 @@ pub(super) fn ln_conditionals(
         let factor: Vec<Vec<f64>> = corr.chunks(size).zip(sd).map(row).collect();
         DynCholeskyFactor::new(&factor)
             .and_then(|factor| {
-                specimens.ln_conditionals(&specimens.expected(forward, theta)?, &factor)
+                given_others::ln_conditionals(
+                    specimens,
+                    &specimens.expected(forward, theta)?,
+                    &factor,
+                )
             })
             .unwrap_or_else(|_| vec![f64::NAN; specimens.len()])
     });

@@ -1,9 +1,9 @@
 //! The paper's calibration: matrix parameters from the quantities of interest of specimens.
 //!
 //! 1. `error`, `contrasts`, `population`, `within_box`: errors, transforms of quantities and of parameters
-//! 2. `specimens`, `given_others`, `likelihood`, `loo`, `influence`: specimens prepared for the likelihood, densities of
-//!    specimens, leave-one-out comparisons and the influence of each specimen
-//! 4. `units`: summaries in the units of the quantities
+//! 2. `specimens`: specimens prepared for the likelihood
+//! 3. `given_others`, `likelihood`: densities of specimens
+//! 4. `loo`, `influence`, `units`: what follows from a calibration
 //! 5. `groups`, `joint`: calibrations of several groups of specimens or of several tests
 
 mod contrasts;
@@ -77,7 +77,7 @@ ppl::model! {
         let expected = specimens.expected(forward, &point)?;
         #[dims(qoi)] #[track] let mean = specimens.mean(&expected);
         let data ~ of_specimens(specimens, &expected, &chol);
-        #[dims(qoi)] #[predict] let new_specimen ~ specimens.new_specimen(&expected, &chol)?;
+        #[dims(qoi)] #[predict] let new_specimen ~ given_others::new_specimen(specimens, &expected, &chol)?;
     }
 }
 

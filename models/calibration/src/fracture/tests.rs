@@ -4,6 +4,7 @@ use ppl::Nuts;
 use ppl::prelude::*;
 use surrogate::{DynPce, Input};
 
+use super::given_others::{ln_conditionals, new_specimen};
 use super::population::Population;
 use super::specimens::Specimens;
 use super::{Evidence, calibrate, relative_to_means};
@@ -120,7 +121,7 @@ fn assert_density_of(specimens: &Specimens, pce: &DynPce, known: Option<&[Option
     let whole = joint.ln_density(&rows, &all);
     assert!((found - whole).abs() < 1e-10, "{found} {whole}");
 
-    let conditionals = specimens.ln_conditionals(&expected, &scatter()).unwrap();
+    let conditionals = ln_conditionals(&specimens, &expected, &scatter()).unwrap();
     assert_eq!(conditionals.len(), rows.len());
     for (k, found) in conditionals.iter().enumerate() {
         let others: Vec<usize> = all.iter().copied().filter(|&i| i != k).collect();
@@ -136,7 +137,7 @@ fn assert_density_of(specimens: &Specimens, pce: &DynPce, known: Option<&[Option
     let joint = more.map_or_else(|| Joint::alike(rows.len() + 1), |more| Joint::knowing(&more));
     let new = vec![1.03, 0.98];
     rows.push(new.clone());
-    let found = specimens.new_specimen(&expected, &scatter()).unwrap().ln_density(&new);
+    let found = new_specimen(&specimens, &expected, &scatter()).unwrap().ln_density(&new);
     let exact = joint.ln_density(&rows, &[&all[..], &[4]].concat()) - whole;
     assert!((found - exact).abs() < 1e-10, "{found} {exact}");
 }
@@ -173,7 +174,7 @@ fn two_specimens_of_which_one_is_left() {
     let rows: Vec<Vec<f64>> = QOIS[..2].iter().map(|row| row.to_vec()).collect();
     let two = Specimens::new(&rows).unwrap().sharing(SHARED.map(Vec::from).to_vec()).unwrap();
     let expected = two.expected(&forward(false), &[THETA]).unwrap();
-    let found = two.ln_conditionals(&expected, &scatter()).unwrap();
+    let found = ln_conditionals(&two, &expected, &scatter()).unwrap();
     let joint = Joint::alike(2);
     let exact = joint.ln_density(&rows, &[0, 1]) - joint.ln_density(&rows, &[1]);
     assert!((found[0] - exact).abs() < 1e-10, "{} {exact}", found[0]);
@@ -184,7 +185,7 @@ fn without_a_shared_error_specimens_are_independent() {
     let rows: Vec<Vec<f64>> = QOIS.map(Vec::from).to_vec();
     let specimens = Specimens::new(&rows).unwrap();
     let expected = specimens.expected(&forward(false), &[THETA]).unwrap();
-    let found = specimens.ln_conditionals(&expected, &scatter()).unwrap();
+    let found = ln_conditionals(&specimens, &expected, &scatter()).unwrap();
     let mean = forward(false).value(&[THETA]).unwrap();
     for (row, found) in rows.iter().zip(found) {
         let exact = MvNormalCholesky(mean.clone(), scatter()).ln_density(row);
@@ -238,7 +239,8 @@ fn one_specimen_alone_has_the_density_of_itself() {
     let one = Specimens::new(&[QOIS[0].to_vec()]).unwrap();
     let one = one.sharing(SHARED.map(Vec::from).to_vec()).unwrap();
     let found =
-        one.ln_conditionals(&one.expected(&forward(false), &[THETA]).unwrap(), &scatter()).unwrap();
+        ln_conditionals(&one, &one.expected(&forward(false), &[THETA]).unwrap(), &scatter())
+            .unwrap();
     let exact = Joint::alike(1).ln_density(&[QOIS[0].to_vec()], &[0]);
     assert!((found[0] - exact).abs() < 1e-10, "{} {exact}", found[0]);
 }
