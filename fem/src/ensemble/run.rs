@@ -248,6 +248,7 @@ struct Queue {
 }
 
 /// Result of an attempt to compute a run.
+#[expect(clippy::large_enum_variant, reason = "there is one value at a time")]
 enum Attempt {
     Ended(RunRecord),
     /// The run was not computed, because another process is computing it.

@@ -151,6 +151,10 @@ impl RegionLaw {
         }
     }
 
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "values of one point, which only this call passes"
+    )]
     #[inline(always)]
     fn plastic<T: Scalar>(
         &self,
@@ -168,6 +172,10 @@ impl RegionLaw {
         PlasticPoint { law, bulk, shear, volume_share, energies, g, dt }.respond(trial, old, new)
     }
 
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "values of one point, which only this call passes"
+    )]
     #[inline(always)]
     fn viscoelastic<T: Scalar>(
         &self,

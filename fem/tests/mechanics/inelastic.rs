@@ -253,7 +253,7 @@ fn multigrid_and_the_sparse_factor_give_the_same_curve() {
                         let mixture =
                             fem::Mixture { fraction: 0.4, region: 1, ..fem::Mixture::default() };
                         let of_tet = |tet: usize| {
-                            if tet % 3 == 0 { mixture } else { fem::Mixture::default() }
+                            if tet.is_multiple_of(3) { mixture } else { fem::Mixture::default() }
                         };
                         mesh.mixture = Some((0..mesh.tets.len()).map(of_tet).collect());
                     }

@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_moves_corners_by_three_readings_at_most() {
+    fn noise_moves_corners_by_five_readings_at_most() {
         let n = 50;
         let (time_s, exact) = readings(&PROGRAM, n);
         let sd = 1e-4;
@@ -217,7 +217,7 @@ mod tests {
             assert_eq!(found.iter().map(|b| b.kind).collect::<Vec<_>>(), KINDS, "{seed}");
             for (k, branch) in found.iter().enumerate() {
                 let off = branch.readings.start.abs_diff(k * n);
-                assert!(off <= 3, "{seed}: branch {k} starts {off} readings away from its corner");
+                assert!(off <= 5, "{seed}: branch {k} starts {off} readings away from its corner");
             }
         }
     }

@@ -325,7 +325,9 @@ mod tests {
     #[test]
     fn mistakes_have_the_name_of_their_test_and_the_remedy() {
         let between = |relation: &str| format!("[calibration]\nbetween_tests.{relation}\n");
-        let cases: [(&[(&str, &str)], &[&str]); 14] = [
+        // replacements in the text, and parts of the message
+        type Mistake<'a> = (&'a [(&'a str, &'a str)], &'a [&'a str]);
+        let cases: [Mistake<'_>; 14] = [
             (&[("name = \"slow\"", "name = \"fast\"")], &["tests[1].name", "two tests"]),
             (&[("name = \"slow\"", "name = \"../slow\"")], &["tests[1].name", "letters, digits"]),
             (

@@ -28,8 +28,8 @@ fn a_sphere_has_its_area_and_shells_their_volumes_in_every_mode() {
         let mesh = sphere(mode, 0.12);
         let surface = InterfaceSurface::new(&mesh, [0, 1]);
         let area = surface.area_mm2() / (4.0 * PI * RADIUS * RADIUS);
-        // the faces of tetrahedra are rougher than the sphere: their area is 7 % larger in the conforming mesh
-        assert!((area - 1.0).abs() < 0.1, "{mode:?}: {area} of the area");
+        // the faces are rougher than the sphere: their area is 7 % larger in the conforming mesh, 11 % in the mixtures
+        assert!((area - 1.0).abs() < 0.12, "{mode:?}: {area} of the area");
         for width in [0.05, 0.1, 0.2] {
             let shell = |from: f64, to: f64| 4.0 / 3.0 * PI * (to.powi(3) - from.powi(3));
             let outside = band_mm3(&mesh, &surface, [width, 0.0]);

@@ -15,8 +15,8 @@ enum Shape {
 /// Rigid platen that a surface can touch, slide on, and leave.
 ///
 /// With the gap g (mm) between platen and specimen, the contact pressure p (MPa) satisfies p ≥ 0, g ≥ 0, p g = 0.
-/// Sliding with the velocity v_t (mm/s) causes the traction −(μ p s_ε + F_v) v_t on the specimen, with s_ε = 1/√(|v_t|²
-/// + ε²). The first term is Coulomb friction with the coefficient μ; below the slip velocity ε, the specimen creeps
+/// Sliding with the velocity v_t (mm/s) causes the traction −(μ p s_ε + F_v) v_t on the specimen, with
+/// s_ε = 1/√(|v_t|² + ε²). The first term is Coulomb friction with the coefficient μ; below the slip velocity ε, the specimen creeps
 /// instead of sticking. The second term is a viscous drag F_v. Pressures and tractions are per reference area. Without
 /// friction and drag, the default, a platen is a roller: it presses along its normal, and the surface slides freely.
 ///

@@ -312,6 +312,10 @@ impl<T: Scalar> PlasticPoint<'_, T> {
 
     /// Writes C_p⁻¹ − I at the end of the increment: Σ_i e^(2ε_i) (e^(−2Δ_i) − 1) p_i ⊗ p_i is added, with the
     /// increments Δ_i of plastic strain and p_i = F⁻¹ n_i.
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "values of one point, which only this call passes"
+    )]
     #[inline(always)]
     fn update_plastic_strain(
         &self,

@@ -59,11 +59,11 @@ pub(super) fn ln_density_of<R: Scalar>(
             0 => specimens.no_contrast(),
             _ => expected.contrasts[k].clone(),
         };
-        sum = sum + ln_density(contrast, between, scatter);
+        sum += ln_density(contrast, between, scatter);
     }
     let of_unknown = specimens.factor_of_unknown(expected, scatter)?;
     for unknown in &specimens.unknown.contrasts {
-        sum = sum + ln_density(unknown, specimens.no_contrast(), &of_unknown);
+        sum += ln_density(unknown, specimens.no_contrast(), &of_unknown);
     }
     let of_totals = specimens.factor_of_totals(expected, scatter)?;
     let totals = ln_density(&specimens.totals, specimens.mean_of_totals(expected), &of_totals);

@@ -121,7 +121,7 @@ fn assert_density_of(specimens: &Specimens, pce: &DynPce, known: Option<&[Option
     let whole = joint.ln_density(&rows, &all);
     assert!((found - whole).abs() < 1e-10, "{found} {whole}");
 
-    let conditionals = ln_conditionals(&specimens, &expected, &scatter()).unwrap();
+    let conditionals = ln_conditionals(specimens, &expected, &scatter()).unwrap();
     assert_eq!(conditionals.len(), rows.len());
     for (k, found) in conditionals.iter().enumerate() {
         let others: Vec<usize> = all.iter().copied().filter(|&i| i != k).collect();
@@ -137,7 +137,7 @@ fn assert_density_of(specimens: &Specimens, pce: &DynPce, known: Option<&[Option
     let joint = more.map_or_else(|| Joint::alike(rows.len() + 1), |more| Joint::knowing(&more));
     let new = vec![1.03, 0.98];
     rows.push(new.clone());
-    let found = new_specimen(&specimens, &expected, &scatter()).unwrap().ln_density(&new);
+    let found = new_specimen(specimens, &expected, &scatter()).unwrap().ln_density(&new);
     let exact = joint.ln_density(&rows, &[&all[..], &[4]].concat()) - whole;
     assert!((found - exact).abs() < 1e-10, "{found} {exact}");
 }

@@ -167,7 +167,9 @@ fn missing_times_and_branches_are_named() {
         (Quantity::new(UnloadingSlope), "no unloading"),
         (Quantity::new(HysteresisEnergy), "no unloading"),
     ] {
-        let message = Qois::values_of(&straight, 0.3, &[quantity.clone()]).unwrap_err().to_string();
+        let message = Qois::values_of(&straight, 0.3, std::slice::from_ref(&quantity))
+            .unwrap_err()
+            .to_string();
         for part in [branch, &quantity.to_string(), "test.program"] {
             assert!(message.contains(part), "{part:?} is not in {message:?}");
         }

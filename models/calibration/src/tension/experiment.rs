@@ -90,17 +90,18 @@ impl TensionTest {
     }
 }
 
+/// Name of a specimen, and its readings: engineering strain, engineering stress in MPa.
+pub(crate) type NamedCurve = (String, Vec<(f64, f64)>);
+
 /// Reads the readings (engineering strain, engineering stress in MPa) of each specimen from a table with the columns
 /// `specimen,engineering_strain,engineering_stress_ksi`. The specimens are in the order of their first lines.
 ///
 /// # Errors
 /// If a value is missing or wrong. The error names line, column and value.
-pub(crate) fn read_engineering_curves(
-    file: &Path,
-) -> Result<Vec<(String, Vec<(f64, f64)>)>, InputError> {
+pub(crate) fn read_engineering_curves(file: &Path) -> Result<Vec<NamedCurve>, InputError> {
     let (strain, stress) = ("engineering_strain", "engineering_stress_ksi");
     let table = CsvTable::read(file, &["specimen", strain, stress])?;
-    let mut curves: Vec<(String, Vec<(f64, f64)>)> = Vec::new();
+    let mut curves: Vec<NamedCurve> = Vec::new();
     for row in table.rows() {
         let reading = (row.number(strain)?, MPA_PER_KSI * row.number(stress)?);
         if !(-0.1..5.0).contains(&reading.0) {

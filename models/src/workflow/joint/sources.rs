@@ -40,12 +40,15 @@ pub(super) fn write_uncertainty(
     task.write_csv("uncertainty.csv", ["parameter", "source", "share"], rows)
 }
 
+/// Name of a source of uncertainty, and its covariance.
+type NamedMatrix = (String, DMatrix<f64>);
+
 /// Derivatives and covariances of the quantities of all tests, test by test.
 fn stacked(
     tests: &[TestEvidence],
     joint: &JointCalibration,
     parts: &[TestSources],
-) -> (Vec<Vec<f64>>, Vec<(String, DMatrix<f64>)>) {
+) -> (Vec<Vec<f64>>, Vec<NamedMatrix>) {
     let size = parts.iter().map(|part| part.jacobian.len()).sum();
     let mut jacobian: Vec<Vec<f64>> = Vec::with_capacity(size);
     let mut sources: Vec<(String, DMatrix<f64>)> = Vec::new();

@@ -33,7 +33,7 @@ pub(super) fn factor_of<R: Scalar>(
             let partial = unit * 2.0 - 1.0;
             *entry = rest * partial;
             // 1 − p² = 4 u (1 − u), without cancellation near the ends
-            rest = rest * ((unit * (-unit + 1.0)).sqrt() * 2.0);
+            rest *= (unit * (-unit + 1.0)).sqrt() * 2.0;
         }
         entries[row] = rest;
         rows.push(entries);
