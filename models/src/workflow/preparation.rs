@@ -12,7 +12,7 @@ pub(super) struct Preparation {
     toe: Toe,
     /// Whether the test has a load program, so that hold and unloading are kept.
     follows_program: bool,
-    /// Whether a quantity needs the peak of the curve.
+    /// Whether the test has a load program and a quantity needs the peak of the curve.
     needs_peak: bool,
     machine: Machine,
 }
@@ -20,11 +20,13 @@ pub(super) struct Preparation {
 impl Preparation {
     /// The preparation of a case.
     pub(super) fn of(inputs: &Inputs<'_>) -> Self {
-        let quantities = &inputs.qoi().quantities;
+        let follows_program = inputs.test().program.is_some();
+        let needs_peak = || inputs.qoi().quantities.iter().any(|quantity| quantity.needs_peak());
         Self {
             toe: inputs.toe(),
-            follows_program: inputs.test().program.is_some(),
-            needs_peak: quantities.iter().any(|quantity| quantity.needs_peak()),
+            follows_program,
+            // reading the key makes it an input of the stage
+            needs_peak: follows_program && needs_peak(),
             machine: inputs.known_machine().machine(),
         }
     }

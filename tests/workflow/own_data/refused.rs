@@ -55,7 +55,7 @@ fn specimens_that_cannot_be_meant_are_refused_before_the_ensemble_by_the_persons
             "",
             &["specimen = S-01", "at least two"],
         ),
-        ("height_mm", "hieght", &["\"hieght\" meant"]),
+        ("height_mm", "hieght", &["Did you mean the column \"hieght\""]),
     ];
     for (from, to, parts) in tables {
         let err = refused(|mine| edit(&mine.join("specimens.csv"), |text| text.replace(from, to)));
