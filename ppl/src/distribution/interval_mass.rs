@@ -80,14 +80,16 @@ pub(super) fn ln_mass_by_quadrature<R: Scalar>(
     if !R::DIFFERENTIABLE {
         return R::from(value);
     }
-    let means = nodes.iter().map(|node| (terms[node.evaluation], weight(node) / sum));
+    let mut partials: Vec<(R, f64)> =
+        nodes.iter().map(|node| (terms[node.evaluation], weight(node) / sum)).collect();
     let inflow = if is_reversed { -1.0 } else { 1.0 };
-    let ends = [(lower, inflow), (upper, -inflow)].into_iter();
-    let flows = ends.filter(|(y, _)| y.is_finite() && !is_narrow).map(|(y, sign)| {
-        let (x, ln_slope) = support.constrain(R::from(y));
-        (x, sign * (at(y).value() - ln_slope.value() - value).exp())
-    });
-    R::fuse_iter(value, means.chain(flows))
+    for (y, sign) in [(lower, inflow), (upper, -inflow)] {
+        if y.is_finite() && !is_narrow {
+            let (x, ln_slope) = support.constrain(R::from(y));
+            partials.push((x, sign * (at(y).value() - ln_slope.value() - value).exp()));
+        }
+    }
+    R::fuse_iter(value, partials)
 }
 
 /// Centre of the probability mass in the unconstrained coordinate, and first estimates of its widths below and above

@@ -109,6 +109,9 @@ pub trait Scalar:
     }
 
     /// Version of [`gather`](Scalar::gather) for any number of arguments.
+    ///
+    /// # Panics
+    /// If the iterator itself performs operations on scalars of a tape: compute the arguments first.
     #[inline(always)]
     fn fuse_iter(value: f64, arguments: impl IntoIterator<Item = (Self, f64)>) -> Self {
         Self::gather(value, Each(arguments))

@@ -159,7 +159,12 @@ impl<'t> Scalar for Var<'t> {
         let mut writer = EdgeWriter::new(&partials);
         partials.spread(&mut |argument, partial| writer.add(argument, partial));
         match writer.tape {
-            Some(tape) => tape.push(value, writer.start + writer.written),
+            Some(tape) => {
+                // an operation that an iterator of arguments makes on the way would overwrite the edges
+                let is_whole = writer.most != usize::MAX || writer.child as usize == tape.mark();
+                assert!(is_whole, "the arguments of an operation must be computed before it");
+                tape.push(value, writer.start + writer.written)
+            }
             None => Self::from(value),
         }
     }
