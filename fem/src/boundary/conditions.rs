@@ -272,7 +272,7 @@ impl Conditions {
         if mesh.surfaces.contains_key(name) {
             return refused(Unsupported::NameOfSurface);
         }
-        let nodes = set.nodes(mesh, domain)?;
+        let nodes = set.nodes(name, mesh, domain)?;
         if nodes.is_empty() { refused(Unsupported::EmptyNodeSet) } else { Ok(nodes) }
     }
 

@@ -51,8 +51,32 @@ impl NodeSet {
         Self(Selection::Matching(Function::new(move |x, _| is_selected(x))))
     }
 
-    /// Returns the selected nodes in increasing order.
-    pub(super) fn nodes(&self, mesh: &TetMesh, domain: &dyn Domain) -> Result<Vec<u32>, FemError> {
+    /// Returns the first coordinate of the selection that is not finite, and the name of the selection.
+    fn infinite(&self) -> Option<(&'static str, f64)> {
+        let (field, positions) = match &self.0 {
+            Selection::Nearest(x) => ("nearest", std::slice::from_ref(x)),
+            Selection::Segment(ends) => ("segment", &ends[..]),
+            Selection::Common(_) | Selection::Matching(_) => return None,
+        };
+        let mut coordinates = positions.iter().flatten();
+        coordinates.find(|x| !x.is_finite()).map(|&x| (field, x))
+    }
+
+    /// Returns the nodes of the set `set_name` in increasing order.
+    ///
+    /// # Errors
+    /// [`FemError::OutOfRange`] if a coordinate is not finite; [`FemError::MissingSurface`].
+    pub(super) fn nodes(
+        &self,
+        set_name: &str,
+        mesh: &TetMesh,
+        domain: &dyn Domain,
+    ) -> Result<Vec<u32>, FemError> {
+        if let Some((field, x)) = self.infinite() {
+            let entity = format!("node set '{set_name}'");
+            let requirement = "a position with finite coordinates, mm";
+            return Err(FemError::parameter(&entity, field, x, requirement));
+        }
         let positions = domain.nodes();
         let all = 0..positions.len() as u32;
         let at = |n: u32| Vector3::from(positions[n as usize]);

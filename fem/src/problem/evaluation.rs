@@ -139,7 +139,7 @@ impl<'a> Evaluation<'a> {
     /// the point p (`point_mm`) in the direction a (`axis`, of any length).
     ///
     /// # Errors
-    /// [`FemError::OutOfRange`] if the axis has no length; otherwise as [`force_n`](Self::force_n).
+    /// [`FemError::OutOfRange`] if the axis has no length or the point is not finite; otherwise as [`force_n`](Self::force_n).
     pub fn torque_n_mm(
         &self,
         surface: &str,
@@ -151,6 +151,10 @@ impl<'a> Evaluation<'a> {
         if !(length > 0.0 && length.is_finite()) {
             let requirement = "positive: the axis is a vector such as [0, 0, 1]";
             return Err(FemError::parameter("torque", "length of the axis", length, requirement));
+        }
+        if let Some(x) = point_mm.into_iter().find(|x| !x.is_finite()) {
+            let requirement = "a position with finite coordinates, mm";
+            return Err(FemError::parameter("torque", "point_mm", x, requirement));
         }
         let (nodes, forces) = (self.nodes_of(surface)?, self.nodal_forces_n()?);
         let reference = self.operator.domain().nodes();

@@ -209,5 +209,7 @@ fn platens_with_invalid_parameters_are_rejected() {
     refused(plane().friction(-0.1, 1.0), "friction = -0.1");
     refused(plane().friction(0.1, 0.0), "slip_velocity_mm_per_s = 0");
     refused(Platen::sphere([0.0; 3], -2.0), "radius_mm = -2");
+    refused(Platen::plane([0.0, f64::NAN, 1.0], [0.0, 0.0, -1.0]), "point_mm = NaN");
+    refused(Platen::sphere([0.0, 0.0, f64::INFINITY], 2.0), "centre_mm = inf");
     refused(plane().moving(|_| [0.0, 0.0, 1.0]), "travel_mm at time zero");
 }

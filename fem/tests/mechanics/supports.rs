@@ -199,6 +199,16 @@ fn invalid_selections_and_fields_are_rejected() {
         refused(Conditions::new().node_set("top", pin.clone()).fix("top", [Axis::X])),
         Unsupported::NameOfSurface
     );
+    for (set, part) in [
+        (NodeSet::nearest([0.0, f64::NAN, 0.0]), "node set 'pin': nearest = NaN"),
+        (NodeSet::segment([0.0; 3], [f64::INFINITY, 0.0, 0.0]), "node set 'pin': segment = inf"),
+    ] {
+        let conditions = Conditions::new().node_set("pin", set).fix("pin", [Axis::X]);
+        let pulled = conditions.remove_rigid_motions();
+        let error = builder(Order::Linear).conditions(pulled).build().expect_err("refused");
+        assert!(matches!(error, FemError::OutOfRange { .. }), "{error}");
+        assert!(error.to_string().contains(part), "{error}");
+    }
     let outside = [[0.5, 0.5, 1.0], [0.5, 0.5, 4.1]];
     assert_eq!(
         refused(Conditions::new().measure_between("top", [0.0, 0.0, 1.0], outside)),
@@ -225,6 +235,8 @@ fn invalid_selections_and_fields_are_rejected() {
     assert!(matches!(state.elements(), Err(FemError::InvertedFields)));
     assert!(matches!(state.force_n("top"), Err(FemError::InvertedFields)));
     let error = state.torque_n_mm("top", [0.0; 3], [0.0; 3]).expect_err("an axis without length");
+    assert!(matches!(error, FemError::OutOfRange { .. }), "{error}");
+    let error = state.torque_n_mm("top", [f64::NAN; 3], [1.0; 3]).expect_err("no position");
     assert!(matches!(error, FemError::OutOfRange { .. }), "{error}");
     assert!(matches!(state.force_n("side"), Err(FemError::MissingSurface { .. })));
 }

@@ -104,6 +104,13 @@ impl Platen {
                 Err(FemError::parameter(&entity, field, value, requirement))
             }
         };
+        let (field, position) = match self.shape {
+            Shape::Plane { point, .. } => ("point_mm", point),
+            Shape::Sphere { centre, .. } => ("centre_mm", centre),
+        };
+        for x in position {
+            check(x.is_finite(), field, x, "a position with finite coordinates, mm")?;
+        }
         match self.shape {
             Shape::Plane { normal, .. } => {
                 let length = Vector3::from(normal).norm();
