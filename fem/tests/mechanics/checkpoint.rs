@@ -101,6 +101,38 @@ fn a_resumed_run_equals_the_uninterrupted_run_bit_for_bit() {
     }
 }
 
+/// A run that resumes and takes no step has the contact points of the run that saved the state.
+#[test]
+fn a_run_that_resumes_without_a_step_has_its_contact_points() {
+    let dir = tempfile::tempdir().expect("a directory");
+    let rough =
+        Friction { coefficient: 0.1, slip_velocity_mm_per_s: 1e-2, drag_mpa_s_per_mm: 0.01 };
+    let test = between(
+        &test(phase_field(Split::None)),
+        &loading(0.2, 1.0, 20),
+        Platens::Unilateral(rough),
+    );
+    let checkpoint = Checkpoint { path: dir.path().join("run.state"), every: 4 };
+    let mut kill = Kill { after: 4, steps: 0, resumed: 0 };
+    let saved = test.run_resumable(&checkpoint, &mut kill).expect("no file is there");
+    let resumed = test.resume(&checkpoint).expect("a sound state").finish();
+    assert_eq!(resumed.curve, saved.curve);
+    assert_eq!(
+        resumed.contact.keys().collect::<Vec<_>>(),
+        saved.contact.keys().collect::<Vec<_>>()
+    );
+    let points =
+        |outcome: &Outcome| outcome.contact.values().flatten().cloned().collect::<Vec<_>>();
+    let (resumed, saved) = (points(&resumed), points(&saved));
+    assert!(saved.iter().any(|point| point.pressure_mpa > 0.0), "{saved:?}");
+    assert_eq!(resumed.len(), saved.len());
+    for (a, b) in resumed.iter().zip(&saved) {
+        assert_eq!((a.node, a.area_mm2), (b.node, b.area_mm2));
+        assert!((a.pressure_mpa - b.pressure_mpa).abs() < 1e-9, "{a:?} {b:?}");
+        assert!((0..3).all(|k| (a.force_n[k] - b.force_n[k]).abs() < 1e-9), "{a:?} {b:?}");
+    }
+}
+
 #[test]
 fn a_run_by_arc_length_steps_resumes_while_the_platen_moves_back() {
     let dir = tempfile::tempdir().expect("a directory");

@@ -8,6 +8,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::fields::Fields;
+use crate::problem::control::is_later;
 
 /// Number of equilibria, in addition to the last equilibrium, that define the extrapolating polynomial.
 const MOST: usize = 3;
@@ -38,21 +39,34 @@ impl Past {
         self.steps.first().copied()
     }
 
+    /// Returns the change of the fields over the last increment; `None` before the first increment.
+    pub(crate) fn change(&self) -> Option<&Fields> {
+        self.changes.first()
+    }
+
     /// Applies a function to the changes of all increments, for example to select the nodes of one rank.
     pub(crate) fn map(&self, convert: impl Fn(&Fields) -> Fields) -> Self {
         Self { changes: self.changes.iter().map(convert).collect(), steps: self.steps.clone() }
     }
 
-    /// Extrapolates `fields`, the last equilibrium, by an increment `ahead` of the clock. `size` returns the norms of
-    /// the displacement and of the damage in a term of the extrapolating polynomial.
+    /// Extrapolates `fields`, the last equilibrium, by an increment `ahead` of the clock. Increments before the last
+    /// corner of the load, where its speed changed, are not used: the corner lies `from_corner` before the last
+    /// equilibrium. `size` returns the norms of the displacement and of the damage in a term of the extrapolating
+    /// polynomial.
     pub(crate) fn continue_by(
         &self,
         ahead: f64,
+        from_corner: f64,
         fields: &mut Fields,
         size: impl Fn(&Fields) -> [f64; 2],
     ) {
-        // do not use increments before the last change of direction of the clock
-        let onwards = self.steps.iter().take_while(|&step| step * ahead > 0.0).count();
+        // do not use increments before the last change of direction of the clock either
+        let mut passed = 0.0;
+        let is_smooth = |step: &&f64| {
+            passed += **step;
+            **step * ahead > 0.0 && !is_later(passed, from_corner)
+        };
+        let onwards = self.steps.iter().take_while(is_smooth).count();
         let steps = &self.steps[..onwards.max(1).min(self.steps.len())];
         let mut last = [f64::INFINITY; 2];
         for multiples in terms(steps, ahead) {

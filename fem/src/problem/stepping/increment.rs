@@ -49,6 +49,34 @@ impl<'a> Increments<'a> {
         self.solver.newton.scales = self.state.scales;
     }
 
+    /// Computes the loads and the contact of the last equilibrium from a saved state, which does not contain them.
+    pub(super) fn renew_contact(&mut self) {
+        let (setup, state) = (self.setup, &self.state);
+        let (Some(change), Some(step)) = (state.past.change(), state.past.step()) else { return };
+        let domain = setup.discretisation.as_ref();
+        if domain.boundary.contacts.is_empty() {
+            return;
+        }
+        let duration_s = setup.parts.schedule.duration_s;
+        let mut before = state.fields.without_state();
+        before.add_scaled(-1.0, change);
+        let context = state.memory.context(&before.damage, step * duration_s);
+        self.accepted = ExternalForces::new(
+            &domain.boundary,
+            domain.operator.domain(),
+            state.clock * duration_s,
+            &before,
+            context,
+            &state.pressures,
+            self.modulus_mpa(),
+        );
+    }
+
+    /// Returns the largest modulus λ + 2μ of the materials, MPa.
+    fn modulus_mpa(&self) -> f64 {
+        self.setup.points.iter().map(|m| m.moduli.longitudinal()).fold(0.0, f64::max)
+    }
+
     pub(super) fn ranks(&self) -> &'a Ranks {
         &self.setup.parts.ranks
     }
@@ -79,7 +107,7 @@ impl<'a> Increments<'a> {
         let time_s = target * setup.parts.schedule.duration_s;
         let duration = (target - state.clock) * setup.parts.schedule.duration_s;
         let context = state.memory.context(&state.fields.damage, duration);
-        let modulus = setup.points.iter().map(|m| m.moduli.longitudinal()).fold(0.0, f64::max);
+        let modulus = self.modulus_mpa();
         let (space, pressures) = (domain.operator.domain(), &state.pressures);
         let fields = &state.fields;
         self.solver.newton.external = ExternalForces::new(
@@ -219,7 +247,8 @@ impl<'a> Increments<'a> {
                 part.ranks().sum(&mut size);
                 size.map(f64::sqrt)
             };
-            state.past.continue_by(target - state.clock, &mut fields, size);
+            let from_corner = setup.parts.schedule.from_corner(state.clock);
+            state.past.continue_by(target - state.clock, from_corner, &mut fields, size);
         } else {
             let time_s = target * setup.parts.schedule.duration_s;
             boundary.start(setup.discretisation.nodes(), time_s, &mut fields);

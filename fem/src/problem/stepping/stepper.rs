@@ -83,6 +83,7 @@ impl<'a> LoadStepper<'a> {
             }
             run.increments.state = state.of_part(&setup.discretisation);
             run.increments.renew_solver();
+            run.increments.renew_contact();
         }
         Ok(run)
     }
