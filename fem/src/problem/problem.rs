@@ -163,7 +163,7 @@ impl Problem {
     /// Creates a builder for a problem on a mesh.
     pub fn builder(mesh: TetMesh) -> ProblemBuilder {
         let parts = Definition {
-            mesh: Arc::new(mesh),
+            mesh: Arc::new(mesh.with_pure_tetrahedra()),
             order: Order::Linear,
             materials: Vec::new(),
             homogenisation: Homogenisation::default(),

@@ -303,6 +303,40 @@ fn a_device_and_the_processor_compute_the_same_interface() {
     }
 }
 
+/// A mixture with the fraction 1 has one phase: the problem equals that of a mesh whose regions are the phases.
+#[test]
+fn a_mixture_of_one_phase_alone_is_this_phase() {
+    let regions = Bar::new(24, 0.1, 0.5 * BULK, 0.2);
+    let mut mesh = regions.mesh.clone();
+    let whole = |&region: &u16| Mixture {
+        fraction: f32::from(region),
+        normal: [-1.0, 0.0, 0.0],
+        region: 1,
+    };
+    mesh.mixture = Some(mesh.region_of.iter().map(whole).collect());
+    mesh.region_of.fill(0);
+    assert_eq!(mesh.clone().with_pure_tetrahedra(), regions.mesh);
+    let mixtures = Bar { mesh, ..Bar::new(24, 0.1, 0.5 * BULK, 0.2) };
+    let [one, other] = [&regions, &mixtures].map(|bar| bar.problem().run(&mut ()).curve);
+    assert_eq!(one, other);
+}
+
+/// A band that leaves hardly anything of a region is reported, with its share: 0.5 of 0.6 mm on each side.
+#[test]
+fn a_wide_band_is_reported_with_its_share() {
+    let warnings = |width_mm| Bar::new(24, 0.1, 0.5 * BULK, width_mm).problem().warnings();
+    assert_eq!(warnings(0.8), []);
+    let wide = warnings(1.0);
+    assert_eq!(wide.len(), 2, "{wide:?}");
+    for (warning, name) in wide.iter().zip(["matrix", "grain"]) {
+        let ProblemWarning::WideInterface { interface, region, width_mm, percent } = warning else {
+            panic!("{warning}");
+        };
+        assert_eq!((&interface[..], &region[..], *width_mm), ("matrix-grain", name, 1.0));
+        assert!((percent - 100.0 * 0.5 / 0.6).abs() < 1.0, "{percent}");
+    }
+}
+
 #[test]
 fn wrong_interfaces_are_refused() {
     let refused = |interface: Interface, materials: [Material; 2]| {
@@ -329,6 +363,10 @@ fn wrong_interfaces_are_refused() {
         for part in parts {
             assert!(message.contains(part), "{part:?} is not in {message:?}");
         }
+    }
+    let message = refused(of(own, 0.1, 20.0), [matrix(), elastic()]);
+    for part in ["interface.matrix-grain: width_mm = 20", "extent of the body"] {
+        assert!(message.contains(part), "{message}");
     }
     let message = refused(of(own, 0.1, 0.1), [elastic(), elastic()]);
     assert!(message.contains("neither of the two regions can break"), "{message}");

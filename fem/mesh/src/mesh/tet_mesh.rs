@@ -171,6 +171,26 @@ impl TetMesh {
         sums
     }
 
+    /// Returns the mesh with a region for each tetrahedron of one phase: a tetrahedron whose second phase has the fraction
+    /// 1 becomes a tetrahedron of this phase. If no mixture remains, the mesh has no list of mixtures.
+    pub fn with_pure_tetrahedra(mut self) -> TetMesh {
+        let regions = self.regions.len();
+        let Some(mixture) = &mut self.mixture else { return self };
+        let mut changed = false;
+        for (mixture, region) in mixture.iter_mut().zip(&mut self.region_of) {
+            // [`TetMesh::validate`] reports a region that does not exist
+            if mixture.fraction == 1.0 && usize::from(mixture.region) < regions {
+                *region = mixture.region;
+                *mixture = Mixture::default();
+                changed = true;
+            }
+        }
+        if changed && mixture.iter().all(|mixture| mixture.fraction == 0.0) {
+            self.mixture = None;
+        }
+        self
+    }
+
     /// Returns the mean edge length (mm) over the edges of all tetrahedra. An edge that several tetrahedra share counts
     /// once per tetrahedron.
     pub fn mean_edge(&self) -> f64 {

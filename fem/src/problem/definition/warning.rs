@@ -3,6 +3,7 @@
 use super::definition::Definition;
 use super::setup::Setup;
 use crate::element::Order;
+use crate::problem::interface::Interface;
 
 /// Property of a problem that makes its results inaccurate without causing an error.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -60,6 +61,22 @@ pub enum ProblemWarning {
         /// Width of the band in this mesh, mm.
         width_mm: f64,
     },
+    /// An interface band fills most of its region.
+    #[error(
+        "the toughness of region '{region}' has hardly any effect: the band of interface '{interface}', {width_mm:.3} mm \
+         wide, has {percent:.0} % of the volume of the region; use a width_mm that is small against the grains and the gaps \
+         between the grains"
+    )]
+    WideInterface {
+        /// Names of the two regions, joined by a hyphen.
+        interface: String,
+        /// Name of the region.
+        region: String,
+        /// Width of the band in this mesh, mm.
+        width_mm: f64,
+        /// Share of the region's volume in the band, %.
+        percent: f64,
+    },
 }
 
 /// Smallest Poisson's ratio that causes a warning about volumetric locking.
@@ -82,6 +99,7 @@ pub(crate) fn warnings(setup: &Setup) -> Vec<ProblemWarning> {
     }
     warnings.extend(hinges(parts));
     warnings.extend(widened_interfaces(setup));
+    warnings.extend(wide_interfaces(setup));
     warnings
 }
 
@@ -116,6 +134,20 @@ fn widened_interfaces(setup: &Setup) -> Vec<ProblemWarning> {
         width_mm,
     };
     widened.map(warning).collect()
+}
+
+/// Warns about interface bands that fill most of their region.
+fn wide_interfaces(setup: &Setup) -> Vec<ProblemWarning> {
+    let parts = &setup.parts;
+    let warning = |(interface, region, share, width_mm): (&Interface, usize, f64, f64)| {
+        ProblemWarning::WideInterface {
+            interface: interface.regions.join("-"),
+            region: parts.mesh.regions[region].clone(),
+            width_mm,
+            percent: 100.0 * share,
+        }
+    };
+    setup.discretisation.bands.large(&parts.interfaces).map(warning).collect()
 }
 
 fn hinges(parts: &Definition) -> Option<ProblemWarning> {

@@ -8,6 +8,10 @@ use crate::error::{FemError, Unsupported};
 use crate::material::{Material, PhaseField, PointMaterial};
 use fem_mesh::{InterfaceSurface, TetMesh};
 
+/// Share of a region's volume above which its band is reported as too wide: at most a quarter of the region then has the
+/// toughness of the region.
+const LARGE: f64 = 0.75;
+
 /// Bands around the interfaces of a mesh. They do not depend on the toughnesses.
 ///
 /// The materials of the bands are appended to the materials of the regions: for each interface, the material of the
@@ -33,13 +37,16 @@ struct Side {
     row_mm: f64,
     /// Whether the other region can break, too.
     two_sided: bool,
+    /// Share of the region's volume that is in the band.
+    share: f64,
 }
 
 impl Bands {
     /// Finds the bands of a mesh. `damaged` states which regions can break.
     ///
     /// # Errors
-    /// [`FemError::Unsupported`] if a region does not exist, the regions do not touch, or no region can break.
+    /// [`FemError::Unsupported`] if a region does not exist, the regions do not touch, or no region can break;
+    /// [`FemError::OutOfRange`] if the width of an interface is larger than the body.
     pub(crate) fn new(
         mesh: &TetMesh,
         interfaces: &[Interface],
@@ -75,19 +82,28 @@ impl Bands {
             if breaks == [false; 2] {
                 return refused(Unsupported::InterfaceOfElasticRegions);
             }
+            if interface.width_mm > mesh.largest_extent() {
+                let requirement =
+                    "at most the largest extent of the body; choose about four elements";
+                let (entity, width_mm) = (interface.entity(), interface.width_mm);
+                return Err(FemError::parameter(&entity, "width_mm", width_mm, requirement));
+            }
             let rows = surface.row_mm();
             let side = |k: usize| {
                 breaks[k].then(|| {
                     let (region, row_mm) = (regions[k], rows[k]);
                     // the band has at least two rows of elements: the row that a crack breaks, and one more
                     let half_width_mm = (0.5 * interface.width_mm).max(2.0 * row_mm);
-                    Side { region, half_width_mm, row_mm, two_sided: breaks == [true; 2] }
+                    let two_sided = breaks == [true; 2];
+                    Side { region, half_width_mm, row_mm, two_sided, share: 0.0 }
                 })
             };
-            let both = [side(0), side(1)];
+            let mut both = [side(0), side(1)];
             let widths = both.map(|side| side.map_or(0.0, |side| side.half_width_mm));
             let first = mesh.regions.len() + 2 * number;
             let shares = surface.band(mesh, widths);
+            let of_regions = shares_of_regions(mesh, &shares);
+            both.iter_mut().flatten().for_each(|side| side.share = of_regions[side.region]);
             for (tet, share) in shares.into_iter().enumerate() {
                 // an element in several bands belongs to the band with the largest share
                 if share > of_element[tet].1 {
@@ -144,6 +160,32 @@ impl Bands {
         };
         interfaces.iter().zip(&self.sides).filter_map(of_interface).collect()
     }
+
+    /// Returns the bands that are a large part of their region: the interface, the index of the region, the share of its
+    /// volume, and the width of the band in mm.
+    pub(crate) fn large<'a>(
+        &'a self,
+        interfaces: &'a [Interface],
+    ) -> impl Iterator<Item = (&'a Interface, usize, f64, f64)> {
+        interfaces.iter().zip(&self.sides).flat_map(|(interface, sides)| {
+            let large = sides.iter().flatten().filter(|side| side.share > LARGE);
+            large.map(move |side| (interface, side.region, side.share, 2.0 * side.half_width_mm))
+        })
+    }
+}
+
+/// Returns the share of each region's volume that is in a band, for the share of each element. Of a mixture, the volume of
+/// the matrix counts.
+fn shares_of_regions(mesh: &TetMesh, shares: &[f64]) -> Vec<f64> {
+    let mut sums = vec![[0.0; 2]; mesh.regions.len()];
+    for (tet, share) in shares.iter().enumerate() {
+        let fraction = mesh.mixture.as_ref().map_or(0.0, |all| f64::from(all[tet].fraction));
+        let volume = (1.0 - fraction) * mesh.tet_volume(tet);
+        let [within, whole] = &mut sums[usize::from(mesh.region_of[tet])];
+        *within += share * volume;
+        *whole += volume;
+    }
+    sums.into_iter().map(|[within, whole]| if whole > 0.0 { within / whole } else { 0.0 }).collect()
 }
 
 impl Side {

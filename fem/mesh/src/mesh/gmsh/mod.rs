@@ -58,7 +58,7 @@ pub fn read(path: impl AsRef<Path>, names: &GmshNames) -> Result<TetMesh, MeshEr
 /// tags. Orientations are corrected to positive volumes and outward triangles. Edges of second-order tetrahedra that
 /// are not straight become [`TetMesh::edge_points`]; tetrahedra folded by these edges are straightened
 /// ([`ImportNote::Straightened`]). Grain numbers are read from elementary tags if these follow the scheme of
-/// [`write()`], and mixtures from element data.
+/// [`write()`], and mixtures from element data; a mixture with the fraction 1 becomes a tetrahedron of its second phase.
 ///
 /// # Errors
 /// [`MeshError::Io`] if the file cannot be read; [`MeshError::File`], with line (ASCII) or section and byte (binary),
@@ -84,7 +84,7 @@ fn import_with(
         MeshError::File { path: path.into(), place: "physical groups".into(), message }
     })?;
     mesh.validate()?;
-    Ok(Imported::new(mesh, straightened, unsaved))
+    Ok(Imported::new(mesh.with_pure_tetrahedra(), straightened, unsaved))
 }
 
 fn read_contents(source: &mut Source) -> Result<Contents, source::Fault> {

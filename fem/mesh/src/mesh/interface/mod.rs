@@ -127,11 +127,15 @@ impl InterfaceSurface {
 
     /// Returns the side (0 or 1) of a tetrahedron of one phase; `None` for a mixture or a tetrahedron of another region.
     fn pure_side(&self, mesh: &TetMesh, tet: usize) -> Option<usize> {
-        let is_mixed = mesh
-            .mixture
-            .as_ref()
-            .is_some_and(|all| all[tet].fraction > 0.0 && all[tet].region != mesh.region_of[tet]);
-        self.regions.iter().position(|&region| region == mesh.region_of[tet] && !is_mixed)
+        let own = mesh.region_of[tet];
+        let mixture =
+            mesh.mixture.as_ref().map(|all| all[tet]).filter(|mixture| mixture.region != own);
+        let phase = match mixture {
+            Some(Mixture { fraction, region, .. }) if fraction >= 1.0 => region,
+            Some(mixture) if mixture.fraction > 0.0 => return None,
+            _ => own,
+        };
+        self.regions.iter().position(|&region| region == phase)
     }
 
     /// Returns the side of the matrix of a mixture of the two regions, and the mixture.
