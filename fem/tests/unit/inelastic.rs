@@ -125,6 +125,36 @@ fn a_held_shear_relaxes_by_the_prony_series() {
 }
 
 /// Storage and loss modulus over six decades of frequency, from the last of some periods of a harmonic shear.
+/// The reference temperature is above absolute zero, and a part of each modulus remains.
+#[test]
+fn series_without_a_remaining_modulus_or_a_real_temperature_are_refused() {
+    let refused = |series: &Viscoelasticity, parts: [&str; 2]| {
+        let message = series.validate("material.matrix").expect_err("refused").to_string();
+        assert!(parts.iter().all(|part| message.contains(part)), "{message}");
+    };
+    for (shift, table) in [
+        (TimeShift::Wlf { c1: 17.44, c2_kelvin: 51.6, reference_celsius: -280.0 }, "shift.wlf"),
+        (
+            TimeShift::Arrhenius { energy_kj_per_mol: 80.0, reference_celsius: -280.0 },
+            "shift.arrhenius",
+        ),
+    ] {
+        let shifted = Viscoelasticity { shift: Some(shift), ..series() };
+        refused(&shifted, [table, "reference_celsius = -280"]);
+        assert!(shift.validate("test", 20.0).is_err());
+    }
+    let of = |fractions: [f64; 2], moduli| {
+        let terms = fractions.map(|fraction| PronyTerm { fraction, time_s: 1.0 });
+        Viscoelasticity { moduli, ..Viscoelasticity::shear(terms) }
+    };
+    for moduli in [PronyModuli::Instantaneous, PronyModuli::LongTerm] {
+        refused(&of([0.25, 0.75], moduli), ["viscoelastic.shear", "fraction = 1"]);
+        assert!(of([0.25, 0.749_999], moduli).validate("material.matrix").is_ok());
+    }
+    refused(&of([0.25, 0.749_999_9], PronyModuli::LongTerm), ["fraction = 0.9999999", "0.999999"]);
+    assert!(of([0.25, 0.749_999_9], PronyModuli::Instantaneous).validate("matrix").is_ok());
+}
+
 #[test]
 fn harmonic_shear_has_the_storage_and_loss_modulus_of_the_series() {
     let material = Material::hencky(YOUNG, POISSON).with_viscoelasticity(series());

@@ -44,21 +44,46 @@ impl PronySeries {
         moduli
     }
 
-    /// Returns the series as lines of a table `[material.<region>]` of a case, with four digits. The fractions refer
-    /// to the instantaneous modulus; their sum is below 1.
+    /// Returns the series as lines of a table `[material.<region>]` of a case: the modulus and the times with four
+    /// significant digits, the fractions with six. The fractions refer to the instantaneous modulus; their sum is below 1.
     pub fn to_toml(&self) -> String {
         let whole = self.instantaneous_mpa();
         let mut text = format!("# instantaneous modulus {} MPa\n", digits(whole));
         text.push_str("viscoelastic.moduli = \"instantaneous\"\nviscoelastic.shear = [\n");
-        for term in &self.terms {
-            // rounded down, so that the sum of the fractions stays below 1
-            let fraction = (1e6 * term.modulus_mpa / whole).floor() / 1e6;
+        let moduli: Vec<f64> = self.terms.iter().map(|term| term.modulus_mpa / whole).collect();
+        for (term, fraction) in self.terms.iter().zip(rounded_down(&moduli)) {
             let time_s = digits(term.time_s);
             let _ = writeln!(text, "  {{ fraction = {fraction:?}, time_s = {time_s} }},");
         }
         text.push_str("]\n");
         text
     }
+}
+
+/// Number of significant digits of a fraction.
+const DIGITS: i32 = 6;
+/// Smallest difference of 1 and the sum of the written fractions; a case with a smaller difference is refused.
+const LEAST_REST: f64 = 1e-8;
+
+/// Rounds fractions down to six significant digits, so that their sum stays below 1.
+fn rounded_down(fractions: &[f64]) -> Vec<f64> {
+    let mut rounded: Vec<f64> = fractions.iter().map(|&x| below(x, x)).collect();
+    while 1.0 - rounded.iter().sum::<f64>() < LEAST_REST {
+        let Some(largest) = rounded.iter_mut().max_by(|a, b| a.total_cmp(b)) else { break };
+        *largest = below(*largest, *largest * (1.0 - 0.1f64.powi(DIGITS)));
+    }
+    rounded
+}
+
+/// Returns the largest number with the decimals of a number of six significant digits near `x` that is at most `most`.
+fn below(x: f64, most: f64) -> f64 {
+    let decimals = DIGITS - 1 - x.log10().floor() as i32;
+    let unit = 10f64.powi(decimals);
+    // the shortest text of the quotient has at most six digits
+    let written = |steps: f64| format!("{steps:.0}e{}", -decimals).parse().unwrap_or(most);
+    let steps = (most * unit).floor();
+    let candidates = [steps + 1.0, steps, steps - 1.0].map(written);
+    candidates.into_iter().find(|&candidate| candidate <= most).unwrap_or(most)
 }
 
 /// Writes a number with four significant digits, as a TOML float.

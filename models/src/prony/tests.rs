@@ -105,6 +105,55 @@ fn the_lines_of_a_series_are_toml_with_fractions_below_one() {
     assert_eq!(table["viscoelastic"]["moduli"].as_str(), Some("instantaneous"));
 }
 
+/// The fractions of the written lines, and the digits with which they are written.
+fn written(series: &PronySeries) -> Vec<(f64, usize)> {
+    let text = series.to_toml();
+    let fraction = |line: &str| {
+        let text = line.split_once("fraction = ")?.1.split_once(',')?.0.to_owned();
+        let mantissa = text.split('e').next().unwrap_or_default();
+        let digits = mantissa.trim_start_matches(['0', '.']).bytes();
+        Some((text.parse().expect("a number"), digits.filter(u8::is_ascii_digit).count()))
+    };
+    text.lines().filter_map(fraction).collect()
+}
+
+/// Small fractions are written with six significant digits, like large ones, and no fraction is written as zero.
+#[test]
+fn fractions_are_written_with_six_significant_digits() {
+    let truth = series(1e6, &[(0.7, 0.1), (123.456_789, 1.0), (5e5, 2.0), (3.2e-9, 3.0)]);
+    let whole = truth.instantaneous_mpa();
+    let found = written(&truth);
+    assert_eq!(found.len(), 4);
+    for ((fraction, digits), term) in found.into_iter().zip(&truth.terms) {
+        let exact = term.modulus_mpa / whole;
+        assert!(fraction > 0.0 && fraction <= exact, "{fraction} {exact}");
+        assert!((fraction / exact - 1.0).abs() <= 1e-5, "{fraction} {exact}");
+        assert!(digits <= 6, "{fraction}");
+    }
+    // numbers of few digits are written as they are
+    let found = written(&series(0.25, &[(0.25, 0.1), (0.5, 1.0)]));
+    assert_eq!(found, [(0.25, 2), (0.5, 1)]);
+}
+
+/// Every written series is accepted by a case, even if its long-term modulus is tiny.
+#[test]
+fn written_series_are_accepted_by_a_case() {
+    for (long_term_mpa, terms) in [
+        (1e-9, vec![(0.3, 0.1), (0.7, 1.0)]),
+        (1e-12, vec![(0.999_999, 0.1), (9.999_99e-7, 1.0)]),
+        (1e-14, vec![(1.0, 0.1)]),
+        (5.0, vec![(1e-7, 0.1), (1e-30, 1.0)]),
+    ] {
+        let text = series(long_term_mpa, &terms).to_toml();
+        let case = format!(
+            "[specimen]\nradius_mm = 2.5\nheight_mm = 4.4\nspacing_mm = 0.7\n[material.matrix]\nyoung_mpa = 275\n\
+             poisson = 0.25\n{text}[test]\ndisplacement_mm = 0.2\n"
+        );
+        let read = crate::case::CaseFile::parse(&case, Path::new("case.toml"));
+        assert!(read.is_ok(), "{text}{}", read.unwrap_err());
+    }
+}
+
 #[test]
 fn a_picture_is_drawn_of_both_tests() {
     let truth = series(100.0, &[(60.0, 0.1), (40.0, 1.0)]);

@@ -83,6 +83,12 @@ pub enum TimeShift {
     },
 }
 
+/// Smallest fraction of the instantaneous modulus that remains. It is a difference of numbers near 1, whose rounding error
+/// is about 1e-16.
+const LEAST_REST: f64 = 1e-9;
+/// Smallest fraction that remains if the moduli of the elastic law are the long-term moduli: the instantaneous moduli are
+/// then at most a million times as large.
+const LEAST_REST_OF_LONG_TERM: f64 = 1e-6;
 /// Gas constant R, kJ/(mol K).
 const GAS_CONSTANT: f64 = 8.314_462_618e-3;
 /// Absolute temperature of 0 °C, K.
@@ -103,11 +109,24 @@ impl TimeShift {
         }
     }
 
-    /// Checks that the factor at a temperature in °C is positive and finite, and that WLF is above its singularity.
+    /// Checks that the reference temperature is above absolute zero.
+    fn validate_reference(&self, entity: &str) -> Result<(), FemError> {
+        let (Self::Wlf { reference_celsius, .. } | Self::Arrhenius { reference_celsius, .. }) =
+            *self;
+        if reference_celsius > -ZERO_CELSIUS && reference_celsius.is_finite() {
+            return Ok(());
+        }
+        let requirement = "a temperature in °C above absolute zero, -273.15";
+        Err(FemError::parameter(entity, "reference_celsius", reference_celsius, requirement))
+    }
+
+    /// Checks that the reference temperature is above absolute zero, that the factor at a temperature in °C is positive
+    /// and finite, and that WLF is above its singularity.
     ///
     /// # Errors
     /// [`FemError::OutOfRange`].
     pub fn validate(&self, entity: &str, celsius: f64) -> Result<(), FemError> {
+        self.validate_reference(entity)?;
         let refuse =
             |field, value, requirement| Err(FemError::parameter(entity, field, value, requirement));
         if let Self::Wlf { c2_kelvin, reference_celsius, .. } = *self
@@ -178,7 +197,7 @@ impl Viscoelasticity {
         shear + bulk
     }
 
-    /// Checks fractions, relaxation times and the number of terms.
+    /// Checks fractions, relaxation times, the number of terms and the reference temperature of the shift.
     ///
     /// # Errors
     /// [`FemError::OutOfRange`] with the name of the key.
@@ -197,13 +216,25 @@ impl Viscoelasticity {
                 }
             }
             let sum: f64 = terms.iter().map(|term| term.fraction).sum();
-            if sum >= 1.0 {
-                return refuse(
-                    "fraction",
-                    sum,
-                    "below 1 in sum: a part of the modulus must remain",
-                );
+            let (least, requirement) = match self.moduli {
+                PronyModuli::Instantaneous => {
+                    (LEAST_REST, "at most 0.999999999 in sum: a part of the modulus must remain")
+                }
+                PronyModuli::LongTerm => (
+                    LEAST_REST_OF_LONG_TERM,
+                    "at most 0.999999 in sum: the instantaneous modulus is the long-term modulus divided by the rest",
+                ),
+            };
+            if 1.0 - sum < least {
+                return refuse("fraction", sum, requirement);
             }
+        }
+        if let Some(shift) = &self.shift {
+            let table = match shift {
+                TimeShift::Wlf { .. } => "wlf",
+                TimeShift::Arrhenius { .. } => "arrhenius",
+            };
+            shift.validate_reference(&format!("{entity}.viscoelastic.shift.{table}"))?;
         }
         if self.state_len() > super::super::law::MOST_STATE {
             let terms = (self.shear.len() + self.bulk.len()) as f64;

@@ -22,7 +22,13 @@ impl CaseFile {
         mistakes.note(self.check_reach());
         mistakes.note(check_branches(self));
         if let Some(prior) = &case.prior {
-            self.check_prior(prior, mistakes);
+            let mut of_prior = Mistakes::default();
+            self.check_prior(prior, &mut of_prior);
+            let of_prior = of_prior.into_vec();
+            if of_prior.is_empty() {
+                mistakes.note(self.check_fractions());
+            }
+            of_prior.into_iter().for_each(|mistake| mistakes.note(Err(mistake)));
         }
         mistakes.note(self.check_extensions());
         let help = "The paper uses 100; order 3 in three parameters needs more than 20.";

@@ -152,6 +152,14 @@ impl CaseFile {
                 Err(other) => return refuse(other.to_string(), "Choose another value."),
             }
         }
+        // a shift depends on constants of its material and on the temperature of the test
+        for series in parts.material.values().filter_map(|own| own.viscoelastic.as_ref()) {
+            if let (Some(shift), Some(celsius)) = (&series.shift, parts.test.temperature_celsius)
+                && let Err(error) = shift.validate("test", celsius)
+            {
+                return refuse(error.to_string(), "Choose another value.");
+            }
+        }
         let changed =
             parts.interface.iter().filter(|(name, own)| self.case.interface[*name] != **own);
         for (name, interface) in changed {
@@ -175,6 +183,36 @@ impl CaseFile {
             Some(InputError { problem, help, .. }) => refuse(problem, &help),
             None => Ok(()),
         }
+    }
+
+    /// Refuses priors of the fractions of Prony series whose upper bounds together leave nothing of a modulus. The check of
+    /// single bounds takes the other fractions from the case.
+    pub(super) fn check_fractions(&self) -> Result<(), InputError> {
+        let Some(prior) = self.case.whole_prior().filter(|_| self.case.is_built_in()) else {
+            return Ok(());
+        };
+        let mut parts = self.case.parts();
+        for (parameter, own) in prior.iter() {
+            let path = parameter.to_string();
+            if path.contains(".viscoelastic.") && path.ends_with(".fraction") {
+                let [_, upper] = own.range();
+                // `check_parameter` reports a parameter that cannot be set
+                let _ = parameter.set(&mut parts, upper);
+            }
+        }
+        let changed =
+            |(region, _): &(&String, &_)| parts.material[*region] != self.case.material[*region];
+        for (region, _) in self.case.material.iter().filter(changed) {
+            let error = self.in_fem(region, &parts.material[region]);
+            if let Err(FemError::OutOfRange { field: "fraction", value, .. }) = error {
+                let key = format!("prior.{region}.viscoelastic");
+                let problem = "is the sum of the largest fractions of the priors: nothing of the modulus remains";
+                let help =
+                    "Lower the upper bounds of the fractions, so that their sum stays below 1.";
+                return Err(self.error(&key, value.to_string(), problem, help));
+            }
+        }
+        Ok(())
     }
 
     /// Checks that the parameter exists in the case.

@@ -188,10 +188,15 @@ impl CaseFile {
                 "Add the temperature of the test in °C, or leave the shift out.",
             ));
         };
-        shift.validate("test", celsius).map_err(|error| {
-            let key = format!("material.{region}.viscoelastic.shift");
-            self.error(&key, "", error.to_string(), "Check its constants and the temperature.")
-        })
+        match shift.validate("test", celsius) {
+            // `check_in_fem` reports the reference temperature with its key
+            Ok(()) | Err(FemError::OutOfRange { field: "reference_celsius", .. }) => Ok(()),
+            Err(error) => {
+                let key = format!("material.{region}.viscoelastic.shift");
+                let help = "Check its constants and the temperature.";
+                Err(self.error(&key, "", error.to_string(), help))
+            }
+        }
     }
 
     /// Checks a material of a region with the checks of `fem`.
