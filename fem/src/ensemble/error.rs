@@ -83,6 +83,12 @@ pub enum EnsembleError {
         /// The problem, and its remedy if there is one.
         message: String,
     },
+    /// Every run fails for the same reason ([`FemError::FailsInEveryRun`](crate::FemError::FailsInEveryRun)).
+    #[error("{message}")]
+    FailsInEveryRun {
+        /// The reason and its remedy.
+        message: String,
+    },
     /// The threads could not be started.
     #[error("cannot start {threads} threads: {source}; request fewer threads")]
     Threads {

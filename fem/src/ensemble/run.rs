@@ -157,14 +157,14 @@ impl Ensemble {
     /// `names` are the names of the inputs, with units. `threads` runs are computed at once (0: one per processor).
     /// `job` computes a run; the second argument of `job` is a function that reports the completed fraction. If
     /// `interrupt` is true, an outcome with [`End::Interrupted`](crate::End) is not recorded. If a job panics, the run
-    /// is recorded as failed.
+    /// is recorded as failed. [`FemError::FailsInEveryRun`] ends the call with an error.
     ///
     /// After `interrupt` becomes true, no further run is started, and only the existing records are returned.
     /// To end runs in progress, the job must check `interrupt` too.
     ///
     /// # Errors
-    /// [`EnsembleError`] if the runs do not match `names` or the stored runs, or a file cannot be read or
-    /// written. Failed runs are not errors.
+    /// [`EnsembleError`] if the runs do not match `names` or the stored runs, if a file cannot be read or
+    /// written, or if `job` returns [`FemError::FailsInEveryRun`]. Failed runs are not errors.
     pub fn run(
         &self,
         runs: &[RunInput],
@@ -343,7 +343,9 @@ impl EnsembleCall<'_> {
                 Ok(Attempt::Elsewhere) if self.ensemble.leave_to_others => {}
                 Ok(Attempt::Elsewhere) => self.state().queue.push_back((k, true)),
                 Ok(Attempt::Interrupted) => return,
-                Err(error) => self.state().error = Some(error),
+                Err(error) => {
+                    self.state().error.get_or_insert(error);
+                }
             }
             self.report_progress();
         }
@@ -365,7 +367,7 @@ impl EnsembleCall<'_> {
             return Ok(Attempt::Ended(record));
         }
         self.progress.started(run.id);
-        let Some(record) = self.compute(k) else { return Ok(Attempt::Interrupted) };
+        let Some(record) = self.compute(k)? else { return Ok(Attempt::Interrupted) };
         // if a record exists now, another process has computed the same run although this process held the lock
         match store.read(run.id)? {
             StoredRun::Record(other) if !self.is_to_be_retried(&other) => {
@@ -398,7 +400,10 @@ impl EnsembleCall<'_> {
     }
 
     /// Computes run number `k` of the call and returns its record; `None` if the computation was interrupted.
-    fn compute(&self, k: usize) -> Option<RunRecord> {
+    ///
+    /// # Errors
+    /// [`EnsembleError::FailsInEveryRun`].
+    fn compute(&self, k: usize) -> Result<Option<RunRecord>, EnsembleError> {
         let run = &self.runs[k];
         let done = |fraction: f64| {
             // a fraction of 1 does not mean that the run is finished: a run is finished when its record has been
@@ -416,10 +421,14 @@ impl EnsembleCall<'_> {
                     End::Displacement => Ok(RunEnd::Displacement),
                     End::BelowPeak => Ok(RunEnd::BelowPeak),
                     End::Failed(error) => Err(error.to_string()),
-                    End::Interrupted if self.interrupt.load(Ordering::Relaxed) => return None,
+                    End::Interrupted if self.interrupt.load(Ordering::Relaxed) => return Ok(None),
                     End::Interrupted => Err("the run was stopped by its observer".into()),
                 };
                 (end, RunResults { curve, sensitivities, values })
+            }
+            Ok(Err(FemError::FailsInEveryRun(message))) => {
+                self.ensemble.store.remove_lock(run.id);
+                return Err(EnsembleError::FailsInEveryRun { message });
             }
             Ok(Err(error)) => (Err(error.to_string()), RunResults::default()),
             Err(panic) => {
@@ -448,7 +457,7 @@ impl EnsembleCall<'_> {
             end = Err(format!("{name} = {value} is not a finite number"));
             values.retain(|_, value| value.is_finite());
         }
-        Some(RunRecord::new(run, self.names, end, results, seconds))
+        Ok(Some(RunRecord::new(run, self.names, end, results, seconds)))
     }
 
     fn report_progress(&self) {

@@ -154,6 +154,11 @@ pub enum FemError {
     /// A simulation of another program failed.
     #[error("{0}")]
     OtherProgram(String),
+    /// A run of an ensemble failed for a reason that every run shares, for example because its program cannot be started.
+    /// The ensemble stops ([`EnsembleError::FailsInEveryRun`](crate::EnsembleError::FailsInEveryRun)) and does not record
+    /// the failure.
+    #[error("{0}")]
+    FailsInEveryRun(String),
     /// A curve file is invalid.
     #[error("{}: {source}", path.display())]
     CurveFile {

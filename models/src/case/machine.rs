@@ -24,6 +24,11 @@ impl MachineCase {
     /// Path of the force offset in `[prior]`.
     pub(crate) const FORCE_OFFSET: &str = "machine.force_offset_n";
 
+    /// Whether a path in `[prior]` names a property of the machine.
+    pub(crate) fn is_path(path: &str) -> bool {
+        [Self::COMPLIANCE, Self::FORCE_OFFSET].contains(&path)
+    }
+
     /// Returns the properties of the machine that are among the inputs of a run, given by names and values.
     pub(crate) fn of_inputs<'a>(inputs: impl IntoIterator<Item = (&'a str, f64)>) -> Self {
         let mut machine = Self::default();

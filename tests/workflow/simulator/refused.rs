@@ -1,7 +1,30 @@
 //! Mistakes in cases of a program or of imported runs, and the single run that tries a program.
 
 use super::super::breccia;
-use super::{CASE, SOLVER, folder};
+use super::{CASE, SOLVER, folder, work};
+
+/// A script whose interpreter does not exist ends the stage at its first run, and no run counts as failed.
+#[cfg(unix)]
+#[test]
+fn a_program_that_cannot_be_started_ends_the_stage() {
+    use std::os::unix::fs::PermissionsExt;
+    let case = CASE.replacen("\"sh\", ", "\"./broken\", ", 1);
+    let dir = folder(&case, SOLVER);
+    let program = dir.path().join("broken");
+    std::fs::write(&program, "#!/no/such/interpreter\n").unwrap();
+    std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o755)).unwrap();
+    let arguments = ["run", "bar.toml", "--out", "results", "--threads", "1"];
+    let (code, _, err) = breccia(dir.path(), &arguments);
+    assert_ne!(code, Some(0), "{err}");
+    for part in ["simulator.command = ", "broken", "cannot be started", "interpreter"] {
+        assert!(err.contains(part), "{part}: {err}");
+    }
+    assert_eq!(work(dir.path()).len(), 1, "{err}");
+    // the runs are computed once the program can be started
+    std::fs::write(&program, "#!/bin/sh\nexec sh \"$@\"\n").unwrap();
+    let (code, _, err) = breccia(dir.path(), &arguments);
+    assert_eq!(code, Some(0), "{err}");
+}
 
 #[test]
 fn mistakes_are_named_with_their_remedy() {
@@ -18,6 +41,21 @@ fn mistakes_are_named_with_their_remedy() {
             "[\"sh\", ",
             "[\"./no-such-program\", ",
             ["simulator.command = ./no-such-program", "no such file"],
+        ),
+        (
+            "\"sh\", \"solver.sh\"",
+            "\"./solver.sh\"",
+            ["simulator.command = ./solver.sh", "is not executable"],
+        ),
+        (
+            "[parameters]",
+            "[prior]\nmachine.force_offset_n = [0.0, 1.0]\n[parameters]",
+            ["prior.machine.force_offset_n: is calibrated by built-in", "in [machine]"],
+        ),
+        (
+            "[experiments]",
+            "[machine]\nforce_offset_n = 2.0\n[experiments]",
+            ["machine: corrects measured curves", "Correct the quantities"],
         ),
         (
             "\"solver.sh\"]\n[",

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::super::{CaseFile, Mistakes, Template};
+use super::super::{CaseFile, MachineCase, Mistakes, Parameter, PriorCase, Template};
 use crate::error::{InputError, absence};
 use crate::qoi::Quantity;
 
@@ -32,6 +32,7 @@ pub(super) fn check_outside(file: &CaseFile, mistakes: &mut Mistakes) {
         return;
     }
     check_alone(file, mistakes);
+    check_machine_outside(file, mistakes);
     if let Some(import) = &file.case.design.import {
         mistakes.note(check_file(file, "design.import", import));
     }
@@ -74,6 +75,28 @@ fn check_alone(file: &CaseFile, mistakes: &mut Mistakes) {
         let help =
             "Name what is calibrated: [parameters] k1 = { unit = \"MPa\", prior = [1.0, 2.0] }.";
         mistakes.note(Err(file.error("parameters", "", "is missing", help)));
+    }
+}
+
+/// Refuses properties of the testing machine that nothing is corrected by.
+fn check_machine_outside(file: &CaseFile, mistakes: &mut Mistakes) {
+    let case = &file.case;
+    let has_values = case.experiments.as_ref().is_some_and(|e| e.values.is_some());
+    if has_values && case.machine != MachineCase::default() {
+        let problem = "corrects measured curves, but experiments.values has quantities";
+        let help = "Correct the quantities in the table, and remove [machine].";
+        mistakes.note(Err(file.error("machine", "", problem, help)));
+    }
+    // an imported table of built-in runs may have a column of such a property
+    let of_runs = case.prior.iter().filter(|_| case.simulator.is_some());
+    for (parameter, _) in of_runs.flat_map(PriorCase::iter) {
+        if MachineCase::is_path(&parameter.to_string()) {
+            let problem =
+                "is calibrated by built-in simulations only, and stands beside [simulator]";
+            let help = "Write the property as a number in [machine], by which the measured curves are corrected, or \
+                        calibrate it as a parameter of the program, in [parameters].";
+            mistakes.note(Err(file.error(&format!("prior.{parameter}"), "", problem, help)));
+        }
     }
 }
 
@@ -220,7 +243,26 @@ fn check_program(file: &CaseFile, command: &[String]) -> Result<(), InputError> 
     if Path::new(program).components().count() < 2 {
         return Ok(());
     }
-    check_file(file, key, Path::new(program))
+    check_file(file, key, Path::new(program))?;
+    if is_executable(&file.beside(Path::new(program))) {
+        return Ok(());
+    }
+    let help =
+        format!("Write chmod +x {program}, or its interpreter first: [\"sh\", {program:?}].");
+    Err(file.error(key, program, "is not executable", help))
+}
+
+/// Whether the permissions of a file allow anybody to execute it.
+#[cfg(unix)]
+fn is_executable(path: &Path) -> bool {
+    use std::os::unix::fs::PermissionsExt;
+    path.metadata().is_ok_and(|data| data.permissions().mode() & 0o111 != 0)
+}
+
+/// Whether the permissions of a file allow anybody to execute it; this system has no such permission.
+#[cfg(not(unix))]
+fn is_executable(_: &Path) -> bool {
+    true
 }
 
 /// Checks that each placeholder names a parameter, and that each parameter has a placeholder.
@@ -267,7 +309,9 @@ fn check_placeholders(file: &CaseFile) -> Result<(), InputError> {
         templates.push(template);
     }
     let is_used = |name: &str| templates.iter().any(|t| t.names().any(|own| own == name));
-    match prior.parameters().find(|parameter| !is_used(&parameter.to_string())) {
+    // `check_machine_outside` refuses properties of the machine
+    let is_of_program = |parameter: &&Parameter| !MachineCase::is_path(&parameter.to_string());
+    match prior.parameters().filter(is_of_program).find(|own| !is_used(&own.to_string())) {
         Some(unused) => {
             let problem = "has no placeholder, so that no run depends on it";
             let help = format!("Write {{{unused}}} in simulator.input or in simulator.command.");

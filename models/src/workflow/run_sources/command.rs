@@ -1,7 +1,7 @@
 //! The source `[simulator]`: a program of the user that computes each run in a folder of its own.
 
 use std::fs;
-use std::io::ErrorKind;
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::atomic::AtomicBool;
@@ -19,6 +19,8 @@ use crate::case::{SimulatorCase, Template, Value};
 
 /// Subfolder of an ensemble with the folders in which the program works.
 const FOLDER: &str = "work";
+/// Error code of Unix for a file that is no program of this machine (ENOEXEC).
+const NO_PROGRAM: i32 = 8;
 
 /// File with everything that the program prints.
 const OUTPUT: &str = "program-output.txt";
@@ -88,6 +90,7 @@ impl RunSource for Program {
             );
             return Err(WorkflowError::Unusable(message));
         }
+        let case_path = task.inputs.case_path();
         let (names, interrupt) = (named.names, task.interrupt);
         let limits = self.limits();
         // failures under other limits may succeed now
@@ -106,7 +109,11 @@ impl RunSource for Program {
                         return Ok(Outcome { curve, values, ..Outcome::default() });
                     }
                     Ok(None) => return Ok(Outcome { end: End::Interrupted, ..Outcome::default() }),
-                    Err(reason) => last = reason,
+                    Err(AttemptError::ThisRun(reason)) => last = reason,
+                    Err(AttemptError::EveryRun(reason)) => {
+                        let message = format!("{}: {reason}", case_path.display());
+                        return Err(FemError::FailsInEveryRun(message));
+                    }
                 }
             }
             Err(FemError::OtherProgram(format!("{last}{limits}")))
@@ -130,14 +137,14 @@ impl Program {
     /// Runs the program once. Returns `None` if the program was interrupted.
     ///
     /// # Errors
-    /// The reason why the attempt has no result.
+    /// If the program cannot be started, or if the attempt has no result.
     fn attempt(
         &self,
         names: &[String],
         run: &RunInput,
         folder: &Path,
         interrupt: &AtomicBool,
-    ) -> Result<Option<ProgramResult>, String> {
+    ) -> Result<Option<ProgramResult>, AttemptError> {
         let work = new_folder(&folder.join(FOLDER), run.id)?;
         let value = |name: &str| match name {
             "run" => Some(Value::Text(run.id.to_string())),
@@ -162,29 +169,64 @@ impl Program {
         command.stdout(out).stderr(errors);
         let limit = self.case.time_limit_s.map(Duration::from_secs_f64);
         let end = run_process(command, limit, interrupt)
-            .map_err(|e| format!("cannot start {}: {e}", self.case.command[0]))?;
+            .map_err(|source| AttemptError::of_start(&self.case.command[0], &source))?;
         let place = shown(&work, folder);
         match end {
             ProcessEnd::Interrupted => Ok(None),
             ProcessEnd::TimeLimit => {
                 let limit = self.case.time_limit_s.unwrap_or_default();
-                Err(format!("stopped at the time limit of {limit} s, in {place}"))
+                Err(format!("stopped at the time limit of {limit} s, in {place}").into())
             }
             ProcessEnd::Exited(status) if !status.success() => {
-                Err(format!("the program ended with {status}{}, in {place}", last_line(&path)))
+                let line = last_line(&path);
+                Err(format!("the program ended with {status}{line}, in {place}").into())
             }
             ProcessEnd::Exited(_) => {
                 let result = work.join(&self.case.result);
                 if !result.is_file() {
-                    let name = &self.case.result;
-                    return Err(format!(
-                        "the program has not written {name}{}, in {place}",
-                        last_line(&path)
-                    ));
+                    let (name, line) = (&self.case.result, last_line(&path));
+                    let reason = format!("the program has not written {name}{line}, in {place}");
+                    return Err(reason.into());
                 }
-                read_result(&result).map(Some).map_err(|error| error.to_string())
+                Ok(Some(read_result(&result).map_err(|error| error.to_string())?))
             }
         }
+    }
+}
+
+/// Reason why an attempt has no result.
+enum AttemptError {
+    /// Reason that concerns this run only.
+    ThisRun(String),
+    /// Reason that every run shares, with its remedy.
+    EveryRun(String),
+}
+
+impl AttemptError {
+    /// Error of the operating system at the start of `program`. Other errors, such as a lack of memory, processes or open
+    /// files, may be temporary.
+    fn of_start(program: &str, source: &io::Error) -> Self {
+        let help = if source.kind() == ErrorKind::NotFound {
+            "write the path of the program; the interpreter in the first line of a script must exist too".to_owned()
+        } else if source.kind() == ErrorKind::PermissionDenied {
+            format!(
+                "make the file executable (chmod +x {program}), or write its interpreter before it: [\"sh\", …]"
+            )
+        } else if source.raw_os_error() == Some(NO_PROGRAM) {
+            "name a program for this machine, or write its interpreter before it: [\"sh\", …]"
+                .to_owned()
+        } else {
+            return Self::ThisRun(format!("the program cannot be started: {source}"));
+        };
+        Self::EveryRun(format!(
+            "simulator.command = {program:?}: the program cannot be started: {source}; {help}"
+        ))
+    }
+}
+
+impl From<String> for AttemptError {
+    fn from(reason: String) -> Self {
+        Self::ThisRun(reason)
     }
 }
 
