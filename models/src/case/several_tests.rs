@@ -10,6 +10,20 @@ use crate::error::InputError;
 /// Tables that a test cannot change, because they belong to the joint calibration.
 const JOINT: [&str; 5] = ["prior", "extend", "parameters", "tests", "further_tests"];
 
+/// Keys of `[calibration]` that a test cannot change, because the joint calibration has one sampler and one model.
+const JOINT_CALIBRATION: [&str; 10] = [
+    "sampling",
+    "chains",
+    "warmup",
+    "burn_in",
+    "draws",
+    "thin",
+    "target_accept",
+    "seed",
+    "between_tests",
+    "joint",
+];
+
 /// Tables that define the simulations of a test. Tests with equal tables share their runs.
 const SIMULATIONS: [&str; 12] = [
     "specimen",
@@ -120,10 +134,18 @@ pub(super) fn read_tests(file: &CaseFile) -> ReadTests {
                 merge(&mut table, &nested(key, seed.into()));
             }
         }
+        let test = "experiments.test";
         if at(&table, "experiments.table").is_some()
             && at(&entry.set, "experiments.table").is_none()
+            && at(&entry.set, test).is_none()
         {
-            merge(&mut table, &nested("experiments.test", entry.name.clone().into()));
+            if let Some(Value::String(written)) = at(&table, test) {
+                let problem =
+                    "is not used: each test has the specimens with its own name in the column test";
+                let help = "Remove it. A test whose specimens have another name sets set.experiments.test.";
+                mistakes.push(InputError::new(&file.path, test, written, problem, help));
+            }
+            merge(&mut table, &nested(test, entry.name.clone().into()));
         }
         if at(&table, "experiments.values").is_some()
             && at(&entry.set, "experiments.values").is_none()
@@ -178,11 +200,20 @@ fn overlaid(file: &CaseFile, entry: &TestEntry) -> (Option<Table>, Vec<InputErro
         return (None, mistakes);
     };
     let of_all = |key: &str| {
-        let first = key.split('.').next().unwrap_or_default();
-        JOINT.contains(&first).then(|| match first {
+        let mut names = key.split('.');
+        let (first, second) = (names.next().unwrap_or_default(), names.next());
+        let is_joint = match first {
+            // without its table, a test would lose the keys of all tests too
+            "calibration" => second.is_none_or(|key| JOINT_CALIBRATION.contains(&key)),
+            _ => JOINT.contains(&first),
+        };
+        is_joint.then(|| match first {
             "prior" => {
                 "Write prior.… beside set: it is then a prior of this test alone.".to_owned()
             }
+            "calibration" => "Write it in [calibration], once for all tests. A test can change calibration.likelihood \
+                              and calibration.discrepancy."
+                .to_owned(),
             _ => format!("Write [{first}] once for all tests."),
         })
     };
@@ -194,9 +225,18 @@ fn overlaid(file: &CaseFile, entry: &TestEntry) -> (Option<Table>, Vec<InputErro
             refuse("without", key, "is not in the case", help);
         }
     }
-    for key in entry.set.keys() {
-        if let Some(help) = of_all(key) {
-            refuse("set", key, "belongs to all tests", help);
+    for (key, value) in &entry.set {
+        let keys: Vec<String> = match (key.as_str(), value) {
+            ("calibration", Value::Table(inner)) => {
+                inner.keys().map(|own| format!("calibration.{own}")).collect()
+            }
+            ("calibration", _) => Vec::new(),
+            _ => vec![key.clone()],
+        };
+        for key in keys {
+            if let Some(help) = of_all(&key) {
+                refuse("set", &key, "belongs to all tests", help);
+            }
         }
     }
     merge(&mut table, &entry.set);
@@ -228,10 +268,15 @@ mod tests {
     use std::path::Path;
 
     use super::*;
+    use crate::case::Likelihood;
 
     const SHIPPED: &str = include_str!("../../cases/fast-and-slow.toml");
     const SPECIMENS_OF_SLOW: &str =
         "set.experiments.virtual = { specimens = 6, noise.displacement_mm = 0.00005 }";
+
+    const CASE_WITH_ONE_TEST: &str = "[specimen]\nradius_mm = 2.5\nheight_mm = 4.4\nspacing_mm = 0.7\n\
+        [material.matrix]\nyoung_mpa = 275\npoisson = 0.25\n[test]\ndisplacement_mm = 0.2\n\
+        [prior]\nmatrix.young_mpa = [250.0, 300.0]\n";
 
     fn read(text: &str) -> (Option<CaseFile>, Vec<String>) {
         let (file, mistakes) = CaseFile::parse_all(text, Path::new("case.toml"));
@@ -320,6 +365,49 @@ mod tests {
             (of(&tests[0]).as_deref(), of(&tests[1]).as_deref()),
             (Some("fast"), Some("slow"))
         );
+        // a test may have specimens under another name; a name for all tests would not be used
+        let named = text.replacen(
+            "name = \"slow\"",
+            "name = \"slow\"\nset.experiments.test = \"creep\"",
+            1,
+        );
+        let (file, mistakes) = read(&named);
+        assert_eq!(mistakes, [""; 0]);
+        let tests = single_tests(&file.unwrap()).unwrap();
+        assert_eq!(of(&tests[1]).as_deref(), Some("creep"));
+        let unused = text.replacen(measured, &format!("{measured}test = \"fast\"\n"), 1);
+        let (_, mistakes) = read(&unused);
+        assert_eq!(mistakes.len(), 1, "{mistakes:?}");
+        assert!(mistakes[0].contains("experiments.test = fast: is not used"), "{mistakes:?}");
+    }
+
+    /// A test can change the likelihood and the discrepancy, which belong to its own quantities.
+    #[test]
+    fn a_test_has_its_own_likelihood_and_discrepancy() {
+        let own =
+            "set.calibration = { likelihood = \"curve\", discrepancy.percent.peak-force = 3.0 }";
+        let text = with(&[(SPECIMENS_OF_SLOW, own)]);
+        let (file, mistakes) = read(&text);
+        assert_eq!(mistakes, [""; 0]);
+        let tests = single_tests(&file.unwrap()).unwrap();
+        let of = |test: &SingleTest| test.file.case.calibration.clone();
+        assert_eq!(of(&tests[0]).likelihood, Likelihood::Quantities);
+        assert_eq!(of(&tests[1]).likelihood, Likelihood::Curve);
+        assert_eq!(of(&tests[1]).discrepancy.percent.len(), 1);
+        assert_eq!(of(&tests[0]).seed, of(&tests[1]).seed);
+    }
+
+    #[test]
+    fn a_relation_between_tests_needs_several_tests() {
+        let text = format!(
+            "{}\n[calibration]\nbetween_tests.matrix.young_mpa = \"own\"\n",
+            CASE_WITH_ONE_TEST
+        );
+        let (_, mistakes) = read(&text);
+        assert_eq!(mistakes.len(), 1, "{mistakes:?}");
+        for part in ["calibration.between_tests = matrix.young_mpa", "[[tests]]"] {
+            assert!(mistakes[0].contains(part), "{mistakes:?}");
+        }
     }
 
     #[test]
@@ -327,7 +415,7 @@ mod tests {
         let between = |relation: &str| format!("[calibration]\nbetween_tests.{relation}\n");
         // replacements in the text, and parts of the message
         type Mistake<'a> = (&'a [(&'a str, &'a str)], &'a [&'a str]);
-        let cases: [Mistake<'_>; 14] = [
+        let cases: [Mistake<'_>; 18] = [
             (&[("name = \"slow\"", "name = \"fast\"")], &["tests[1].name", "two tests"]),
             (&[("name = \"slow\"", "name = \"../slow\"")], &["tests[1].name", "letters, digits"]),
             (
@@ -347,6 +435,19 @@ mod tests {
                 &[(SPECIMENS_OF_SLOW, "without = [\"test.stepz\"]")],
                 &["tests (slow).without = test.stepz", "not in the case"],
             ),
+            (
+                &[(SPECIMENS_OF_SLOW, "set.calibration.between_tests.matrix.young_mpa = \"own\"")],
+                &["tests (slow).set = calibration.between_tests", "in [calibration], once"],
+            ),
+            (
+                &[(SPECIMENS_OF_SLOW, "set.calibration = { seed = 3, likelihood = \"curve\" }")],
+                &["tests (slow).set = calibration.seed", "calibration.likelihood and"],
+            ),
+            (
+                &[(SPECIMENS_OF_SLOW, "without = [\"calibration.chains\"]")],
+                &["tests (slow).without = calibration.chains", "belongs to all tests"],
+            ),
+            (&[(SPECIMENS_OF_SLOW, "set.calibration.chians = 3")], &["chians", "mean \"chains\"?"]),
             (&[("duration_s = 16.0", "duration_s = -16.0")], &["tests (slow).test.duration_s"]),
             (
                 &[("duration_s = 16.0", "duratoin_s = 16.0")],

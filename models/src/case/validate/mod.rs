@@ -47,6 +47,13 @@ impl CaseFile {
             return check_tests(self);
         }
         let mut mistakes = Mistakes::default();
+        if let Some(parameter) = self.case.calibration.between_tests.parameters().next() {
+            let problem =
+                "relates the values of a parameter in several tests, but the case has one test";
+            let help = "Add the tests as [[tests]], or remove the key.";
+            let key = "calibration.between_tests";
+            mistakes.note(Err(self.error(key, parameter.to_string(), problem, help)));
+        }
         let geometry = match self.geometry() {
             Ok(geometry) => Some(geometry),
             Err(mistake) => {
