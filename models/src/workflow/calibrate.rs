@@ -119,9 +119,12 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     write_fit(task, &fitted, posterior, &evidence, &shared, &result.map)?;
     let budget = budget(&fitted, &priors, posterior, &evidence, &shared)?;
     if let Some(budget) = &budget {
-        budget.write(task)?;
+        // the shares of this test alone are not shares of a joint posterior, which the joint stage writes
+        if settings.joint.is_none() {
+            budget.write(task)?;
+            warnings.extend(unreached(inputs, budget));
+        }
         warnings.extend(budget.warning(&summary, pce.outputs(), evidence.qois.len()));
-        warnings.extend(unreached(inputs, budget));
     }
     let draws =
         |name: &str| posterior.trace(&format!("theta[{name}]")).unwrap_or_default().concat();

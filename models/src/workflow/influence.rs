@@ -10,7 +10,7 @@ use crate::fracture::{Calibration, CalibrationError, WithoutSpecimen};
 /// Writes `loo.csv`: the expected log predictive density (elpd) of each specimen under a calibration to the other
 /// specimens. Writes `influence.csv`: the shift of each parameter, in posterior standard deviations, if the specimen is
 /// left out. Both are computed with importance weights. If the weights of a specimen are unreliable, the posterior without
-/// the specimen is sampled instead, except in a joint calibration of several tests.
+/// the specimen is sampled instead; a joint calibration of several tests warns of these weights.
 ///
 /// # Errors
 /// Fails if a file cannot be written or if the program is interrupted.
@@ -33,13 +33,30 @@ pub(super) fn write_influence(
             return Err(error.into());
         }
     };
+    let unreliable: Vec<String> = ids
+        .iter()
+        .zip(&found)
+        .filter(|(_, one)| !one.is_reliable)
+        .map(|(id, one)| format!("{id} (Pareto k = {:.2})", one.pareto_k))
+        .collect();
+    if !unreliable.is_empty() {
+        task.warn(&format!(
+            "The densities in loo.csv and the shifts in influence.csv are unreliable for {}: the joint calibration is \
+             not sampled again without single specimens. Calibrate this test as a case of its own for reliable values.",
+            unreliable.join(", ")
+        ));
+    }
     let row = |(id, one): (&String, &WithoutSpecimen)| {
         [id.clone(), one.elpd.to_string(), one.pareto_k.to_string()]
     };
     let rows = ids.iter().zip(&found).map(row);
     task.write_csv("loo.csv", ["specimen", "elpd", "pareto_k"], rows)?;
     let rows = ids.iter().zip(&found).flat_map(|(id, one)| {
-        let method = if one.is_sampled { "sampled" } else { "weights" };
+        let method = match (one.is_sampled, one.is_reliable) {
+            (true, _) => "sampled",
+            (false, true) => "weights",
+            (false, false) => "unreliable weights",
+        };
         parameters.iter().zip(&one.shifts).map(move |(parameter, shift)| {
             [id.clone(), parameter.name.clone(), shift.to_string(), method.to_owned()]
         })

@@ -18,6 +18,8 @@ pub struct WithoutSpecimen {
     pub shifts: Vec<f64>,
     /// Whether the posterior without the specimen was sampled, and not estimated by importance weights.
     pub is_sampled: bool,
+    /// Whether the importance weights are reliable, or the posterior without the specimen was sampled.
+    pub is_reliable: bool,
 }
 
 impl Calibration {
@@ -47,7 +49,8 @@ impl Calibration {
         let mut found = Vec::with_capacity(self.specimens.len());
         for (k, point) in loo.points.iter().enumerate() {
             // draws of a joint calibration cannot be replaced by draws of this test alone
-            let is_sampled = unreliable.contains(&k) && self.mode.is_some();
+            let are_weights_reliable = !unreliable.contains(&k);
+            let is_sampled = !are_weights_reliable && self.mode.is_some();
             let (without, elpd) = match is_sampled {
                 true => self.sampled_without(k, sampler, burn_in, seed)?,
                 false => {
@@ -59,7 +62,13 @@ impl Calibration {
             };
             let shift = |(all, without): (&[f64; 2], &[f64; 2])| (without[0] - all[0]) / all[1];
             let shifts = all.iter().zip(&without).map(shift).collect();
-            found.push(WithoutSpecimen { elpd, pareto_k: point.pareto_k, shifts, is_sampled });
+            found.push(WithoutSpecimen {
+                elpd,
+                pareto_k: point.pareto_k,
+                shifts,
+                is_sampled,
+                is_reliable: are_weights_reliable || is_sampled,
+            });
         }
         Ok(found)
     }
@@ -147,6 +156,18 @@ mod tests {
     use crate::fracture::Population;
     use crate::fracture::six_specimens::{CALIBRATED, WITHOUT_EACH, sampler};
 
+    /// Without a mode, as in a joint calibration, the last specimen is not left out by sampling, and its weights are
+    /// marked as unreliable.
+    #[test]
+    fn unreliable_weights_of_a_joint_calibration_are_marked() {
+        let joint = Calibration { mode: None, ..CALIBRATED.clone() };
+        let found = joint.without_each(&sampler(), 0, 3).unwrap();
+        let marks: Vec<[bool; 2]> =
+            found.iter().map(|one| [one.is_sampled, one.is_reliable]).collect();
+        let expected = [[false, true]; 5].into_iter().chain([[false, false]]).collect::<Vec<_>>();
+        assert_eq!(marks, expected);
+    }
+
     /// The last specimen is left out by sampling, because importance weights fail for this specimen. The shift of each
     /// specimen agrees with the difference between two calibrations, one with all specimens and one without the
     /// specimen.
@@ -155,6 +176,7 @@ mod tests {
         let found = CALIBRATED.without_each(&sampler(), 0, 3).unwrap();
         let is_sampled: Vec<bool> = found.iter().map(|one| one.is_sampled).collect();
         assert_eq!(is_sampled, [false, false, false, false, false, true]);
+        assert!(found.iter().all(|one| one.is_reliable));
         let all = CALIBRATED.posterior.trace("theta[matrix.young_mpa]").unwrap().concat();
         let mean = |draws: &[f64]| draws.iter().sum::<f64>() / draws.len() as f64;
         let sd = |draws: &[f64]| {
