@@ -47,12 +47,14 @@ pub(crate) fn make_absolute(table: &mut Table, case: &Path) {
         absolute(case, path.iter().try_fold(material, |value, key| value.get_mut(key)));
     }
     let further = table.get_mut("further_tests").and_then(|table| table.get_mut("candidate"));
-    for candidate in further.and_then(Value::as_array_mut).into_iter().flatten() {
-        let mesh = ["set", "specimen", "mesh"];
-        absolute(case, mesh.iter().try_fold(candidate, |value, key| value.get_mut(key)));
-    }
-    for test in table.get_mut("tests").and_then(Value::as_array_mut).into_iter().flatten() {
-        if let Some(Value::Table(set)) = test.get_mut("set") {
+    make_overlays_absolute(further, case);
+    make_overlays_absolute(table.get_mut("tests"), case);
+}
+
+/// Makes all paths in the table `set` of each entry of a list absolute.
+fn make_overlays_absolute(list: Option<&mut Value>, case: &Path) {
+    for entry in list.and_then(Value::as_array_mut).into_iter().flatten() {
+        if let Some(Value::Table(set)) = entry.get_mut("set") {
             make_absolute(set, case);
         }
     }

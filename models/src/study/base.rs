@@ -96,6 +96,24 @@ mod tests {
         assert_eq!(Path::new(mesh), std::path::absolute(folder.join("notched.msh")).unwrap());
     }
 
+    /// Files in the keys of candidates and tests lie beside the file that names them, like the files of a case itself.
+    #[test]
+    fn files_in_overlays_lie_beside_the_file_that_names_them() {
+        let case = Path::new("cases/base.toml");
+        let expected = std::path::absolute("cases/own").unwrap();
+        for list in ["further_tests.candidate", "tests"] {
+            for key in FILES.into_iter().chain(["material.matrix.plastic.hardening.table"]) {
+                let mut table: Table =
+                    format!("[[{list}]]\nname = \"a\"\nset.{key} = \"own\"\n").parse().unwrap();
+                make_absolute(&mut table, case);
+                let table = Value::Table(table);
+                let entries = list.split('.').fold(&table, |value, key| &value[key]);
+                let named = key.split('.').fold(&entries[0]["set"], |value, key| &value[key]);
+                assert_eq!(named.as_str().map(Path::new), Some(&*expected), "{list}: {key}");
+            }
+        }
+    }
+
     #[test]
     fn each_file_of_the_base_is_named_from_anywhere() {
         let dir = tempfile::tempdir().unwrap();

@@ -10,7 +10,7 @@ use super::files::{IMPORTED, SPECIMENS, VALUES, same_file};
 use super::freshness::STAGES_FILE;
 use super::in_place::is_case_of_folder;
 use super::product_folder::{Owner, ProductFolder};
-use crate::case::{Case, CaseFile, with_absolute_paths};
+use crate::case::{Case, CaseFile, make_absolute, with_absolute_paths};
 use crate::error::InputError;
 use crate::progress::say;
 use crate::specimen_files::{SpecimenFiles, recorded_file};
@@ -125,6 +125,7 @@ impl Copies {
             copies.files.extend(copied(source, dir, name, own, &mut copies.originals)?);
         }
         for (place, candidate) in (1..).zip(&mut copies.case.further_tests.candidate) {
+            make_absolute(&mut candidate.set, &source.path);
             let Some(mesh) = candidate.mesh() else { continue };
             let name = format!("candidates/{place}.msh");
             let (from, to) = (source.beside(Path::new(mesh)), dir.join(&name));
