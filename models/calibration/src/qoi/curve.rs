@@ -35,7 +35,7 @@ impl<'a> PeakedCurve<'a> {
     /// taken, divided by the displacement at peak.
     ///
     /// # Errors
-    /// If the curve has fewer than 5 points or no peak.
+    /// If the numbers of forces and displacements differ, or the curve has fewer than 5 points or no peak.
     pub fn new(curve: &'a TestCurve, slope_fraction: f64) -> Result<Self, QoiError> {
         let curve = Self::with_any_peak(curve, slope_fraction)?;
         curve.check_peak()?;
@@ -45,11 +45,14 @@ impl<'a> PeakedCurve<'a> {
     /// Like [`PeakedCurve::new`], but the curve need not have a peak, as in a test that ends with a hold.
     ///
     /// # Errors
-    /// If the curve has fewer than 5 points.
+    /// If the numbers of forces and displacements differ, or the curve has fewer than 5 points.
     pub fn with_any_peak(record: &'a TestCurve, slope_fraction: f64) -> Result<Self, QoiError> {
         let (u, force) = (&record.displacement_mm, &record.force_n);
-        if u.len() < FEWEST_POINTS || u.len() != force.len() {
-            return Err(QoiError::TooShort { points: u.len().min(force.len()) });
+        if u.len() != force.len() {
+            return Err(unequal(u, "forces", force));
+        }
+        if u.len() < FEWEST_POINTS {
+            return Err(QoiError::TooShort { points: u.len() });
         }
         let chosen = record.first_loading();
         let loading = match &chosen {
@@ -114,20 +117,28 @@ impl<'a> PeakedCurve<'a> {
     /// [on the first loading](Self::on_loading).
     ///
     /// # Errors
-    /// [`QoiError::TooShort`] if the numbers of derivatives and readings differ.
+    /// [`QoiError::UnequalLengths`] if the numbers of derivatives and readings differ.
     pub fn rates<'b>(
         &self,
         force_n: &'b [f64],
         record_n: &'b [f64],
     ) -> Result<CurveRates<'b>, QoiError> {
         let (u, force) = (&self.loading.displacement_mm, &self.loading.force_n);
-        if force_n.len() != force.len() || record_n.len() != self.record.force_n.len() {
-            return Err(QoiError::TooShort { points: force_n.len().min(force.len()) });
+        for (displacements, rates) in [(u, force_n), (&self.record.displacement_mm, record_n)] {
+            if rates.len() != displacements.len() {
+                return Err(unequal(displacements, "derivatives of the force", rates));
+            }
         }
         let rates = self.peak.as_ref().map(|peak| peak.rates(u, force, force_n));
         let [peak_mm, peak_force_n] = rates.unwrap_or([f64::NAN; 2]);
         Ok(CurveRates { force_n, record_n, peak_mm, peak_force_n })
     }
+}
+
+/// Error of a curve whose displacements and other values differ in number.
+fn unequal(displacement_mm: &[f64], name: &'static str, values: &[f64]) -> QoiError {
+    let (displacements, values) = (displacement_mm.len(), values.len());
+    QoiError::UnequalLengths { displacements, name, values }
 }
 
 /// Derivatives of a curve and its peak with respect to a parameter; the displacements of the readings are fixed.

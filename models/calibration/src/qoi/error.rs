@@ -5,7 +5,19 @@ use super::extent::Extent;
 /// Reason why quantities of interest of a curve cannot be computed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum QoiError {
-    /// The curve has fewer than 5 points, or the numbers of forces and displacements differ.
+    /// The numbers of values of a curve differ.
+    #[error(
+        "the curve has {displacements} displacements and {values} {name}: give one of each for every reading"
+    )]
+    UnequalLengths {
+        /// Number of displacements.
+        displacements: usize,
+        /// The other values: `forces` or `derivatives of the force`.
+        name: &'static str,
+        /// Number of the other values.
+        values: usize,
+    },
+    /// The curve has fewer than 5 points.
     #[error("the curve has {points} points: at least 5 are needed")]
     TooShort {
         /// Number of points of the curve.

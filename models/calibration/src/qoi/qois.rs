@@ -110,7 +110,8 @@ impl Qois {
         let curve = of_quantities(curve, slope_fraction, quantities)?;
         let points = curve.record().force_n.len();
         if force_rates.len() != points {
-            return Err(QoiError::TooShort { points: force_rates.len().min(points) });
+            let (name, values) = ("derivatives of the force", force_rates.len());
+            return Err(QoiError::UnequalLengths { displacements: points, name, values });
         }
         let on_loading = curve.on_loading(force_rates);
         let rates = curve.rates(&on_loading, force_rates)?;
