@@ -140,7 +140,8 @@ pub enum FatalError {
     /// A point has a length that differs from the number of coordinates of the density.
     #[error(
         "the point has length {point} and the density has {dim} coordinates: both must be equal; a kernel must \
-         evaluate and move to points of length `ChainState::dim()`"
+         evaluate and move to points of length `ChainState::dim()`, and `LogDensity::prior_point` must return points of \
+         length `dim()`"
     )]
     PointLength {
         /// Length of the point.

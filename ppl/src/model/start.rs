@@ -70,6 +70,10 @@ pub(crate) fn find_start<G: RngCore>(
         && let Some(draw) = density.prior_point(rng)
     {
         prior += 1;
+        if draw.len() != density.dim() {
+            let error = FatalError::PointLength { point: draw.len(), dim: density.dim() };
+            return Err(NoStart::Fatal(Box::new(error), draw));
+        }
         let (next, rejection) = attempt(draw)?;
         match rejection {
             None => return Ok((StartKind::PriorDraw, next)),
@@ -92,11 +96,11 @@ pub(crate) fn with_values(
 }
 
 /// Returns the scale of every coordinate under the prior, which is the interquartile range divided by 1.349; `None`
-/// if the density has no prior. For a normal prior the scale is the standard deviation, and the scale is finite for
-/// every prior.
+/// if the density has no prior, or if a draw has another length than the points. For a normal prior the scale is the
+/// standard deviation, and the scale is finite for every prior.
 pub(crate) fn prior_scales(density: &dyn ErasedDensity, rng: &mut dyn RngCore) -> Option<Vec<f64>> {
     let draws: Option<Vec<Vec<f64>>> = (0..SCALE_DRAWS).map(|_| density.prior_point(rng)).collect();
-    let draws = draws?;
+    let draws = draws.filter(|draws| draws.iter().all(|draw| draw.len() == density.dim()))?;
     let scale = |i: usize| {
         let mut column: Vec<f64> = draws.iter().map(|draw| draw[i]).collect();
         column.sort_by(f64::total_cmp);

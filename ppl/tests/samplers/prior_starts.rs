@@ -2,7 +2,11 @@
 //! from the prior.
 
 use ppl::prelude::*;
-use ppl::{Chains, RunError, SampleError, StartKind, diagnostics::mcse_mean};
+use ppl::rand::RngCore;
+use ppl::{
+    Chains, FatalError, LogDensity, Rejection, RunError, SampleError, StartKind,
+    diagnostics::mcse_mean,
+};
 
 ppl::model! {
     /// Specimens that broke or held at their loads, with a random threshold; far from the threshold the probability of
@@ -202,4 +206,48 @@ fn values_that_do_not_fit_are_named() {
         assert!(matches!(error, SampleError::Run(RunError::Values(_))), "{error}");
         assert!(error.to_string().contains(words), "{error}");
     }
+}
+
+/// A density in one coordinate that is zero for y < `least`, whose prior draws have two coordinates.
+struct LongPriorDraws {
+    least: f64,
+}
+
+impl LogDensity for LongPriorDraws {
+    type Workspace = ();
+
+    fn dim(&self) -> usize {
+        1
+    }
+
+    fn log_density(&self, y: &[f64], _: &mut ()) -> Result<f64, Rejection> {
+        Ok(if y[0] < self.least { f64::NEG_INFINITY } else { -y[0] })
+    }
+
+    fn gradient(&self, y: &[f64], g: &mut [f64], w: &mut ()) -> Result<f64, Rejection> {
+        g[0] = -1.0;
+        self.log_density(y, w)
+    }
+
+    fn prior_point(&self, _: &mut dyn RngCore) -> Option<Vec<f64>> {
+        Some(vec![1e3; 2])
+    }
+
+    fn explain(&self, y: &[f64]) -> Option<String> {
+        assert_eq!(y.len(), 1);
+        None
+    }
+}
+
+/// The run ends before the first transition if it needs a prior draw, and no sampler indexes such a draw.
+#[test]
+fn prior_draws_of_the_wrong_length_are_refused() {
+    let far = LongPriorDraws { least: 100.0 };
+    let error = Nuts::default().chains(1).warmup(5).draws(5).seed(1).run(&far).unwrap_err();
+    let RunError::Fatal { source, .. } = &error else { panic!("{error}") };
+    assert_eq!(**source, FatalError::PointLength { point: 2, dim: 1 });
+    assert!(error.to_string().contains("`LogDensity::prior_point`"), "{error}");
+    let near = LongPriorDraws { least: -10.0 };
+    let walk = Metropolis::default().chains(1).warmup(5).draws(5).seed(1).run(&near).unwrap();
+    assert_eq!(walk.chains[0].draws.len(), 5);
 }

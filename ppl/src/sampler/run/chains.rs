@@ -241,7 +241,9 @@ impl Settings<'_> {
         Err(match problem {
             NoStart::Values(problem) => RunError::Values(problem),
             NoStart::Fatal(source, point) => {
-                RunError::Fatal { chain, source, detail: kernel.explain(&point) }
+                // the density cannot explain a point of another length
+                let detail = (point.len() == density.dim()).then(|| kernel.explain(&point));
+                RunError::Fatal { chain, source, detail: detail.flatten() }
             }
             NoStart::Rejected { uniform, prior, last, point } => RunError::Initialisation {
                 chain,
