@@ -54,6 +54,8 @@ fn two_tests_are_calibrated_together_in_folders_of_their_own() {
         for file in ["confirm.csv", "verdict.csv", "report.html", "loo.csv"] {
             assert!(out.join(format!("tests/{test}/{file}")).is_file(), "{test}/{file}");
         }
+        // the shares of the posterior variance refer to all tests
+        assert!(!out.join(format!("tests/{test}/uncertainty.csv")).exists(), "{test}");
     }
     // the slow test is the one that has information on the toughness
     let without = table(&out.join("without_tests.csv"));
