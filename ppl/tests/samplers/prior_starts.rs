@@ -208,7 +208,7 @@ fn values_that_do_not_fit_are_named() {
     }
 }
 
-/// A density in one coordinate that is zero for y < `least`, whose prior draws have two coordinates.
+/// A density in one coordinate that rejects y < `least`, whose prior draws have two coordinates.
 struct LongPriorDraws {
     least: f64,
 }
@@ -221,7 +221,11 @@ impl LogDensity for LongPriorDraws {
     }
 
     fn log_density(&self, y: &[f64], _: &mut ()) -> Result<f64, Rejection> {
-        Ok(if y[0] < self.least { f64::NEG_INFINITY } else { -y[0] })
+        if y[0] < self.least {
+            let (location, value) = (ppl::Location::unknown(), f64::NEG_INFINITY);
+            return Err(Rejection::NotFinite { location, value });
+        }
+        Ok(-y[0])
     }
 
     fn gradient(&self, y: &[f64], g: &mut [f64], w: &mut ()) -> Result<f64, Rejection> {
