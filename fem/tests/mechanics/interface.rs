@@ -263,7 +263,7 @@ fn other_interfaces_give_the_curve_of_a_new_problem() {
     let exchanged = old.with_interfaces(of_interface(0.1)).expect("valid");
     assert_eq!(forces(&exchanged), forces(&new));
     assert_ne!(forces(&exchanged), forces(&old));
-    let wider = vec![Interface { width_mm: 4.4, ..of_interface(0.1).remove(0) }];
+    let wider = vec![Interface { width_mm: 8.0, ..of_interface(0.1).remove(0) }];
     assert_ne!(forces(&old.with_interfaces(wider).expect("valid")), forces(&new));
     let none = old.with_interfaces(Vec::new()).expect("valid");
     assert!(none.interfaces().is_empty() && none.warnings().is_empty());

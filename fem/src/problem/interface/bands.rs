@@ -46,7 +46,7 @@ impl Bands {
     ///
     /// # Errors
     /// [`FemError::Unsupported`] if a region does not exist, the regions do not touch, or no region can break;
-    /// [`FemError::OutOfRange`] if the width of an interface is larger than the body.
+    /// [`FemError::OutOfRange`] if half of the width of an interface is larger than the body.
     pub(crate) fn new(
         mesh: &TetMesh,
         interfaces: &[Interface],
@@ -82,9 +82,9 @@ impl Bands {
             if breaks == [false; 2] {
                 return refused(Unsupported::InterfaceOfElasticRegions);
             }
-            if interface.width_mm > mesh.largest_extent() {
+            if 0.5 * interface.width_mm > mesh.largest_extent() {
                 let requirement =
-                    "at most the largest extent of the body; choose about four elements";
+                    "at most twice the largest extent of the body; choose about four elements";
                 let (entity, width_mm) = (interface.entity(), interface.width_mm);
                 return Err(FemError::parameter(&entity, "width_mm", width_mm, requirement));
             }
