@@ -117,7 +117,7 @@ impl<T: Scalar> ElasticResponse<T> {
         self
     }
 
-    /// Returns this response in the lanes where the mask is true, zero in the other lanes.
+    /// Returns this response in the SIMD lanes where the mask is true, zero in the other lanes.
     #[inline(always)]
     pub fn only(mut self, mask: T::Mask) -> Self {
         let zero = self.energy.constant(0.0);
@@ -184,7 +184,7 @@ impl<T: Scalar> Response<T> {
         ElasticResponse { energy, stress, normal, shear }
     }
 
-    /// Returns `yes` in the lanes where the mask is true, `no` in the other lanes.
+    /// Returns `yes` in the SIMD lanes where the mask is true, `no` in the other lanes.
     #[inline(always)]
     pub(super) fn select(mask: T::Mask, yes: Self, mut no: Self) -> Self {
         no.energy = T::select(mask, yes.energy, no.energy);
@@ -211,7 +211,7 @@ impl<T: Scalar> Response<T> {
 }
 
 impl<T: Copy> Response<T> {
-    /// Returns all values, for comparisons.
+    /// Returns all fields as one array, for comparisons in tests.
     pub(super) fn numbers(&self) -> [T; 34] {
         let mut all = [self.energy; 34];
         all[1] = self.driving;

@@ -34,19 +34,19 @@ pub(super) struct System {
     pub(super) x: Vec<Nodal>,
     /// Right-hand side minus the product of A with the solution, for all nodal values.
     pub(super) residual: Vec<Nodal>,
-    /// Norm of the residual for the initial solution.
+    /// Norm of the initial residual.
     size: f64,
     /// Norm that the initial residual would have if all unknowns of a field were as stiff as the stiffest unknown of
     /// the field.
     stiffest: f64,
-    /// Allowed norm of the residual, relative to `size`.
+    /// Allowed norm of the residual, relative to the norm of the initial residual (`size`).
     tolerance: f64,
     /// Part of the solution that is not yet added to `x`, given by its coefficients in the orthonormal basis Q.
     along: Vec<f64>,
 }
 
 impl System {
-    /// Whether the initial residual is zero, so that there is nothing to solve.
+    /// Whether the initial residual is zero, so that the initial solution is exact.
     pub(super) fn vanishes(&self) -> bool {
         self.size == 0.0
     }

@@ -24,7 +24,7 @@ enum Node {
     Multiply(Term, Term),
     Divide(Term, Term),
     Negate(Term),
-    /// a b + c with a single rounding.
+    /// Fused multiply-add a b + c, with a single rounding.
     MultiplyAdd(Term, Term, Term),
     /// Calls of functions of the C library with one and with two arguments.
     Call(&'static str, Term),
@@ -208,7 +208,7 @@ impl Number for Term {
 }
 
 impl Scalar for Term {
-    /// The term of a comparison, whose value is 1 or 0.
+    /// Result of a comparison, recorded as a term with the value 1 or 0.
     type Mask = Self;
 
     const RECORDS: bool = true;

@@ -34,7 +34,8 @@ pub trait Computation {
     fn run(self) -> Self::Output;
 }
 
-/// Runs a computation as a function of its own, so that its code is not repeated in each caller.
+/// Runs a computation as a separate function, so that the code of the computation is not repeated
+/// in each caller.
 #[inline(never)]
 fn run_apart<W: Computation>(work: W) -> W::Output {
     work.run()

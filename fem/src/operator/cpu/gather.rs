@@ -53,7 +53,7 @@ impl<'a, const N: usize> Gather<'a, N> {
         }
     }
 
-    /// Gathers the state of the elements `tets`, one element per lane.
+    /// Gathers the state of the elements `tets`, one element per SIMD lane.
     #[inline(always)]
     pub fn elements<'b, T: Lanes>(
         &'b self,

@@ -3,7 +3,8 @@
 
 use crate::mesh::vector::{Point, add, scale, sub};
 
-/// Number of halvings of the interval of levels in [`level_of`]; more do not change a number of double precision.
+/// Number of halvings of the interval of levels in [`level_of`]; further halvings do not change a
+/// double-precision number.
 const HALVINGS: u32 = 60;
 
 /// Returns the fraction of a tetrahedron's volume in which a linear function is below a level. `values` are the values
