@@ -39,8 +39,8 @@ use crate::dataset::{Dataset, check_count};
 use crate::error::SurrogateError;
 use crate::fit::options::PceFit;
 
-/// Relative squared norm below which a column is linearly dependent: orthogonalisation against the columns before it
-/// reduces its squared norm to less than this fraction.
+/// Relative squared norm below which a column is linearly dependent: orthogonalisation against the preceding columns
+/// reduces the squared norm of the column to less than this fraction.
 const DEPENDENT: f64 = 1e-10;
 
 /// Errors of a fit to runs in groups, separated into scatter within and between groups.

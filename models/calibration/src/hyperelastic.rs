@@ -1,7 +1,8 @@
-//! Rubber elasticity: the pattern for calibrating a material law on test curves.
+//! Rubber elasticity: an example of the calibration of a material law on test curves, to be copied
+//! for other laws.
 //!
-//! A law is defined by the derivatives of its energy with respect to the principal stretches ([`StretchLaw`], some five
-//! lines). A calibration is defined by priors and one statement per test point (`model!`, some ten lines). The
+//! A law is defined by the derivatives of its energy with respect to the principal stretches ([`StretchLaw`], about
+//! five lines). A calibration is defined by priors and one statement per test point (`model!`, about ten lines). The
 //! reference data are Treloar's measurements of vulcanised rubber in three modes of deformation. PSIS-LOO estimates
 //! which law predicts new data best:
 //!
@@ -15,9 +16,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! A law that is valid in every mode of deformation predicts a mode on which it was not calibrated ([`held_out`]). For
-//! a law that does not, the models `…_by_mode` give each mode its own moduli, which scatter about shared moduli. This
-//! scatter measures the error of the law, and it widens the predictions of a further mode.
+//! A law that is valid in every mode of deformation predicts a mode on which it was not calibrated ([`held_out`]). If
+//! a law fails this test, the models `…_by_mode` can be used: they give each mode its own moduli, which scatter about
+//! shared moduli. This scatter measures the error of the law, and it widens the predictions of a further mode.
 //!
 //! Run `cargo run --release -p models --example rubber` for the whole comparison.
 
@@ -236,8 +237,8 @@ pub struct HeldOut {
     pub rhat: f64,
 }
 
-/// Calibrates a model to some tests and predicts others. `seen` and `new` are the same model: `seen` has the data of
-/// the calibration, and `new` has the data to be predicted.
+/// Calibrates a model to some tests, and predicts other tests. `seen` and `new` are the same model: `seen` has the
+/// data of the calibration, and `new` has the data to be predicted.
 ///
 /// # Errors
 /// If the models differ, or cannot be sampled.

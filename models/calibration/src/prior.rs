@@ -84,13 +84,13 @@ impl Prior {
         Self { family: PriorFamily::Uniform, values: [0.0; 3], range: [lower, upper] }
     }
 
-    /// Uniform priors on the box of a surrogate.
+    /// Returns uniform priors on the box of a surrogate.
     pub fn uniform_on(inputs: &[Input]) -> Vec<Self> {
         inputs.iter().map(|input| Self::uniform(input.lower, input.upper)).collect()
     }
 
-    /// Prior of a family with these parameters, in the order of [`PriorFamily::keys`]. The range extends from the 0.1 %
-    /// to the 99.9 % quantile. [`Univariate::validate`] reports parameters that are missing or wrong.
+    /// Creates a prior of a family from these parameters, in the order of [`PriorFamily::keys`]. The range extends
+    /// from the 0.1 % to the 99.9 % quantile. [`Univariate::validate`] reports parameters that are missing or wrong.
     pub fn new(family: PriorFamily, parameters: &[f64]) -> Self {
         let mut values = [0.0; 3];
         for (i, value) in values.iter_mut().take(family.keys().len()).enumerate() {
@@ -106,7 +106,7 @@ impl Prior {
         }
     }
 
-    /// The same distribution, truncated to another range.
+    /// Returns the same distribution, truncated to another range.
     pub const fn within(self, lower: f64, upper: f64) -> Self {
         Self { range: [lower, upper], ..self }
     }
@@ -124,7 +124,7 @@ impl Prior {
         self.range
     }
 
-    /// The range as an input of a surrogate.
+    /// Returns an input of a surrogate with the range of this prior.
     ///
     /// # Errors
     /// As [`Input::new`].
@@ -137,7 +137,7 @@ impl Prior {
         self.variance().sqrt()
     }
 
-    /// Points of the probability density over the range.
+    /// Returns points (value, density) of the probability density over the range.
     pub fn curve(&self) -> Vec<(f64, f64)> {
         let [lower, upper] = self.range;
         let steps = if self.is_uniform() { 1 } else { 120 };
@@ -265,7 +265,7 @@ impl<R: Scalar> UnivariateDensity<R> for Prior {
     }
 }
 
-/// Error of a key, with the help for the user.
+/// Creates the error of a key, with the help for the user.
 fn error<E: Error>(problem: impl fmt::Display, help: impl fmt::Display) -> E {
     E::custom(format!("{problem}; help: {help}"))
 }

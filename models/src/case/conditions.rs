@@ -24,7 +24,7 @@ pub struct ConditionsCase {
     /// these motions.
     #[serde(default)]
     pub remove_rigid_motions: bool,
-    /// Surface and direction from which the curve of force and displacement is taken.
+    /// Surface and direction for which the curve of force and displacement is recorded.
     pub measure: MeasureCase,
 }
 

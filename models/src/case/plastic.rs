@@ -12,7 +12,7 @@ pub struct PlasticCase {
     /// Yield criterion: `"j2"`, or `{ drucker-prager = { friction_deg, dilatancy_deg } }`.
     #[serde(default)]
     pub criterion: YieldCriterion,
-    /// Initial yield stress in MPa; the cohesion of Drucker and Prager.
+    /// Initial yield stress in MPa; with the criterion of Drucker and Prager, the initial cohesion.
     pub yield_mpa: f64,
     /// Hardening.
     #[serde(default, skip_serializing_if = "Option::is_none")]

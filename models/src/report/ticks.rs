@@ -80,7 +80,8 @@ impl Axis {
 mod tests {
     use super::*;
 
-    /// For all ranges, labels are equally spaced, as the ticks are, and no two labels are equal.
+    /// For all ranges, the numbers in the labels are equally spaced, as the ticks are, and no two
+    /// labels are equal.
     #[test]
     fn equal_steps_read_as_equal_steps() {
         for (low, high) in [

@@ -41,8 +41,9 @@ impl SharedError {
     /// the model as specified in `[calibration.discrepancy]`.
     ///
     /// The error of the surrogate depends on the specimens of the runs:
-    /// - Each run has its own packing: the residuals with variance s² are scatter between packings, which the specimens
-    ///   have too. The shared error is the error of the mean response, s² h(θ), where h is the leverage of the fit.
+    /// - Each run has a separate packing: the residuals with variance s² are scatter between packings, which the
+    ///   specimens have too. The shared error is the error of the mean response, s² h(θ), where h is the leverage of
+    ///   the fit.
     /// - All runs use the same specimen: the shared error is the lack of fit of the polynomial.
     /// - The runs share a few specimens: the shared error is W + W h(θ) + B g(θ). W is the scatter of runs on the same
     ///   specimen. B g(θ) is the error of a mean response estimated from few specimens ([`of_few`]).
@@ -186,8 +187,8 @@ pub(super) struct TestSources {
 /// Computes the covariance of the means of the quantities of a test that each source contributes:
 ///
 /// - surrogate: the error of the surrogate that all specimens share, averaged over the posterior;
-/// - mesh: the error of the correction from cheaper meshes. No interval includes the discretisation error of the
-///   specimen's own mesh, which is in `confirm.csv`;
+/// - mesh: the error of the correction from cheaper meshes. The discretisation error of the mesh of the specimen
+///   is not included in any interval, and is reported in `confirm.csv`;
 /// - discrepancy: the error of the model itself, as specified in the case;
 /// - geometry: the scatter between packings divided by n, if runs show this scatter; the error of a mean response
 ///   estimated from few specimens; and the unknown stiffness of specimens without an image;

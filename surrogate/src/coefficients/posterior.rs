@@ -132,9 +132,9 @@ impl CoefficientPosterior {
     /// Covariance s² h(x) of the fit at `x` (outputs × outputs, in the outputs' units): the covariance s² of the error
     /// of a single run times the leverage h(x). `at` are the values of the outputs at `x`.
     ///
-    /// If each run has its own specimen, this is the error of the mean response over specimens. This covariance does
-    /// not include the lack of fit of the polynomial to the response of a single specimen. [`FitReport::lack_of_fit`]
-    /// includes the lack of fit and the scatter between specimens.
+    /// If each run has a separate specimen, this covariance is the error of the mean response over specimens. This
+    /// covariance does not include the lack of fit of the polynomial to the response of a single specimen.
+    /// [`FitReport::lack_of_fit`] includes the lack of fit and the scatter between specimens.
     ///
     /// # Errors
     /// The errors of [`Self::leverage`], and an error if `at` does not have one value per output.

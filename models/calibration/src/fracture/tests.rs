@@ -42,8 +42,8 @@ fn forward(with_k: bool) -> DynPce {
 }
 
 /// Means and covariance of the rows of specimens. The covariance between two specimens is S, plus s²/N b bᵀ if k is
-/// unknown. The covariance of one specimen is this plus Σ, and plus s² b bᵀ if k is unknown. Symbols as in
-/// `specimens.rs` and `population.rs`.
+/// unknown. The covariance of one specimen is the covariance between two specimens plus Σ, and plus s² b bᵀ if k is
+/// unknown. Symbols as in `specimens.rs` and `population.rs`.
 struct Joint {
     means: Vec<Vec<f64>>,
     covariance: Vec<Vec<f64>>,
@@ -262,7 +262,8 @@ fn sizes_that_do_not_fit_are_refused() {
 }
 
 ppl::model! {
-    /// The calibration model with unknown inputs as sampled variables; known inputs are given.
+    /// The calibration model in which unknown inputs are sampled variables, and known inputs are
+    /// data.
     fn with_latent_inputs(
         forward: &DynPce,
         rows: &[Vec<f64>],

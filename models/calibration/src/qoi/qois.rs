@@ -81,9 +81,9 @@ impl Qois {
     /// Computes the derivatives of the given quantities with respect to a parameter, by the chain rule from the
     /// derivatives of the force at each point, N per unit of the parameter.
     ///
-    /// If the curve begins unloaded, the derivative of its first force is zero. The displacements of the points and the
-    /// set of readings to which the peak is fitted are kept. Windows that are centred at a fraction of the displacement
-    /// at peak move with it.
+    /// If the curve begins unloaded, the derivative of its first force is zero. The displacements of the points and
+    /// the set of readings to which the peak is fitted are assumed constant. Windows that are centred at a fraction
+    /// of the displacement at peak move with the peak.
     ///
     /// # Errors
     /// As [`Qois::values_of`], and [`QoiError::TooShort`] if the numbers of derivatives and forces differ.

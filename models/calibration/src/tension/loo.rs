@@ -25,8 +25,8 @@ pub(super) struct CurveFit {
     unit: DynCholeskyFactor<f64>,
 }
 
-/// Computes how well each specimen is predicted from the others. `posterior` is a calibration of the law `L` to all
-/// specimens.
+/// Computes how well each specimen is predicted from the other specimens. `posterior` is a calibration of the law
+/// `L` to all specimens.
 ///
 /// A whole curve is left out, because a further specimen has a whole curve. Leaving out single points would test
 /// interpolation only, because the neighbours of a point predict it. The density of the curve y_k is p(y_k | μ, s, R,

@@ -1,5 +1,5 @@
 //! Candidate that takes further quantities from the existing curves of the present test. Because the curves exist, a
-//! calibration to these quantities shows how much they narrow the posterior.
+//! calibration to these quantities shows how much these quantities narrow the posterior.
 
 use fem::RunRecord;
 use ppl::{Nuts, Posterior};
