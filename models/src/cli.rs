@@ -388,7 +388,8 @@ fn run(request: Request, threads: usize, ranks: &Ranks) -> Result<ExitCode, Fail
                 run_all_tests(target.open_tests(&file, threads)?)?;
                 return Ok(ExitCode::SUCCESS);
             }
-            // check the table first, so that an error refers to the user's own file and nothing has been computed yet
+            // check the table first, so that an error refers to the user's file and is reported before anything is
+            // computed
             file.table().map_err(WorkflowError::from)?;
             run_all(&target.open(&file, threads)?)?;
         }

@@ -266,7 +266,7 @@ impl DynPce {
         Ok(BoxPosition::Near)
     }
 
-    /// The outputs at `x`; `x` is in the inputs' units.
+    /// Returns the outputs at `x`; `x` is in the inputs' units.
     ///
     /// # Errors
     /// The errors of [`Self::position`].
@@ -285,8 +285,8 @@ impl DynPce {
         Ok(value)
     }
 
-    /// The outputs at `x` and their derivatives: `jacobian[m][i]` = ∂f_m/∂x_i in units of output m per unit
-    /// of input i.
+    /// Returns the outputs at `x` and their derivatives: `jacobian[m][i]` = ∂f_m/∂x_i in units of output m
+    /// per unit of input i.
     ///
     /// # Errors
     /// The errors of [`Self::position`].

@@ -50,7 +50,7 @@ impl<const D: usize, const M: usize> PceKernel<D, M> {
     }
 
     pub(crate) fn value(&self, t: &[f64; D]) -> [f64; M] {
-        // separate code for the common degrees, because low degrees need fewer polynomials
+        // the common degrees have separate code, because low degrees need fewer polynomials
         match self.degree {
             0..=3 => self.sum::<4>(t),
             4..=8 => self.sum::<9>(t),

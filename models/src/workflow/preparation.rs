@@ -31,7 +31,7 @@ impl Preparation {
         }
     }
 
-    /// Whether displacement is counted from the point where the curve begins to carry load.
+    /// Whether displacements are measured from the displacement at which the force begins to rise.
     pub(super) fn corrects_toe(&self) -> bool {
         self.toe == Toe::Correct
     }

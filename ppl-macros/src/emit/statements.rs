@@ -33,8 +33,8 @@ impl Emitter<'_> {
         tokens
     }
 
-    /// Emits the statements of a block. Statements from the first `#[predict]` on form the prediction, which
-    /// runs on finished draws only, unless the block itself is part of a prediction.
+    /// Emits the statements of a block. The first `#[predict]` statement and all following statements form
+    /// the prediction, which runs on finished draws only; a block inside a prediction is not divided.
     fn statements(&mut self, block: &Block) -> TokenStream {
         let [mut always, mut predicted, mut end] = [(); 3].map(|()| TokenStream::new());
         let outer = self.is_predicted;

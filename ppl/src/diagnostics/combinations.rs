@@ -6,8 +6,8 @@ use rayon::prelude::*;
 use super::order::quantile_of_sorted;
 use crate::special::normal_upper_quantile;
 
-/// Largest number of unknowns for which combinations are searched; for more, the eigenvectors would take longer than
-/// the rest of a summary.
+/// Largest number of unknowns for which combinations are searched; for more unknowns, the computation of the
+/// eigenvectors would take longer than the rest of a summary.
 pub(crate) const MOST_COMBINED: usize = 200;
 /// Posterior variance, relative to the prior variance, above which the data do not inform a direction in parameter
 /// space. The limit is below 1 by the sampling error of a few hundred effective draws.

@@ -334,8 +334,8 @@ mod tests {
         assert!(drift([1.4, 0.7], [1e-12; 2]).0 < 1e-9);
     }
 
-    /// Checks a prey population that nearly vanishes: its logarithm is accurate without an absolute tolerance, and
-    /// inaccurate with one.
+    /// Checks a prey population that nearly vanishes: the logarithm of the population is accurate if the solver
+    /// has no absolute tolerance, and inaccurate if it has an absolute tolerance.
     #[test]
     fn states_that_nearly_vanish() {
         let (change, least) = drift([1.0, 30.0], [1e-9, 0.0]);

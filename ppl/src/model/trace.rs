@@ -30,7 +30,7 @@ pub(crate) enum UnknownsFrom<'y> {
 /// Reader of coordinates in order.
 pub(crate) struct CoordinateReader<'y> {
     coordinates: std::slice::Iter<'y, f64>,
-    /// Whether the model has requested more coordinates than the point has.
+    /// Whether the model has requested more coordinates than the point contains.
     short: bool,
 }
 

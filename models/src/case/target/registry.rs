@@ -29,7 +29,7 @@ impl Parameter {
         Self { path: target.path().into(), target: Arc::new(target) }
     }
 
-    /// Table and key of the path.
+    /// Returns the table and the key of which the path consists.
     pub(crate) fn table_and_key(&self) -> (&str, &str) {
         self.path.rsplit_once('.').unwrap_or(("", &self.path))
     }

@@ -182,7 +182,7 @@ fn without_curves(
     Ok(())
 }
 
-/// Displacement at which a specimen's curve begins to carry load, mm.
+/// Displacement (mm) at which the force of a specimen begins to rise.
 fn toe_mm(looked: &CsvTable<'_>, id: &str) -> Result<f64, InputError> {
     let mut rows = looked.rows();
     let toe = rows.find(|row| row.text("id") == id && row.text("finding") == "toe");
