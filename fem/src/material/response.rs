@@ -60,7 +60,8 @@ pub const fn packed(r: usize, s: usize) -> usize {
     r * (r + 1) / 2 + s
 }
 
-/// Response of a law without damage, or of a part of its energy, in the basis of the principal strains.
+/// Response of a law (or of a part of its energy) without damage, in the basis of the principal
+/// strains.
 #[derive(Clone, Copy, Debug)]
 pub struct ElasticResponse<T> {
     /// Energy per reference volume, MPa.
@@ -81,16 +82,16 @@ impl<T: Scalar> ElasticResponse<T> {
         Self { energy: zero, stress: [zero; 3], normal: [zero; 6], shear: [zero; 3] }
     }
 
-    /// Returns the response of an energy of the volume change t = tr ε alone, from the energy and its first two
-    /// derivatives with respect to t. All principal stresses are equal.
+    /// Returns the response for an energy that depends only on the volume change t = tr ε. The arguments are
+    /// this energy and its first two derivatives with respect to t. All principal stresses are equal.
     #[inline(always)]
     pub fn volumetric([energy, stress, curvature]: [T; 3]) -> Self {
         let zero = energy.constant(0.0);
         Self { energy, stress: [stress; 3], normal: [curvature; 6], shear: [zero; 3] }
     }
 
-    /// Returns this response minus the response of an energy of the volume change alone, see
-    /// [`volumetric`](Self::volumetric).
+    /// Returns this response minus the response for an energy that depends only on the volume
+    /// change, see [`volumetric`](Self::volumetric).
     #[inline(always)]
     pub(super) fn without_volume(mut self, [energy, stress, curvature]: [T; 3]) -> Self {
         self.energy = self.energy - energy;

@@ -117,7 +117,7 @@ fn step(fields: &Fields, direction: &[[f64; 4]]) -> f64 {
     if relative > 0.0 { STEP / relative } else { 0.0 }
 }
 
-/// Returns the fields plus a multiple of the rates of u_x, u_y, u_z, φ.
+/// Returns the fields plus `multiple` times the rates of u_x, u_y, u_z, φ.
 fn moved(fields: &Fields, multiple: f64, rates: &[[f64; 4]]) -> Fields {
     let mut fields = fields.clone();
     let values = fields.displacement.iter_mut().zip(&mut fields.damage);

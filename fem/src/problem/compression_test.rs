@@ -136,7 +136,7 @@ impl CompressionTest {
     /// uniform compression.
     ///
     /// # Errors
-    /// As [`builder`](Self::builder).
+    /// The errors of [`builder`](Self::builder).
     pub fn conditions(&self, mesh: &TetMesh) -> Result<Conditions, FemError> {
         let [bottom, top] = levels(mesh)?;
         let full = self.displacement_mm;

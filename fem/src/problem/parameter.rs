@@ -33,8 +33,8 @@ pub struct MaterialParameter {
 const RELATIVE_STEP: f64 = 1e-4;
 
 impl MaterialParameter {
-    /// Creates a parameter with this value. `materials` returns the materials of all regions for a parameter value near
-    /// `value`.
+    /// Creates a parameter with the value `value`. `materials` returns the materials of all regions for a parameter
+    /// value near `value`.
     ///
     /// If `value` is zero, the derivative is one-sided, from above: `materials` is called with 0 and 1e-4.
     pub fn new(
@@ -81,7 +81,7 @@ impl MaterialParameter {
     /// Checks that the materials of the problem are between `below` and `above`.
     ///
     /// # Errors
-    /// As [`Problem::with_sensitivities`](crate::Problem::with_sensitivities).
+    /// The errors of [`Problem::with_sensitivities`](crate::Problem::with_sensitivities).
     pub(super) fn validate(
         &self,
         regions: &[String],

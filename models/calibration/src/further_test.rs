@@ -243,7 +243,7 @@ impl FurtherTest {
     /// Finds the smallest number of further specimens that meets a goal for the parameter with this index.
     ///
     /// # Errors
-    /// As [`Self::expected`].
+    /// The errors of [`Self::expected`].
     pub fn specimens_for(
         &self,
         belief: &Belief,

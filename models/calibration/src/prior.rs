@@ -127,7 +127,7 @@ impl Prior {
     /// Returns an input of a surrogate with the range of this prior.
     ///
     /// # Errors
-    /// As [`Input::new`].
+    /// The errors of [`Input::new`].
     pub fn input(&self, name: impl Into<String>) -> Result<Input, SurrogateError> {
         Input::new(name, self.range[0], self.range[1])
     }
@@ -149,7 +149,7 @@ impl Prior {
     /// functions.
     ///
     /// # Errors
-    /// As [`DesignMethod::sample`].
+    /// The errors of [`DesignMethod::sample`].
     pub fn sample_design(
         priors: &[Self],
         method: DesignMethod,

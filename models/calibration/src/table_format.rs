@@ -23,7 +23,7 @@ impl<'a> DetectedTable<'a> {
     /// sign is the sign that most cells of the columns `numbers` contain.
     ///
     /// # Errors
-    /// As [`CsvTable::read`].
+    /// The errors of [`CsvTable::read`].
     pub fn read(file: &'a Path, required: &[&str], numbers: &[&str]) -> Result<Self, InputError> {
         let bytes = fem_file::read_regular(file)
             .map_err(|e| InputError::unreadable(file, &e, "Check its name and place."))?;

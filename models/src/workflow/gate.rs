@@ -40,7 +40,7 @@ pub(super) fn check_range(
 /// of this test.
 ///
 /// # Errors
-/// As [`check_range`].
+/// The errors of [`check_range`].
 pub(super) fn check_range_of_test(
     inputs: &Inputs<'_>,
     specimens: &[Vec<f64>],

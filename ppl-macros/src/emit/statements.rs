@@ -282,7 +282,7 @@ fn sum_of(site: usize) -> Ident {
     format_ident!("terms_{site}", span = Span::mixed_site())
 }
 
-/// Emits a compile error in place of a statement. Also declares the names of the statement, so that later uses of
+/// Emits a compile error instead of a statement. Also declares the names of the statement, so that later uses of
 /// these names cause no further errors.
 fn broken(names: &[Ident], error: &Error) -> TokenStream {
     let mut errors = error.clone().into_iter().map(|error| error.to_compile_error());

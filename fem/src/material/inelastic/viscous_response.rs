@@ -1,9 +1,9 @@
 //! Response of a viscoelastic material at a point: elastic law, Prony terms, damage and mixtures.
 //!
-//! s is the deviatoric elastic stress: for Hencky's law divided by the shear modulus, for other laws the stress of the
-//! law. The deviatoric stress is m_∞ s + Σ m_i dev h_i with the normalised stresses h_i of `viscous_point`. A material
-//! of one phase has m_∞ = g γ_∞ μ and m_i = d γ_i μ (for other laws than Hencky's, with one in place of μ), where d is
-//! g if damage degrades the viscous stress, else 1.
+//! s is the deviatoric elastic stress: for Hencky's law divided by the shear modulus, for other laws the stress of
+//! the law. The deviatoric stress is m_∞ s + Σ m_i dev h_i with the normalised stresses h_i of `viscous_point`. A
+//! material of one phase has m_∞ = g γ_∞ μ and m_i = d γ_i μ (for other laws than Hencky's, with 1 instead of μ),
+//! where d is g if damage degrades the viscous stress, else 1.
 //!
 //! In a mixture of matrix and grain, M(c) is the homogenised shear modulus for a matrix with the modulus g c μ
 //! (`mixture.rs`). The terms are in the order of increasing relaxation times, and c_i = 1 − γ_1 − … − γ_i is the
@@ -72,7 +72,7 @@ struct Shear<T> {
     /// Stored energy Σ m_i |dev h_i|²/(4 μ) with the modulus μ of the elastic stress, MPa. This expression is exact
     /// at small strain.
     energy: T,
-    /// Driving energy of the terms, MPa: `energy` with ∂m_i/∂g in place of m_i if damage degrades the viscous
+    /// Driving energy of the terms, MPa: `energy` with ∂m_i/∂g instead of m_i if damage degrades the viscous
     /// stress.
     driving: T,
     /// Derivative of `driving` with respect to the strain.

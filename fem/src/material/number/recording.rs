@@ -15,9 +15,9 @@ use super::scalar::{Number, Round, Scalar};
 /// Operation or operand of the recorded code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Node {
-    /// Constant, by the bits of its value.
+    /// Constant. The field contains the bits of its value.
     Constant(u64),
-    /// Input of the kernel, by its index.
+    /// Input of the kernel. The field is the index of the input.
     Given(u32),
     Add(Term, Term),
     Subtract(Term, Term),

@@ -59,8 +59,8 @@ impl<const N: usize> Evaluate<N> for ResidualsOf<'_, N> {
     }
 }
 
-/// Length of a stack buffer that holds the stored data of a linear element with its principal axes and without
-/// tangent terms of viscoelastic and plastic laws.
+/// Length of a buffer on the stack. The buffer has space for the stored data of a linear element, including
+/// its principal axes, but not for the tangent terms of viscoelastic and plastic laws.
 const FEW: usize = 51;
 
 /// Buffer for the stored data of one register of elements. The data of linear elements without tangent terms of

@@ -42,7 +42,7 @@ pub(crate) struct MatrixFree<T: Stored> {
     /// Stored data of the tangents of the elements, one vector per chunk. A vector is ordered by batch,
     /// then by pack of the batch, then by entry of [`DataLayout`].
     data: Vec<Vec<T::Pack>>,
-    /// Lane of each element of a batch in its packs.
+    /// For each element of a batch, its lane in the packs of the batch.
     lane_of_row: [usize; LANES],
     /// Results of a product at the nodes of each chunk. A node that belongs to several chunks has
     /// one result per chunk.

@@ -19,7 +19,8 @@ pub(crate) enum Selection<'a> {
     Listed(&'a [u32]),
 }
 
-/// The elements of one SIMD register, by which results are written to their positions.
+/// The elements of one SIMD register. A computation writes its results to the positions of these
+/// elements.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rows<'a> {
     /// Index of the first element in the selection.

@@ -51,7 +51,8 @@ struct Elements {
     /// Contributions of the element in each slot to the residual of its nodes, four values per
     /// node.
     copies: Array<f64>,
-    /// Contributions of the element in each slot to `drive`, one value per node.
+    /// Contributions of the element in each slot to the field `drive` of the residual, one value
+    /// per node.
     drive_copies: Array<f64>,
     nodal: Array<f64>,
     drive: Array<f64>,

@@ -156,8 +156,8 @@ pub trait StepController: fmt::Debug + Send + Sync {
         None
     }
 
-    /// Position of the next point of the curve, as a fraction of the duration. `None`: each step is a point. The default
-    /// follows [`marks`](Self::marks).
+    /// Returns the position of the next point of the curve, as a fraction of the duration; `None` if each step is a
+    /// point of the curve. The default implementation computes the position from [`marks`](Self::marks).
     fn next_mark(&self, run: &Progress) -> Option<f64> {
         let next = (run.curve.len() + 1) as f64;
         self.marks().map(|points| next / f64::from(points))

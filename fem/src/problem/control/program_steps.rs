@@ -38,8 +38,8 @@ impl ProgramSteps {
         Self { segments }
     }
 
-    /// Start and end of the segment that follows the position `passed`, as fractions of the duration, and the steps
-    /// of the segment.
+    /// Returns the segment that contains the next step after the position `passed`: its start and its end, as
+    /// fractions of the duration, and its steps.
     fn segment(&self, passed: f64) -> Option<(f64, f64, SegmentSteps)> {
         let mut start = 0.0;
         for &(end, steps) in &self.segments {

@@ -53,7 +53,7 @@ impl<'a> Increments<'a> {
         &self.setup.parts.ranks
     }
 
-    /// Work done by the solver so far.
+    /// Returns the counters of the work that the solver has done so far.
     pub(super) fn effort(&self) -> Effort {
         self.solver.newton.effort
     }

@@ -247,7 +247,7 @@ ppl::model! {
 /// Samples [`calibration_over_groups`], and labels parameters and temperatures.
 ///
 /// # Errors
-/// As [`Groups::new`], and if the surrogates reject every starting point.
+/// The errors of [`Groups::new`], and an error if the surrogates reject every starting point.
 ///
 /// # Example
 /// ```no_run

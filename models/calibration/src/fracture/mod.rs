@@ -175,7 +175,7 @@ pub fn calibrate(
 /// As [`calibrate`], but omits the first `burn_in` draws of each chain, which `sampler` must draw in addition.
 ///
 /// # Errors
-/// As [`calibrate`].
+/// The errors of [`calibrate`].
 pub fn calibrate_after(
     pce: &DynPce,
     priors: &[Prior],

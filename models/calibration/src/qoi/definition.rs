@@ -108,7 +108,7 @@ pub trait Qoi: Debug + Send + Sync + 'static {
     /// largest force.
     ///
     /// # Errors
-    /// As [`Qoi::value`].
+    /// The errors of [`Qoi::value`].
     fn rate(&self, curve: &PeakedCurve<'_>, rates: &CurveRates<'_>) -> Result<f64, QoiError> {
         let record = curve.record();
         let force_n = &record.force_n;

@@ -111,7 +111,7 @@ mod tests {
             }
         }
         println!("largest relative difference {largest:.1e}");
-        // the closed form uses the rate of the whole strain in place of the rate of the plastic strain
+        // the closed form uses the rate of the whole strain instead of the rate of the plastic strain
         assert!(largest < 5e-4, "{largest}");
     }
 

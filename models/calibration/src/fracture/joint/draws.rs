@@ -139,7 +139,7 @@ fn point_within(test: &PreparedTest, places: &Places, unknowns: &Unknowns<'_>) -
 /// densities of the test are then based on all tests.
 ///
 /// # Errors
-/// As [`calibrate`](crate::calibrate), and if the draws do not suit the test.
+/// The errors of [`calibrate`](crate::calibrate), and an error if the draws do not suit the test.
 pub fn calibration_of_draws(
     pce: &DynPce,
     priors: &[Prior],
