@@ -206,7 +206,8 @@ fn without_negative_parts(matrix: &Mat<f64>, scatter: &Mat<f64>) -> Mat<f64> {
     };
     let scaled = Mat::from_fn(size, size, relative);
     let Ok(eigen) = scaled.self_adjoint_eigen(Side::Lower) else {
-        // this case does not occur for finite numbers; the diagonal alone is a conservative result
+        // the decomposition does not fail for finite numbers; if it fails, keep only the diagonal,
+        // which is a cautious estimate
         return Mat::from_fn(size, size, |i, j| if i == j { matrix[(i, i)].max(0.0) } else { 0.0 });
     };
     let (vectors, values) = (eigen.U(), eigen.S());

@@ -37,7 +37,8 @@ impl<const D: usize, const M: usize> PceKernel<D, M> {
                 start = coefficients.len();
                 rows.push(TermRow { degrees, end: start });
             }
-            // a sparse expansion may skip degrees within a row
+            // a sparse expansion may lack some degrees of the last input: their coefficients are
+            // zero
             coefficients.resize(start + last, [0.0; M]);
             let scale: f64 = index.iter().map(|&a| norm(a.into())).product();
             coefficients.push(c.map(|c| c * scale));
@@ -109,7 +110,8 @@ impl<const D: usize, const M: usize> PceKernel<D, M> {
                 }
             }
             start = row.end;
-            // weight of the row, and its derivatives with respect to the other inputs
+            // product of the polynomials of the other inputs, by which the sum of the row is
+            // multiplied, and the derivatives of this product
             let mut weight = 1.0;
             let mut slopes = [1.0; D];
             for d in 0..D - 1 {

@@ -38,7 +38,8 @@ impl TensorGrid {
         for (axis, active) in pce.axes().iter().zip(active) {
             let rule = gauss_legendre(if active { n } else { 1 });
             let x: Vec<f64> = rule.iter().map(|(t, _)| axis.at_unit(*t)).collect();
-            // inputs are uniform in x, so the density of t is proportional to dx/dt
+            // the inputs are uniformly distributed in x, so that the density of the coordinate t is
+            // proportional to dx/dt
             let w: Vec<f64> =
                 rule.iter().zip(&x).map(|((_, w), &x)| w / axis.slope_at(x)).collect();
             let sum: f64 = w.iter().sum();

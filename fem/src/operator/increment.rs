@@ -53,8 +53,8 @@ pub struct Residual {
     pub drive: Vec<f64>,
     /// Elastic energy ∫ g ψ⁺ + ψ⁻ dV, N mm.
     pub elastic: f64,
-    /// Two sums of squares over the nodes that this rank owns: loads and contact forces (N²), damage sources (N²
-    /// mm²).
+    /// Two sums over the nodes that this rank owns: the squares of loads and contact forces (N²), and the
+    /// squares of damage sources (N² mm²).
     pub external: [f64; 2],
     /// Crack energy ∫ Gc/(c₀ ℓ₀) [α + ℓ₀² |∇φ|²] dV, N mm.
     pub fracture: f64,

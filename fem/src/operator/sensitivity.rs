@@ -28,8 +28,9 @@ pub struct Shift<'a> {
 /// One of the two evaluations of a difference quotient.
 struct Side<'a> {
     materials: &'a [PointMaterial],
-    /// Factor of the derivatives of fields and state on this side, see [`Shift::sides`]. The factor equals the
-    /// change of the parameter if the value of the parameter is in the middle between both sides.
+    /// Factor by which the derivatives of fields and state are multiplied on this side, see [`Shift::sides`].
+    /// If the value of the parameter is in the middle between both sides, the factor is the difference between
+    /// the parameter on this side and its value.
     change: f64,
     damage_before: Vec<f64>,
     state: Vec<f64>,

@@ -141,7 +141,8 @@ pub struct TestAtDraw {
 /// Chaloner & Verdinelli (1995), *Bayesian Experimental Design: A Review*, doi:10.1214/ss/1177009939.
 #[derive(Clone, Debug)]
 pub struct FurtherTest {
-    /// Linearisations at draws of the present posterior. Expected values are means over these draws.
+    /// The quantities of the test, linearised at draws of the present posterior. Expected values are
+    /// means over these draws.
     pub draws: Vec<TestAtDraw>,
     /// Covariance S of the error that all specimens of the test share, quantities × quantities. This error does not
     /// decrease with the number of specimens.

@@ -227,7 +227,8 @@ ppl::model! {
 /// Accuracy of the predictions of data that were not used for the calibration.
 #[derive(Clone, Debug)]
 pub struct HeldOut {
-    /// Mean over the points of the log predictive density, for stresses in MPa.
+    /// Log predictive density of a measured point, averaged over the points that were not used; for
+    /// stresses in MPa.
     pub ln_density: f64,
     /// Root mean square of ln(median prediction / measured): a relative error.
     pub error: f64,

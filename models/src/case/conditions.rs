@@ -34,13 +34,13 @@ pub struct ConditionsCase {
 pub struct PrescribeCase {
     /// The surface.
     pub surface: String,
-    /// Displacement along x in mm at the end.
+    /// Displacement along x in mm at the end of the test.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub x_mm: Option<f64>,
-    /// Displacement along y in mm at the end.
+    /// Displacement along y in mm at the end of the test.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub y_mm: Option<f64>,
-    /// Displacement along z in mm at the end.
+    /// Displacement along z in mm at the end of the test.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub z_mm: Option<f64>,
     /// Damage, constant during the test.

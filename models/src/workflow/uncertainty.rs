@@ -178,7 +178,8 @@ pub(super) struct TestSources {
     /// Derivatives of the quantities of each group of specimens with respect to the parameters, relative to the means
     /// of the specimens.
     pub(super) jacobian: Vec<Vec<f64>>,
-    /// Covariance of each source for the means of all groups.
+    /// For each source of error: its name, and the covariance of the error that it causes in the
+    /// means of all groups.
     pub(super) sources: Vec<(&'static str, DMatrix<f64>)>,
     /// Covariance of the error of surrogate and corrections together, quantities × quantities.
     of_runs: Vec<Vec<f64>>,

@@ -20,7 +20,7 @@ pub(crate) struct Site {
     /// Names of the dimensions along which the enclosing plates (`for` loops of the model) stack the values, the
     /// innermost last.
     pub(crate) plates: Vec<String>,
-    /// Names of the dimensions of the value itself.
+    /// Names of the dimensions that the value of the statement has in a single iteration.
     pub(crate) dims: Vec<String>,
 }
 
@@ -29,14 +29,15 @@ pub(crate) struct Site {
 #[derive(Clone, Default)]
 pub(super) struct Names(HashMap<String, Taken>);
 
-/// The uses of one name by statements.
+/// Describes the statements that declare or observe the quantity with one name.
 #[derive(Clone, Default)]
 struct Taken {
     /// Whether a statement declares or observes the quantity with this name without an index: `y ~
     /// …`, not `y[i] ~ …`.
     is_whole: bool,
-    /// The observed entries of the quantity with this name, such as `y[i]`: the expression as written, and the
-    /// innermost plate (`for` loop of the model) that contains the statement.
+    /// The observed entries of the quantity with this name, such as `y[i]`: each entry is given by its
+    /// expression as written, and by the innermost plate (`for` loop of the model) that contains the
+    /// statement.
     entries: HashSet<(String, Option<Id>)>,
     /// The statements that observe an entry of the quantity with this name, such as `y[i] ~ …`.
     observed: BTreeSet<Id>,

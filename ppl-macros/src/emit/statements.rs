@@ -152,7 +152,8 @@ impl Emitter<'_> {
                 let right = self.plan.written(right, Plan::distribution);
                 let datum = quote_spanned!(place.span()=> &#place);
                 if let Left::Missing(_) = left {
-                    // after this statement, the name refers to the completed data
+                    // after this statement, the name of the place refers to the data in which the
+                    // missing values have been replaced by unknowns
                     let names = statement.declared();
                     return quote_spanned! {span=>
                         #(#[allow(unused_variables)] let #names =)*

@@ -40,7 +40,7 @@ pub(crate) struct Plan<'a> {
 /// outermost loop and uses in all nested loops.
 #[derive(Default)]
 pub(crate) struct Sums {
-    /// Names from outside the loop whose adjoints are summed.
+    /// Variables from outside the loop whose adjoints are summed.
     pub(crate) names: BTreeSet<Ident>,
     /// Sites of the observations in the loop whose log density terms are summed.
     pub(crate) terms: Vec<usize>,

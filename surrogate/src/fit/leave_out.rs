@@ -21,8 +21,8 @@ pub(crate) struct Prefix {
     pub(crate) trace: f64,
 }
 
-/// Returns the index, among all rows, of row `place` of a run. A run has `block` rows; the value is the last row of
-/// the run.
+/// Returns the index, among all rows, of one row of a run. A run has `block` rows: the rows of its derivatives, and
+/// last the row of its value. `place` is the position of the row among the rows of the run.
 #[inline]
 pub(crate) fn row_of(runs: usize, block: usize, run: usize, place: usize) -> usize {
     if place + 1 == block { run } else { runs + run * (block - 1) + place }

@@ -53,7 +53,8 @@ struct Factors<'a> {
     axial: f64,
 }
 
-/// Mean brightness above air of one class (matrix or grain) in a ring of a layer.
+/// Mean brightness (grey value minus the grey value of air) of one class (matrix or grain) in a
+/// ring of a layer.
 struct Mean {
     s: f64,
     t: f64,

@@ -201,8 +201,8 @@ impl<T: Scalar> ViscousIncrement<'_, T> {
         out
     }
 
-    /// Returns the response: the elastic response times the factors, plus the stresses that depend only
-    /// on the state at the start of the increment.
+    /// Returns the response: the elastic response, multiplied by the factors in `shear` and `bulk`,
+    /// plus the stresses that depend only on the state at the start of the increment.
     #[inline(always)]
     fn combine(&self, shear: &Shear<T>, bulk: &Bulk<T>) -> Response<T> {
         let ViscousDamage { g, volume_share, energies } = self.damage;

@@ -138,8 +138,8 @@ impl DataLayout {
         Self { extra: rule.extra.stored && !plain, ..layout }
     }
 
-    /// Returns the layout with the tangent terms of viscoelastic and plastic laws, if they are
-    /// stored.
+    /// Returns this layout with or without the tangent terms of viscoelastic and plastic laws;
+    /// `stored` states whether the terms are stored.
     #[inline(always)]
     pub const fn with_extra(self, stored: bool) -> Self {
         Self { extra: stored, ..self }

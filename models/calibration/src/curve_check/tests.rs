@@ -21,7 +21,8 @@ fn changed(change: impl Fn(&mut Vec<f64>, &mut Vec<f64>)) -> TestCurve {
     curve
 }
 
-/// Returns the names and weights of the findings that are warnings or errors.
+/// Returns the names of the findings that are warnings or errors, and whether each is a warning or
+/// an error.
 fn found(curve: &TestCurve) -> Vec<(&'static str, Weight)> {
     let findings = InspectedCurve::of(curve, 0.3).findings;
     findings.iter().filter(|f| f.weight != Weight::Note).map(|f| (f.name, f.weight)).collect()

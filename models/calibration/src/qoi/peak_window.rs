@@ -188,7 +188,7 @@ impl NoisyCurve<'_> {
         Bundle::of_curvature(peak.curvature * relative, deviation * relative)
     }
 
-    /// Expected squared error of peak force and displacement at peak, relative.
+    /// Sum of the expected squared relative errors of peak force and displacement at peak.
     fn squared_error(&self, fit: &CentredFit, bundle: Bundle) -> f64 {
         let CentredFit { polynomial, points, x, centre, .. } = fit;
         let peak = polynomial.jet(*x);

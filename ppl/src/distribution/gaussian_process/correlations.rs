@@ -94,7 +94,8 @@ impl InCovariance {
                 // the entries (i, j) and (j, i) are equal
                 let (entry, at) = (self.entries[i * self.size + j], Correlations::index(i, j));
                 in_scale += entry * correlations.values[at];
-                // dρ = ρ′ du, and u du = ½ Σ Δ² d(1/ℓ²)
+                // the derivatives with respect to the weights 1/ℓ² follow from dρ = ρ′ du and u du
+                // = ½ Σ Δ² d(1/ℓ²)
                 let slope = -0.5 * entry * correlations.slopes[at];
                 let (a, b) = (points.row(i), points.row(j));
                 let squares = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b));

@@ -21,7 +21,7 @@ fn scalars() -> [Quantity; 5] {
     ]
 }
 
-/// A quantity that has only a value; its derivative is numerical.
+/// A quantity that implements only its value, so that its derivative is computed numerically.
 #[derive(Debug)]
 struct Undifferentiated<Q>(Q);
 
