@@ -104,7 +104,8 @@ pub fn jacobian_product(
     below.and(product)
 }
 
-/// Returns the multiple of the direction by which the fields change; zero for a direction that is zero.
+/// Returns the factor by which the direction is multiplied to obtain the change of the fields; zero for
+/// a direction that is zero.
 fn step(fields: &Fields, direction: &[[f64; 4]]) -> f64 {
     let largest =
         |values: &mut dyn Iterator<Item = f64>| values.fold(0.0f64, |m, x| m.max(x.abs()));

@@ -172,7 +172,7 @@ ppl::model! {
         std::array::from_fn(|k| shared_mpa[k] * ln_ratio[k].exp())
     }
 
-    /// As `neo_hookean`, with a separate modulus for each mode of deformation.
+    /// Version of `neo_hookean` with a separate modulus for each mode of deformation.
     pub fn neo_hookean_by_mode(tests: &[StretchTest]) {
         let shear_mpa ~ LogNormal(-1.0, 1.0);
         let spread ~ HalfNormal(0.3);
@@ -188,7 +188,7 @@ ppl::model! {
         }
     }
 
-    /// As `mooney_rivlin`, with separate moduli for each mode of deformation.
+    /// Version of `mooney_rivlin` with separate moduli for each mode of deformation.
     pub fn mooney_rivlin_by_mode(tests: &[StretchTest]) {
         let c_mpa ~ LogNormal(-2.0, 1.0).array::<2>();
         let spread ~ HalfNormal(0.3);
@@ -204,7 +204,8 @@ ppl::model! {
         }
     }
 
-    /// As `ogden`, with separate moduli for each mode of deformation and the same exponents for all modes.
+    /// Version of `ogden` with separate moduli for each mode of deformation and the same exponents for all
+    /// modes.
     pub fn ogden_by_mode(tests: &[StretchTest]) {
         let shear_mpa ~ LogNormal(-2.0, 1.5).array::<3>();
         let soft ~ Normal(1.5, 0.5).truncate(0.5..2.5);

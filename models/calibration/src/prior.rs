@@ -89,8 +89,9 @@ impl Prior {
         inputs.iter().map(|input| Self::uniform(input.lower, input.upper)).collect()
     }
 
-    /// Creates a prior of a family from these parameters, in the order of [`PriorFamily::keys`]. The range extends
-    /// from the 0.1 % to the 99.9 % quantile. [`Univariate::validate`] reports parameters that are missing or wrong.
+    /// Creates a prior of a family from its parameters, given in the order of [`PriorFamily::keys`]. The range
+    /// extends from the 0.1 % to the 99.9 % quantile. [`Univariate::validate`] reports parameters that are missing
+    /// or wrong.
     pub fn new(family: PriorFamily, parameters: &[f64]) -> Self {
         let mut values = [0.0; 3];
         for (i, value) in values.iter_mut().take(family.keys().len()).enumerate() {
@@ -145,8 +146,8 @@ impl Prior {
         (0..=steps).map(at).map(|x| (x, UnivariateDensity::<f64>::ln_pdf(self, x).exp())).collect()
     }
 
-    /// Draws `n` points whose coordinates have these priors. A design in the unit cube is mapped by the quantile
-    /// functions.
+    /// Draws `n` points whose coordinates have the priors `priors`. A design in the unit cube is mapped by the
+    /// quantile functions.
     ///
     /// # Errors
     /// The errors of [`DesignMethod::sample`].

@@ -28,7 +28,7 @@ pub struct KnownStiffness {
     /// Number n of specimens with a known ratio; the first n specimens of the laboratory have known
     /// ratios.
     pub specimens: usize,
-    /// Distribution of the stiffness ratio of the other specimens.
+    /// Distribution of the stiffness ratio of specimens whose ratio is unknown.
     pub population: Option<Population>,
 }
 

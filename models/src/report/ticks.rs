@@ -45,7 +45,7 @@ impl Axis {
         }
         let power = 10_f64.powi(rough.log10().floor() as i32);
         let step = match rough / power {
-            // limits are geometric means of adjacent steps
+            // the limits between two step sizes are their geometric means
             part if part < 2.0_f64.sqrt() => power,
             part if part < 10.0_f64.sqrt() => 2.0 * power,
             part if part < 50.0_f64.sqrt() => 5.0 * power,

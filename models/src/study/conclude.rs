@@ -32,7 +32,7 @@ pub(super) fn conclusions(settings: &[StudyResults]) -> Vec<Conclusion> {
     first.iter().enumerate().map(conclusion).collect()
 }
 
-/// Returns a copy of a setting without the cases with these names.
+/// Returns a copy of a setting without the cases whose names are in `names`.
 fn without(setting: &StudyResults, names: &[&String]) -> StudyResults {
     let mut kept = setting.clone();
     kept.cases.retain(|case| !names.contains(&&case.name));

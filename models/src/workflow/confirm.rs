@@ -156,7 +156,7 @@ fn baseline(task: &Task<'_>) -> Result<(), WorkflowError> {
     task.product("curves/baseline.csv", |path| write_curve(path, &records[0].curve))
 }
 
-/// Returns the parameters with these paths.
+/// Returns the parameters with the given paths.
 fn parameters(names: &[String]) -> Result<Vec<Parameter>, WorkflowError> {
     names.iter().map(|name| name.parse().map_err(WorkflowError::Unusable)).collect()
 }

@@ -391,7 +391,7 @@ pub(super) fn progress(inputs: &Inputs<'_>, dir: &Path) -> Result<Vec<Progress>,
         total = level.repeats.min(total - progress.failed.min(total));
         found.push(progress);
     }
-    // runs of batches whose points have been chosen
+    // add the runs of batches whose points have been chosen
     if let Some((known, folder)) = plan.batches.as_ref().map(Batches::known) {
         found.push(look(folder, plan.levels[0].setup.derivatives, known)?);
     }

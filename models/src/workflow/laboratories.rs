@@ -110,7 +110,8 @@ impl Study<'_> {
         seeds: Vec<u64>,
     ) -> Result<(Vec<RunRecord>, Vec<f64>), WorkflowError> {
         let names: Vec<String> = self.prior.iter().map(|input| input.name.clone()).collect();
-        // the keys of the case do not identify these runs: add seeds and points to the manifest
+        // the keys of the case do not identify the runs of a laboratory: add the seeds and points
+        // of the runs to the manifest
         let kept = format!("{seeds:?}\n{points:?}\n");
         let packings = self.packings(seeds)?;
         let mut levels = Level::all(&self.task.inputs, 0)?;

@@ -66,7 +66,8 @@ pub(super) struct LevelRuns {
 /// Quantities of interest of a run.
 struct Found {
     quantities: Vec<f64>,
-    /// Quantities × parameters; empty if derivatives were not computed.
+    /// Derivatives of the quantities (rows) with respect to the parameters (columns); empty if no
+    /// derivatives were computed.
     jacobian: Vec<Vec<f64>>,
 }
 

@@ -52,8 +52,8 @@ pub(super) fn read_measured(
     Ok(specimens)
 }
 
-/// Checks whether a calibration to these specimens is possible: at least two specimens and means that are not zero
-/// are necessary.
+/// Checks whether a calibration to the given specimens is possible: at least two specimens and means that are not
+/// zero are necessary.
 ///
 /// # Errors
 /// Names the file and the quantity.

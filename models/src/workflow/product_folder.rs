@@ -307,7 +307,7 @@ impl ProductFolder {
         std::fs::rename(&whole, &path).map_err(failed)
     }
 
-    /// Whether the file has exactly these bytes.
+    /// Whether the content of the file equals the given bytes.
     pub(super) fn has_bytes(&self, name: &str, content: &[u8]) -> bool {
         self.has_content(name, ContentHash::of_bytes(content))
     }

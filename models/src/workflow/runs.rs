@@ -104,7 +104,8 @@ pub(super) fn run_jobs(
         // reuse runs that were computed before the folder had neighbouring folders
         copy_records(&own, &directory)?;
     }
-    // another version of the program may compute other results, so that its runs are not mixed with these runs
+    // another version of the program may compute other results: the version is part of the fingerprint, so
+    // that the runs of two versions are not mixed
     let fingerprint = format!("program = breccia {}\n{manifest}", env!("CARGO_PKG_VERSION"));
     let ensemble = Ensemble::open(&directory, &fingerprint).map_err(|error| match error {
         // the folder name already identifies everything but the program version

@@ -151,7 +151,7 @@ impl Simulator {
         Ok(Self { problem, parts, parameters, rest, derivatives: setup.derivatives })
     }
 
-    /// Returns the test with these parameter values.
+    /// Returns the test with the given parameter values.
     pub(super) fn at(&self, values: &[f64]) -> Result<Problem, FemError> {
         let parts = self.parts_at(values)?;
         let regions = &self.problem.mesh().regions;
@@ -192,7 +192,7 @@ impl Simulator {
         problem.with_sensitivities(parameters)
     }
 
-    /// Returns the parts of the case with these parameter values.
+    /// Returns the parts of the case with the given parameter values.
     fn parts_at(&self, values: &[f64]) -> Result<SimulationParts, FemError> {
         let mut parts = self.parts.clone();
         for (parameter, &value) in self.parameters.iter().zip(values) {
@@ -203,8 +203,8 @@ impl Simulator {
         Ok(parts)
     }
 
-    /// Checks that the materials and derivatives are valid at these parameter values. Errors name the case file of
-    /// `setup`.
+    /// Checks that the materials and derivatives are valid at the given parameter values. Errors name the case
+    /// file of `setup`.
     pub(super) fn check(&self, setup: &Setup<'_>, values: &[f64]) -> Result<(), WorkflowError> {
         let plain = Self { derivatives: false, ..self.clone() };
         let file = setup.path.to_owned();
@@ -214,7 +214,7 @@ impl Simulator {
         })
     }
 
-    /// Runs the test with these parameter values.
+    /// Runs the test with the given parameter values.
     pub(super) fn run(
         &self,
         values: &[f64],

@@ -122,7 +122,7 @@ fn state(
 ) -> StageState {
     let change = records.get(stage.name).map(|record| {
         record.change(inputs, dir).or_else(|| {
-            // also check whether the stages that wrote these files have to be run again
+            // also check whether the stages that wrote the files which this stage read have to be run again
             let of_others =
                 |name: &&str| inputs.writer_of(name) != Some(stage.name) && dir.join(name).exists();
             record.files_read().filter(of_others).find_map(|name| {

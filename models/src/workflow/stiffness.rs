@@ -45,7 +45,7 @@ fn stiffness(setup: &Setup<'_>, mesh: TetMesh, materials: &[&str]) -> Result<f64
     }
 }
 
-/// The materials with these names, without damage and viscosity.
+/// Returns the materials with the given names, without damage and viscosity.
 fn elastic(
     materials: &BTreeMap<String, MaterialCase>,
     names: &[&str],

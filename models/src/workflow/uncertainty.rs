@@ -109,8 +109,8 @@ impl SharedError {
         self.of_runs().filter_map(|part| part.constant.as_ref()).chain(others)
     }
 
-    /// Returns the evidence for a calibration: the quantities `qois` of the specimens, these errors, and the known
-    /// stiffness ratios.
+    /// Returns the evidence for a calibration: the quantities `qois` of the specimens, the errors in `self`, and
+    /// the known stiffness ratios.
     pub(super) fn evidence(&self, qois: Vec<Vec<f64>>, known: &KnownStiffness) -> Evidence {
         let size = qois.first().map_or(0, Vec::len);
         let zeros = vec![vec![0.0; size]; size];
@@ -159,7 +159,8 @@ const MOST_DRAWS: usize = 500;
 pub(super) struct Budget {
     pub(super) parameters: Vec<String>,
     pub(super) sources: Vec<&'static str>,
-    /// Parameters × sources; the shares of each parameter sum to 1.
+    /// For each parameter, the share of each source of error in the posterior variance; the shares
+    /// of a parameter sum to 1.
     pub(super) shares: Vec<Vec<f64>>,
     /// 1 − (posterior variance)/(prior variance) of each parameter.
     pub(super) contractions: Vec<f64>,
@@ -373,7 +374,8 @@ struct Group<'a> {
     size: f64,
     /// Last inputs of the surrogate (the stiffness ratio), averaged over the group.
     inputs: Vec<f64>,
-    /// Population of these inputs, if the inputs of the specimens are unknown.
+    /// Distribution of the inputs over all possible specimens, if the inputs of the specimens are
+    /// unknown.
     population: Option<&'a Population>,
 }
 

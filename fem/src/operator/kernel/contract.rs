@@ -18,8 +18,8 @@ pub(crate) trait Load<P>: Copy {
     fn constant(self, x: f64) -> Self::Number;
 }
 
-/// Loader of entries that are already numbers of type `T`. The field may be any number of this type;
-/// it only serves to create constants.
+/// Loader of entries that are already numbers of type `T`. The field is any number of this type,
+/// from which constants are created.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Loaded<T>(pub T);
 

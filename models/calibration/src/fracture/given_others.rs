@@ -78,7 +78,7 @@ fn ln_conditionals_of(
     specimens.group(kind).rows.iter().enumerate().map(ln_conditional).collect()
 }
 
-/// Returns the distribution of one more specimen of a kind, given the totals of groups with these sizes. V is the
+/// Returns the distribution of one more specimen of a kind, given the totals of groups of the given sizes. V is the
 /// covariance of the totals, and C is the covariance between the specimen and the totals. The distribution is N(m +
 /// C V⁻¹ (totals − their means), Σ_k + S − C V⁻¹ Cᵀ). Here m is the expected response of the specimen, Σ_k is the
 /// covariance of the specimen's own deviation, and S is the covariance that the specimen shares with other
@@ -111,7 +111,7 @@ fn after<R: Scalar>(
     Ok(After { factor, columns, own })
 }
 
-/// Distribution of a specimen given the totals of other specimens, for any values of these totals.
+/// Distribution of a specimen given the totals of other specimens, as a function of the totals.
 struct After<R: Scalar> {
     /// Cholesky factor L of V = L Lᵀ.
     factor: DynCholeskyFactor<R>,

@@ -172,7 +172,8 @@ pub fn calibrate(
     calibrate_after(pce, priors, evidence, sampler, 0, seed)
 }
 
-/// As [`calibrate`], but omits the first `burn_in` draws of each chain, which `sampler` must draw in addition.
+/// Calibrates like [`calibrate`], but omits the first `burn_in` draws of each chain, which `sampler` must draw
+/// in addition.
 ///
 /// # Errors
 /// The errors of [`calibrate`].
@@ -251,7 +252,7 @@ fn leave_out(chains: &mut Chains, first: usize) {
     }
 }
 
-/// As [`calibrate`], but returns only the posterior, without labels.
+/// Calibrates like [`calibrate`], but returns only the posterior, without labels.
 pub fn sample(
     pce: &DynPce,
     priors: &[Prior],

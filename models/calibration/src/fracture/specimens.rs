@@ -271,7 +271,7 @@ impl Specimens {
         DynCholeskyFactor::of_covariance(&covariance)
     }
 
-    /// Cholesky factor of the covariance of the totals of groups with these sizes.
+    /// Returns the Cholesky factor of the covariance of the totals of groups of the given sizes.
     pub(super) fn factor_of<R: Scalar>(
         &self,
         groups: &[(Kind, usize)],

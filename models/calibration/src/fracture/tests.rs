@@ -98,8 +98,8 @@ impl Joint {
     }
 }
 
-/// Checks the density of contrasts and totals, the density of one more specimen, and the density of each specimen given
-/// the others.
+/// Checks the density of contrasts and totals, the density of one more specimen, and the density of each specimen
+/// given the other specimens.
 fn assert_density_of(specimens: &Specimens, pce: &DynPce, known: Option<&[Option<f64>]>) {
     let mut rows: Vec<Vec<f64>> = QOIS.map(Vec::from).to_vec();
     let all: Vec<usize> = (0..rows.len()).collect();

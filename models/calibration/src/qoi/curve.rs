@@ -42,7 +42,8 @@ impl<'a> PeakedCurve<'a> {
         Ok(curve)
     }
 
-    /// Like [`PeakedCurve::new`], but the curve need not have a peak, as in a test that ends with a hold.
+    /// Creates a curve like [`PeakedCurve::new`], but the curve need not have a peak, as in a test that
+    /// ends with a hold.
     ///
     /// # Errors
     /// If the curve has fewer than 5 points.

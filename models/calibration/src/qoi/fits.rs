@@ -6,7 +6,8 @@
 /// # References
 /// Forsythe, Generation and use of orthogonal polynomials for data-fitting with a digital computer (1957).
 pub(super) struct Polynomial {
-    /// aₖ and bₖ for k = 0 … degree − 1.
+    /// Coefficients aₖ and bₖ of the three-term recurrence of the orthogonal polynomials, for k = 0
+    /// … degree − 1.
     recurrence: Vec<[f64; 2]>,
     /// Σ φₖ² over the points.
     norms: Vec<f64>,

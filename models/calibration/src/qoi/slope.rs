@@ -53,8 +53,8 @@ impl Qoi for Slope {
     }
 }
 
-/// Returns the derivative of the slope of `line`, whose window is centred at `fraction` times the displacement at peak
-/// and moves with it.
+/// Returns the derivative of the slope of `line`, whose window is centred at `fraction` times the displacement at
+/// peak and moves with this displacement.
 pub(super) fn rate_of_slope(
     curve: &PeakedCurve<'_>,
     rates: &CurveRates<'_>,

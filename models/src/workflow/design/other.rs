@@ -78,8 +78,8 @@ fn mean_of(data: &surrogate::Dataset, input: usize) -> f64 {
     data.rows().map(|(x, _)| x[input]).sum::<f64>() / data.len() as f64
 }
 
-/// Adds the error covariance of the corrections of `[fidelity]`, for the quantities that these
-/// corrections apply to.
+/// Adds the error covariance of the corrections of `[fidelity]`, for the quantities to which the
+/// corrections apply.
 fn add_error_of_meshes(
     task: &Task<'_>,
     outputs: &[String],

@@ -244,8 +244,8 @@ fn a_varying_parameter_is_that_of_quadrature() {
     }
 }
 
-/// The calibration of one test from joint draws contains these draws, and its predictions and densities are
-/// computed from these draws.
+/// A calibration of one test that is created from joint draws contains the joint draws, and its predictions
+/// and densities are computed from the joint draws.
 #[test]
 fn a_test_sees_the_joint_posterior() {
     let tests = [six_specimens("fast"), linear("slow", &[0.4], &[99.0, 102.0, 100.5], 4e-4)];

@@ -182,7 +182,8 @@ fn measurement_noise_moves_the_peak_by_less_than_one_reading_would() {
     assert!(squares[1].sqrt() < 0.003, "{squares:?}");
 }
 
-/// Curve x exp((1 − xᵖ)/p) with the peak 150 N at x = 1, 0.12 mm, and the relative curvature −p there.
+/// Curve x exp((1 − xᵖ)/p) with the peak 150 N at x = 1, 0.12 mm, and the relative curvature −p at the
+/// peak.
 fn peaked(exponent: f64) -> impl Fn(f64) -> f64 {
     move |u| {
         let x = u / 0.12;
