@@ -73,7 +73,7 @@ pub(crate) fn combinations(columns: &[BeforeAndAfter]) -> Vec<Combination> {
     groups.filter_map(|members| judge(members, &prior, &posterior)).collect()
 }
 
-/// Returns `members` as a combination if the data inform some directions in the space of these parameters well and
+/// Returns `members` as a combination if the data inform some directions in the space of the `members` well and
 /// all other directions not at all; otherwise returns `None`.
 fn judge(
     members: Vec<usize>,

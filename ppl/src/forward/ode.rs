@@ -123,7 +123,7 @@ impl<F, const N: usize> OdeSolution<F, N> {
                     return Err(failure(&format!("needs more than {steps} steps"), t));
                 }
                 steps += 1;
-                // a step that would end just before the output time is extended to it
+                // a step that would end just before the output time is extended to the output time
                 let lands = t + step * (1.0 + 1e-10) >= time;
                 let length = if lands { time - t } else { step };
                 let (next, last, error) = self.attempt(&rate, t, length, &y, &first);

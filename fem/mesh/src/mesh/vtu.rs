@@ -175,7 +175,7 @@ impl ExtendedValues {
 /// indices into `points`: the four corners, then the middles of the edges 01, 12, 20, 03, 13, 23.
 ///
 /// # Errors
-/// Same as [`write()`]. Point fields have one value per row of `points`.
+/// The errors of [`write()`]; here, point fields have one value per row of `points`.
 pub fn write_quadratic(
     path: impl AsRef<Path>,
     mesh: &TetMesh,

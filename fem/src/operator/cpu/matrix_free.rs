@@ -190,8 +190,8 @@ impl<T: Stored> ChunkData<'_, T> {
         }
     }
 
-    /// Iterates over the elements of a part of the chunk and the SIMD lanes of these elements, in the order of
-    /// the chunk. Vacant lanes are omitted.
+    /// Iterates over the elements of a part of the chunk, each with its SIMD lane, in the order of the chunk.
+    /// Vacant lanes are omitted.
     fn elements<S: Simd>(&self, part: usize) -> impl Iterator<Item = (Position, usize)> {
         let first = part * SimdF64::<S>::COUNT;
         let (batch, begin) = (first / LANES, first % LANES);
