@@ -110,8 +110,8 @@ impl<const D: usize, const M: usize> PceKernel<D, M> {
                 }
             }
             start = row.end;
-            // product of the polynomials of the other inputs, by which the sum of the row is
-            // multiplied, and the derivatives of this product
+            // the sum over the last input is multiplied by `weight`, the product of the polynomials
+            // of the other inputs; `slopes` are the derivatives of this product
             let mut weight = 1.0;
             let mut slopes = [1.0; D];
             for d in 0..D - 1 {

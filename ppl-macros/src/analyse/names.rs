@@ -24,8 +24,8 @@ pub(crate) struct Site {
     pub(crate) dims: Vec<String>,
 }
 
-/// The names that the results use for the statements on the execution paths to the current
-/// statement.
+/// The names of quantities in the results that are already taken: the names of all statements on
+/// the execution paths to the current statement.
 #[derive(Clone, Default)]
 pub(super) struct Names(HashMap<String, Taken>);
 

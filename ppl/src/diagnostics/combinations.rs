@@ -148,7 +148,8 @@ impl BeforeAndAfter {
     fn scaled(&self) -> [Vec<f64>; 2] {
         let mut sorted = self.prior.clone();
         sorted.sort_unstable_by(f64::total_cmp);
-        // normal scores of the sorted prior draws; values between two draws are interpolated linearly
+        // each sorted prior draw gets its normal score; the scores of values between two draws are
+        // interpolated linearly
         let n = sorted.len() as f64;
         let scores: Vec<f64> =
             (0..sorted.len()).map(|i| -normal_upper_quantile((i as f64 + 0.5) / n)).collect();

@@ -97,7 +97,7 @@ pub struct Loo {
     pub p_loo: f64,
     /// Largest Pareto shape k for which the estimate is reliable: min(1 − 1/log₁₀ S, 0.7), for S draws.
     pub threshold: f64,
-    /// Results of the observations.
+    /// One result per observation.
     pub points: Vec<LooPoint>,
     /// Hash of the observed data, by which a comparison detects models that were fitted to different data. `None` if
     /// the data are unknown.

@@ -63,8 +63,8 @@ impl<'a> Increments<'a> {
         self.solver.newton.effort.cuts += 1;
     }
 
-    /// Takes one step. A step that prescribes the position of the loaded ends ends at the fraction `target` of the
-    /// duration.
+    /// Takes one step. If the step prescribes the position of the loaded ends, it ends at the time that `target`
+    /// gives as a fraction of the duration.
     pub(super) fn take(&mut self, step: Step, target: f64) -> Result<(), StepFailure> {
         match step {
             Step::Advance(_) => self.advance(target),

@@ -43,7 +43,7 @@ fn forward(with_k: bool) -> DynPce {
 
 /// Means and covariance of the rows of specimens. The covariance between two specimens is S, plus s²/N b bᵀ if k is
 /// unknown. The covariance of one specimen is the covariance between two specimens plus Σ, and plus s² b bᵀ if k is
-/// unknown. Symbols as in `specimens.rs` and `population.rs`.
+/// unknown. For the symbols, see `specimens.rs` (S, Σ, N) and `population.rs` (s, b, k).
 struct Joint {
     means: Vec<Vec<f64>>,
     covariance: Vec<Vec<f64>>,

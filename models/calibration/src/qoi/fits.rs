@@ -128,7 +128,8 @@ mod tests {
 
     use super::*;
 
-    /// x⁴ − 2x³ − 3x² at unequal points, and a line through three points by its textbook formula.
+    /// Tests the fit to values of x⁴ − 2x³ − 3x² at unequally spaced points, and compares a line
+    /// through three points with the textbook formulas of its slope and variances.
     #[test]
     fn polynomials_are_recovered_with_their_derivatives() {
         let y = |x: f64| x.powi(4) - 2.0 * x.powi(3) - 3.0 * x * x;
