@@ -43,7 +43,8 @@ fn forward(with_k: bool) -> DynPce {
 
 /// Means and covariance of the rows of specimens. The covariance between two specimens is S, plus s²/N b bᵀ if k is
 /// unknown. The covariance of one specimen is the covariance between two specimens plus Σ, and plus s² b bᵀ if k is
-/// unknown. For the symbols, see `specimens.rs` (S, Σ, N) and `population.rs` (s, b, k).
+/// unknown. Here b is the derivative of the response with respect to k; for the other symbols see `specimens.rs` and
+/// `population.rs`.
 struct Joint {
     means: Vec<Vec<f64>>,
     covariance: Vec<Vec<f64>>,
