@@ -341,10 +341,14 @@ fn the_window_of_the_slope_follows_the_peak() {
 }
 
 #[test]
-fn each_force_needs_its_rate() {
-    let curve = viscous_of(275.0, 0.3);
+fn each_displacement_needs_its_force_and_its_rate() {
+    let mut curve = viscous_of(275.0, 0.3);
+    let displacements = curve.displacement_mm.len();
+    let unequal = |name, values| QoiError::UnequalLengths { displacements, name, values };
     let short = Qois::rates_of(&curve, 0.3, &scalars(), &curve.force_n[..7]).unwrap_err();
-    assert_eq!(short, QoiError::TooShort { points: 7 });
+    assert_eq!(short, unequal("derivatives of the force", 7));
+    curve.force_n.truncate(20);
+    assert_eq!(Qois::of(&curve, 0.3).unwrap_err(), unequal("forces", 20));
 }
 
 fn shape() -> [Quantity; 4] {
