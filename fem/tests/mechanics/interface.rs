@@ -273,8 +273,13 @@ fn other_interfaces_give_the_curve_of_a_new_problem() {
     assert!(none.interfaces().is_empty() && none.warnings().is_empty());
     assert!(matches!(
         &old.warnings()[..],
-        [ProblemWarning::WidenedInterface { interface, stated_mm, width_mm }]
-            if interface == "matrix-grain" && *stated_mm == 0.4 && *width_mm > 0.8
+        [
+            ProblemWarning::WidenedInterface { interface, stated_mm, width_mm },
+            ProblemWarning::WideInterface { region, .. },
+        ] if interface == "matrix-grain"
+            && *stated_mm == 0.4
+            && *width_mm > 0.8
+            && region == "matrix"
     ));
 }
 
