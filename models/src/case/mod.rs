@@ -35,6 +35,7 @@ mod template;
 #[cfg(test)]
 mod tests;
 mod validate;
+mod validation;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -81,6 +82,7 @@ pub use simulator::SimulatorCase;
 pub use target::{Parameter, SimulationParts, Target, TargetError};
 pub(crate) use target::{Property, TargetRegistry};
 pub(crate) use template::{Template, Value};
+pub use validation::ValidationCase;
 
 /// A case: the simulations, the calibrated parameters, and the experiments.
 ///
@@ -163,6 +165,9 @@ pub struct Case {
     /// The simulations that confirm the calibration.
     #[serde(default)]
     pub confirm: ConfirmCase,
+    /// Comparisons of the posterior with specimens that the calibration does not use.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub validation: Vec<ValidationCase>,
     /// Candidates for the next tests.
     #[serde(default)]
     pub further_tests: FurtherTestsCase,

@@ -51,9 +51,11 @@ pub(crate) fn make_absolute(table: &mut Table, case: &Path) {
         let mesh = ["set", "specimen", "mesh"];
         absolute(case, mesh.iter().try_fold(candidate, |value, key| value.get_mut(key)));
     }
-    for test in table.get_mut("tests").and_then(Value::as_array_mut).into_iter().flatten() {
-        if let Some(Value::Table(set)) = test.get_mut("set") {
-            make_absolute(set, case);
+    for list in ["tests", "validation"] {
+        for entry in table.get_mut(list).and_then(Value::as_array_mut).into_iter().flatten() {
+            if let Some(Value::Table(set)) = entry.get_mut("set") {
+                make_absolute(set, case);
+            }
         }
     }
 }

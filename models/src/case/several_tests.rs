@@ -8,7 +8,8 @@ use super::{Case, CaseFile, PriorCase};
 use crate::error::InputError;
 
 /// Tables that a test cannot change, because they belong to the joint calibration.
-const JOINT: [&str; 5] = ["prior", "extend", "parameters", "tests", "further_tests"];
+const JOINT: [&str; 6] =
+    ["prior", "extend", "parameters", "tests", "validation", "further_tests"];
 
 /// Tables that define the simulations of a test. Tests with equal tables share their runs.
 const SIMULATIONS: [&str; 12] = [
@@ -161,7 +162,7 @@ fn overlaid(file: &CaseFile, entry: &TestEntry) -> (Option<Table>, Vec<InputErro
     let mut refuse = |place: &str, key: &str, problem: &str, help: String| {
         mistakes.push(InputError::new(&file.path, place, key, problem, help));
     };
-    let mut case = Case { tests: Vec::new(), ..file.case.clone() };
+    let mut case = Case { tests: Vec::new(), validation: Vec::new(), ..file.case.clone() };
     case.calibration.between_tests = Default::default();
     let mut prior = case.prior.take().unwrap_or_default();
     entry.prior.iter().for_each(|(parameter, own)| prior.insert(parameter.clone(), *own));

@@ -1,0 +1,147 @@
+//! `[[validation]]`: comparisons of the posterior with specimens that the calibration does not use.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use toml::{Table, Value};
+
+use super::overlay::{merge, nested, remove};
+use super::{Case, CaseFile};
+use crate::error::InputError;
+use crate::qoi::Quantity;
+
+/// Tables that a validation may change. All other tables are fixed, because they define the calibration.
+pub(super) const TABLES: [&str; 12] = [
+    "specimen",
+    "material",
+    "interface",
+    "phase_field",
+    "test",
+    "machine",
+    "conditions",
+    "solver",
+    "simulator",
+    "qoi",
+    "experiments",
+    "design",
+];
+
+/// Keys of `[experiments]` that name the specimens, each with the keys that do not apply beside it.
+const SPECIMENS: [(&str, &[&str]); 3] = [
+    ("table", &["values", "virtual", "group", "test"]),
+    ("values", &["table", "virtual", "read", "group", "test"]),
+    ("virtual", &["table", "values", "read", "group", "test"]),
+];
+
+/// `[[validation]]`: a test whose specimens are predicted from the posterior and compared with their measured curves.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ValidationCase {
+    /// Name of the validation, and of its folder.
+    pub name: String,
+    /// Number of posterior draws at which the test is simulated.
+    #[serde(default = "twenty_four")]
+    pub draws: usize,
+    /// Keys of the case with other values in this test.
+    #[serde(default, skip_serializing_if = "Table::is_empty")]
+    pub set: Table,
+    /// Keys of the case that are removed for this test.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub without: Vec<String>,
+    /// Standard deviation in % of quantities between specimens. Default: as calibrated, for the calibrated quantities.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub scatter_percent: BTreeMap<Quantity, f64>,
+}
+
+impl CaseFile {
+    /// Returns the case for the simulations and the held-out specimens of a validation, with paths relative to the folder
+    /// of this case. `place` is the place of the validation in the case, from 0.
+    ///
+    /// The specimens of the validation replace those of the case. Seeds that the validation does not set differ from the
+    /// seeds of the case, so that virtual specimens and packings are new ones.
+    ///
+    /// # Errors
+    /// All mistakes of the case of the validation, each with the name of the validation.
+    pub(crate) fn of_validation(
+        &self,
+        entry: &ValidationCase,
+        place: usize,
+    ) -> Result<Self, Vec<InputError>> {
+        let named = |error: InputError| {
+            // line numbers of the merged text are not line numbers of the user's file
+            let place = format!("validation ({}).{}", entry.name, error.place);
+            InputError { place, excerpt: None, ..error }
+        };
+        let table = self.overlaid(entry, place).map_err(|error| vec![named(error)])?;
+        let (file, mistakes) = Self::parse_all(&table.to_string(), &self.path);
+        match file.filter(|_| mistakes.is_empty()) {
+            Some(file) => Ok(file),
+            None => Err(mistakes.into_iter().map(named).collect()),
+        }
+    }
+
+    /// The case with the keys of a validation, as a table.
+    fn overlaid(&self, entry: &ValidationCase, place: usize) -> Result<Table, InputError> {
+        let refuse = |rest: &str, key: &str, problem: &str, help: String| {
+            Err(InputError::new(&self.path, rest, key, problem, help))
+        };
+        let first = |key: &str| key.split('.').next().unwrap_or_default().to_owned();
+        let all = entry.set.keys().map(|key| ("set", key));
+        for (list, key) in all.chain(entry.without.iter().map(|key| ("without", key))) {
+            if !TABLES.contains(&first(key).as_str()) {
+                let help = format!("Name keys of: {}.", TABLES.join(", "));
+                return refuse(list, key, "belongs to the calibration", help);
+            }
+        }
+        let mut case = self.case.clone();
+        case.prior = case.whole_prior();
+        case.qoi.quantities = case.compared();
+        let Case { extend, validation, sequential, fidelity, calibration, confirm, .. } = &mut case;
+        extend.clear();
+        validation.clear();
+        *sequential = None;
+        (*fidelity, *calibration, *confirm) = Default::default();
+        case.further_tests = Default::default();
+        let mut table = match Table::try_from(&case) {
+            Ok(table) => table,
+            Err(e) => return refuse("set", "", &e.to_string(), "Leave it out.".to_owned()),
+        };
+        replace_specimens(&mut table, &entry.set);
+        for key in &entry.without {
+            if !remove(&mut table, key) {
+                let help = "Name keys of this case by their paths.".to_owned();
+                return refuse("without", key, "is not in the case", help);
+            }
+        }
+        for key in ["experiments.virtual.seed", "design.seed"] {
+            if let Some(Value::Integer(seed)) = at(&table, key) {
+                let seed = seed.wrapping_add(place as i64 + 1) & i64::MAX;
+                merge(&mut table, &nested(key, seed.into()));
+            }
+        }
+        merge(&mut table, &entry.set);
+        Ok(table)
+    }
+}
+
+/// Removes the keys of `[experiments]` that do not apply to the specimens that `set` names.
+fn replace_specimens(table: &mut Table, set: &Table) {
+    let Some(Value::Table(own)) = set.get("experiments") else { return };
+    let Some(Value::Table(experiments)) = table.get_mut("experiments") else { return };
+    for (key, others) in SPECIMENS {
+        if own.contains_key(key) {
+            others.iter().for_each(|other| drop(experiments.remove(*other)));
+        }
+    }
+}
+
+/// Value at a dotted path.
+pub(crate) fn at<'a>(table: &'a Table, path: &str) -> Option<&'a Value> {
+    let mut keys = path.split('.');
+    let first = keys.next().and_then(|key| table.get(key));
+    keys.fold(first, |value, key| value?.get(key))
+}
+
+fn twenty_four() -> usize {
+    24
+}
