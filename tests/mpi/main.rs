@@ -115,7 +115,8 @@ fn two_processes_give_the_curve_and_the_files_of_one() {
     }
     let whole = mpirun(folder, "2", &["run", "case.toml"]).output().unwrap();
     assert!(
-        !whole.status.success() && text(&whole).contains("`simulate` alone"),
+        !whole.status.success()
+            && text(&whole).contains("only `simulate` can run on several processes"),
         "{}",
         text(&whole)
     );

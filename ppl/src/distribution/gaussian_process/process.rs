@@ -110,9 +110,9 @@ impl<X: Design, M: Sequence<Item: Parameter>, K: Covariance, S: Parameter>
         let columns = (observed.size() > 0).then(|| observed.row(0).len());
         for i in 0..points.size() {
             let (row, name) = (points.row(i), format_args!("number of columns of other point {i}"));
-            let requirement =
-                format_args!("equal to the number of columns of point 0, {}", columns.unwrap_or(0));
-            let holds = columns.is_none_or(|columns| columns == row.len());
+            let expected = columns.unwrap_or(row.len());
+            let requirement = format_args!("equal to the number of columns of point 0, {expected}");
+            let holds = expected == row.len();
             DomainError::require(holds, NAME, name, requirement, row.len() as f64)?;
         }
         let (Some(weights), Some(factor)) = (self.weights(), self.factor()) else {
