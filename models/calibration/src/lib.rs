@@ -85,5 +85,5 @@ pub use qoi::{
     QoiRegistry, Qois, Quantity, RelativeForce, RelaxedFraction, Slope, TableColumn, Unit,
     UnloadingSlope,
 };
-pub use validation::{Coverage, Deviation, Prediction, PredictionError};
 pub use record::{Compression, Decimal, Encoding, ReadOptions, Separator};
+pub use validation::{Coverage, Deviation, Prediction, PredictionError};

@@ -15,7 +15,7 @@ use thiserror::Error;
 pub use coverage::Coverage;
 use coverage::binomial_tail;
 
-/// Number of equally probable values that represent the shared error in [`Prediction::probability_outside`].
+/// Number of equally probable values that represent the shared error in the probabilities of specimens outside or inside.
 const SHARED_VALUES: usize = 16;
 
 /// Reason why runs at posterior draws give no prediction.
@@ -75,6 +75,22 @@ pub struct Deviation {
     /// Standard deviation of the difference if the prediction is right; `None` if it cannot be estimated, because the
     /// scatter between specimens is neither predicted nor measured.
     pub sd: Option<f64>,
+    /// Degrees of freedom of `sd`: the smallest number of values from which a part of it is estimated, minus one.
+    pub degrees_of_freedom: f64,
+}
+
+impl Deviation {
+    /// Difference divided by its standard deviation; `None` without a standard deviation.
+    pub fn standardised(&self) -> Option<f64> {
+        self.sd.filter(|sd| *sd > 0.0).map(|sd| self.difference / sd)
+    }
+
+    /// Probability of a difference at least as large if the prediction is right: both tails of Student's t distribution.
+    /// `None` without a standard deviation.
+    pub fn p_value(&self) -> Option<f64> {
+        let away = self.standardised()?.abs();
+        Some(2.0 * StudentT(self.degrees_of_freedom, 0.0, 1.0).cdf(-away))
+    }
 }
 
 impl Prediction {
@@ -143,7 +159,8 @@ impl Prediction {
         // 40 standard deviations contain all probabilities above the smallest positive number
         let low = self.components().map(|(mean, sd)| mean - 40.0 * sd);
         let high = self.components().map(|(mean, sd)| mean + 40.0 * sd);
-        let (mut low, mut high) = (low.fold(f64::INFINITY, f64::min), high.fold(f64::NEG_INFINITY, f64::max));
+        let (mut low, mut high) =
+            (low.fold(f64::INFINITY, f64::min), high.fold(f64::NEG_INFINITY, f64::max));
         // halve the bracket to the resolution of numbers
         for _ in 0..200 {
             let middle = 0.5 * (low + high);
@@ -198,9 +215,11 @@ impl Prediction {
             predicted => Some(predicted),
         };
         let of_draws = variance(&self.means) * (1.0 + n.recip()) + self.shared_sd.powi(2);
+        let is_scatter_measured = self.scatter_variance() == 0.0 && measured.len() > 1;
         Deviation {
             difference: mean(measured) - self.mean(),
             sd: scatter.map(|scatter| (of_draws + scatter / size).sqrt()),
+            degrees_of_freedom: if is_scatter_measured { n.min(size) } else { n } - 1.0,
         }
     }
 
@@ -209,6 +228,17 @@ impl Prediction {
     /// The specimens share the parameters and the error ε, so that they are outside together. The probability is the mean,
     /// over the draws and over equally probable values of ε, of the binomial probability of independent specimens.
     pub fn probability_outside(&self, interval: [f64; 2], outside: usize, total: usize) -> f64 {
+        self.mean_over_shared(interval, |out, _| binomial_tail(outside, total, out))
+    }
+
+    /// Predicted probability that at least `inside` of `total` specimens lie inside `interval`.
+    pub fn probability_inside(&self, interval: [f64; 2], inside: usize, total: usize) -> f64 {
+        self.mean_over_shared(interval, |_, within| binomial_tail(inside, total, within))
+    }
+
+    /// Mean over the draws and over the shared error of `of`, whose arguments are the probabilities that one specimen lies
+    /// outside and inside `interval`.
+    fn mean_over_shared(&self, interval: [f64; 2], of: impl Fn(f64, f64) -> f64) -> f64 {
         let shared: Vec<f64> = match self.shared_sd > 0.0 {
             true => {
                 let place = |k: usize| (k as f64 + 0.5) / SHARED_VALUES as f64;
@@ -222,8 +252,8 @@ impl Prediction {
             for error in &shared {
                 let [low, high] = interval.map(|end| end - mean - error);
                 // both tails are computed as lower tails, in which no digits are lost
-                let p = normal_cdf(low, *sd) + normal_cdf(-high, *sd);
-                sum += binomial_tail(outside, total, p.min(1.0));
+                let outside = (normal_cdf(low, *sd) + normal_cdf(-high, *sd)).min(1.0);
+                sum += of(outside, 1.0 - outside);
             }
         }
         sum / (self.means.len() * shared.len()) as f64

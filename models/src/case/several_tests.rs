@@ -8,8 +8,7 @@ use super::{Case, CaseFile, PriorCase};
 use crate::error::InputError;
 
 /// Tables that a test cannot change, because they belong to the joint calibration.
-const JOINT: [&str; 6] =
-    ["prior", "extend", "parameters", "tests", "validation", "further_tests"];
+const JOINT: [&str; 6] = ["prior", "extend", "parameters", "tests", "validation", "further_tests"];
 
 /// Tables that define the simulations of a test. Tests with equal tables share their runs.
 const SIMULATIONS: [&str; 12] = [

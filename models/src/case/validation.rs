@@ -11,7 +11,7 @@ use crate::error::InputError;
 use crate::qoi::Quantity;
 
 /// Tables that a validation may change. All other tables are fixed, because they define the calibration.
-pub(super) const TABLES: [&str; 12] = [
+const TABLES: [&str; 12] = [
     "specimen",
     "material",
     "interface",
@@ -39,7 +39,7 @@ const SPECIMENS: [(&str, &[&str]); 3] = [
 pub struct ValidationCase {
     /// Name of the validation, and of its folder.
     pub name: String,
-    /// Number of posterior draws at which the test is simulated.
+    /// Number of posterior draws at which the test is simulated. Not used if the surrogate predicts the test.
     #[serde(default = "twenty_four")]
     pub draws: usize,
     /// Keys of the case with other values in this test.
@@ -80,6 +80,25 @@ impl CaseFile {
         }
     }
 
+    /// Whether the surrogate of this case predicts the specimens of a validation: the validation has the same specimen,
+    /// material, test and machine, and compares calibrated quantities.
+    pub(crate) fn has_surrogate_for(&self, entry: &ValidationCase) -> bool {
+        let own = self.overlaid(entry, 0).ok().and_then(|table| table.try_into::<Case>().ok());
+        let (a, Some(b)) = (&self.case, own) else { return false };
+        let calibrated = a.compared();
+        a.specimen == b.specimen
+            && a.material == b.material
+            && a.interface == b.interface
+            && a.phase_field == b.phase_field
+            && a.test == b.test
+            && a.machine == b.machine
+            && a.conditions == b.conditions
+            && a.solver == b.solver
+            && a.simulator == b.simulator
+            && a.qoi.slope_fraction == b.qoi.slope_fraction
+            && b.qoi.quantities.iter().all(|quantity| calibrated.contains(quantity))
+    }
+
     /// The case with the keys of a validation, as a table.
     fn overlaid(&self, entry: &ValidationCase, place: usize) -> Result<Table, InputError> {
         let refuse = |rest: &str, key: &str, problem: &str, help: String| {
@@ -96,10 +115,13 @@ impl CaseFile {
         let mut case = self.case.clone();
         case.prior = case.whole_prior();
         case.qoi.quantities = case.compared();
-        let Case { extend, validation, sequential, fidelity, calibration, confirm, .. } = &mut case;
+        let Case { extend, validation, sequential, design, fidelity, calibration, confirm, .. } =
+            &mut case;
         extend.clear();
         validation.clear();
         *sequential = None;
+        // runs at posterior draws need no derivatives
+        design.derivatives = false;
         (*fidelity, *calibration, *confirm) = Default::default();
         case.further_tests = Default::default();
         let mut table = match Table::try_from(&case) {
@@ -136,7 +158,7 @@ fn replace_specimens(table: &mut Table, set: &Table) {
 }
 
 /// Value at a dotted path.
-pub(crate) fn at<'a>(table: &'a Table, path: &str) -> Option<&'a Value> {
+fn at<'a>(table: &'a Table, path: &str) -> Option<&'a Value> {
     let mut keys = path.split('.');
     let first = keys.next().and_then(|key| table.get(key));
     keys.fold(first, |value, key| value?.get(key))

@@ -200,6 +200,17 @@ impl Inputs<'_> {
         Ok(self.file.of_candidate(candidate)?)
     }
 
+    /// Whether the surrogate predicts the specimens of a validation.
+    pub(super) fn has_surrogate_for(&self, entry: &ValidationCase) -> bool {
+        for key in ["specimen", "material", "interface", "phase_field", "test", "machine"] {
+            self.reads(key);
+        }
+        for key in ["conditions", "solver", "simulator", "qoi", "calibration.likelihood"] {
+            self.reads(key);
+        }
+        self.file.has_surrogate_for(entry)
+    }
+
     /// Records all keys and files that `other` has read.
     pub(super) fn reads_with(&self, other: &Inputs<'_>) {
         let sources = other.sources();
@@ -316,10 +327,10 @@ impl Inputs<'_> {
         Ok(single_tests(self.file)?)
     }
 
-    /// Records all keys of the case from which a test in a folder within the results folder has read keys, and all files
-    /// that the test has read.
-    pub(super) fn reads_in_folder(&self, test: &Inputs<'_>, folder: &str) {
-        let sources = test.sources();
+    /// Records all keys of the case from which a case in a folder within the results folder has read keys, and all files
+    /// that this case has read.
+    pub(super) fn reads_in_folder(&self, inner: &Inputs<'_>, folder: &str) {
+        let sources = inner.sources();
         sources.parts().for_each(|key| self.reads(key));
         self.reads("tests");
         sources.files().for_each(|name| drop(self.reads_file(&format!("{folder}/{name}"))));

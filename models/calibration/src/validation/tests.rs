@@ -130,16 +130,31 @@ fn the_deviation_of_means_has_its_standard_deviation() {
                 let prediction = noise.prediction(24, 50.0, 1.0, predicted_scatter, 0.5);
                 let truth = noise.normal(50.0, 1.0_f64.hypot(0.5));
                 let measured: Vec<f64> = (0..size).map(|_| noise.normal(truth, scatter)).collect();
-                let Deviation { difference, sd } = prediction.deviation(&measured);
-                difference.powi(2) / sd.unwrap().powi(2)
+                prediction.deviation(&measured).standardised().unwrap().powi(2)
             })
             .collect();
         let (found, error) = mean_and_error(&squares);
         // an estimated variance with 23 degrees of freedom enlarges the mean square to at most 23/21
-        assert!(found > 1.0 - 4.0 * error && found < 23.0 / 21.0 + 4.0 * error, "{found} ± {error}");
+        assert!(
+            found > 1.0 - 4.0 * error && found < 23.0 / 21.0 + 4.0 * error,
+            "{found} ± {error}"
+        );
     }
     let only = Prediction::new(vec![1.0, 2.0], vec![0.0; 2], 0.0).unwrap();
     assert_eq!(only.deviation(&[3.0]).sd, None);
+    assert_eq!(only.deviation(&[3.0]).p_value(), None);
+}
+
+/// With one degree of freedom, Student's t is the Cauchy distribution: P(|t| > x) = 1 − 2 atan(x)/π.
+#[test]
+fn the_probability_of_a_deviation_is_that_of_student() {
+    let deviation = Deviation { difference: -3.0, sd: Some(1.5), degrees_of_freedom: 1.0 };
+    let exact = 1.0 - 2.0 * 2.0_f64.atan() / std::f64::consts::PI;
+    assert!((deviation.p_value().unwrap() - exact).abs() < 1e-9, "{deviation:?}");
+    let measured = Prediction::new(vec![1.0, 2.0, 3.0, 4.0], vec![0.0; 4], 0.0).unwrap();
+    assert_eq!(measured.deviation(&[3.0, 4.0, 7.0]).degrees_of_freedom, 2.0);
+    let predicted = Prediction::new(vec![1.0, 2.0, 3.0, 4.0], vec![1.0; 4], 0.0).unwrap();
+    assert_eq!(predicted.deviation(&[3.0, 4.0, 7.0]).degrees_of_freedom, 3.0);
 }
 
 /// Specimens share the draw and the error: frequencies in simulated laboratories.
@@ -161,7 +176,13 @@ fn the_probability_of_specimens_outside_is_their_frequency() {
         let error = (observed * (1.0 - observed) / f64::from(repetitions)).sqrt();
         let found = prediction.probability_outside(interval, least, total);
         // 16 values of the shared error omit its outermost tails, at most 5 % of the probability
-        assert!((found - observed).abs() < 4.0 * error + 0.05 * found, "{least}: {found} {observed}");
+        assert!(
+            (found - observed).abs() < 4.0 * error + 0.05 * found,
+            "{least}: {found} {observed}"
+        );
+        // at least `least` outside, or at least 9 − `least` inside: exactly one of them is true
+        let inside = prediction.probability_inside(interval, total + 1 - least, total);
+        assert!((found + inside - 1.0).abs() < 1e-9, "{least}: {found} {inside}");
     }
     // without anything shared, the specimens are independent
     let alone = Prediction::new(vec![0.0; 2], vec![1.0; 2], 0.0).unwrap();

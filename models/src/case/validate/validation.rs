@@ -26,8 +26,14 @@ pub(super) fn check_validation(file: &CaseFile, mistakes: &mut Mistakes) {
     for (place, entry) in case.validation.iter().enumerate() {
         let named = check_name(&entry.name, &names).map_err(|(problem, help)| {
             let key = format!("validation[{place}].name");
-            let help = help.replace("the test", "the validation").replace("each test", "each validation");
-            file.error(&key, format!("{:?}", entry.name), problem.replace("tests", "validations"), help)
+            let help =
+                help.replace("the test", "the validation").replace("each test", "each validation");
+            file.error(
+                &key,
+                format!("{:?}", entry.name),
+                problem.replace("tests", "validations"),
+                help,
+            )
         });
         mistakes.note(named);
         names.push(&entry.name);
@@ -45,8 +51,8 @@ pub(super) fn check_validation(file: &CaseFile, mistakes: &mut Mistakes) {
 /// Checks the specimens, the source of the runs and the scatter of one validation, whose case is `own`.
 fn check_entry(file: &CaseFile, entry: &ValidationCase, own: &CaseFile, mistakes: &mut Mistakes) {
     let place = |rest: &str| format!("validation ({}).{rest}", entry.name);
-    if let Some(import) = &own.case.design.import {
-        let help = "Give [simulator], which can make these runs, or leave [[validation]] out.";
+    if let (Some(import), false) = (&own.case.design.import, file.has_surrogate_for(entry)) {
+        let help = "Give [simulator], which can make these runs, or validate with specimens of the calibrated test.";
         let problem = "has finished runs only, and a validation needs runs at posterior draws";
         let key = place("design.import");
         mistakes.note(Err(file.error(&key, import.display().to_string(), problem, help)));
