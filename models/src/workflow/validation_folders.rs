@@ -64,7 +64,7 @@ pub(super) fn open_validations<'a>(
 /// # Errors
 /// The first error of a stage.
 pub(super) fn prepare(validations: &[(String, Workflow<'_>)]) -> Result<(), WorkflowError> {
-    let mut stages = STAGES.iter().filter(|stage| PREPARATION.contains(&stage.name));
+    let stages = STAGES.iter().filter(|stage| PREPARATION.contains(&stage.name));
     validations.iter().try_for_each(|(name, workflow)| {
         speaking_for(name, || stages.clone().try_for_each(|stage| workflow.make(stage)))
     })

@@ -30,7 +30,8 @@ fn check(inputs: &Inputs<'_>) -> Result<Vec<Warning>, WorkflowError> {
     if inputs.validation().is_empty() || inputs.file_if_there(name).is_none() {
         return Ok(Vec::new());
     }
-    let table = CsvTable::read(&inputs.file(name)?, &["validation", "qoi", "verdict"])?;
+    let path = inputs.file(name)?;
+    let table = CsvTable::read(&path, &["validation", "qoi", "verdict"])?;
     let row = |row: TableRow<'_>| {
         let column = row.text("qoi");
         let quantity = Quantity::of_column(column);

@@ -26,7 +26,8 @@ impl HeldOut {
     pub(super) fn read(inputs: &Inputs<'_>) -> Result<Self, WorkflowError> {
         let quantities = inputs.qoi().quantities.clone();
         let columns: Vec<String> = quantities.iter().map(|q| q.column().into_owned()).collect();
-        let table = CsvTable::read(&inputs.file("experiments.csv")?, &["id"])?;
+        let path = inputs.file("experiments.csv")?;
+        let table = CsvTable::read(&path, &["id"])?;
         let (mut ids, mut rows) = (Vec::new(), Vec::new());
         for row in table.rows() {
             ids.push(row.text("id").to_owned());
