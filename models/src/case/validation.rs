@@ -167,3 +167,91 @@ fn at<'a>(table: &'a Table, path: &str) -> Option<&'a Value> {
 fn twenty_four() -> usize {
     24
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    /// The default case with one validation.
+    fn parsed(validation: &str) -> Result<CaseFile, String> {
+        let text = format!("{}\n[[validation]]\nname = \"other\"\n{validation}", Case::TEMPLATE);
+        CaseFile::parse(&text, Path::new("case.toml")).map_err(|e| e.to_string())
+    }
+
+    fn validation(validation: &str) -> (CaseFile, CaseFile) {
+        let file = parsed(validation).unwrap();
+        let own = file.of_validation(&file.case.validation[0], 0).unwrap();
+        (file, own)
+    }
+
+    const MORE: &str = "set.experiments.virtual.specimens = 3\n";
+
+    #[test]
+    fn a_validation_is_the_case_with_other_keys_specimens_and_seeds() {
+        let text = format!("{MORE}set.test = {{ displacement_mm = 0.11, duration_s = 30.0 }}");
+        let (file, own) = validation(&text);
+        assert_eq!(own.case.test.displacement_mm, Some(0.11));
+        let seed = |case: &Case| {
+            let experiments = case.experiments.as_ref().unwrap();
+            let own = experiments.virtual_specimens.as_ref().unwrap();
+            (own.specimens, own.seed)
+        };
+        let ((count, seed_of_own), (_, seed_of_case)) = (seed(&own.case), seed(&file.case));
+        assert_eq!((count, seed_of_own), (3, seed_of_case + 1));
+        assert!(own.case.validation.is_empty() && own.case.further_tests.candidate.is_empty());
+        // a table replaces virtual specimens
+        let text = "set.experiments.table = \"held-out.csv\"\nset.experiments.group = \"B\"";
+        let experiments = validation(text).1.case.experiments.unwrap();
+        assert!(
+            experiments.virtual_specimens.is_none() && experiments.group.as_deref() == Some("B")
+        );
+        // equal seeds are equal specimens
+        let same = format!("set.experiments.virtual.seed = {seed_of_case}");
+        let error = parsed(&same).unwrap_err();
+        assert!(error.contains("experiments.virtual.seed"), "{error}");
+    }
+
+    #[test]
+    fn the_surrogate_predicts_other_specimens_of_the_same_test_only() {
+        let is_emulated = |text: &str| {
+            let file = parsed(&format!("{MORE}{text}")).unwrap();
+            file.has_surrogate_for(&file.case.validation[0])
+        };
+        assert!(is_emulated(""));
+        assert!(is_emulated("set.qoi.quantities = [\"peak-force\"]"));
+        // equal values with another notation are no change
+        assert!(is_emulated("set.specimen.radius_mm = 2.5"));
+        for other in [
+            "set.qoi.quantities = [\"peak-force\", \"energy-to-peak\"]\nscatter_percent = { energy-to-peak = 5.0 }",
+            "set.qoi.slope_fraction = 0.4",
+            "set.test.friction = 0.2",
+            "set.specimen.height_mm = 3.0",
+            "set.machine.compliance_mm_per_n = 0.00001",
+            "set.material.grain.young_mpa = 20000",
+        ] {
+            assert!(!is_emulated(other), "{other}");
+        }
+    }
+
+    #[test]
+    fn keys_of_the_calibration_and_wrong_values_are_refused() {
+        for (text, parts) in [
+            (
+                "set.calibration.draws = 10",
+                vec!["calibration", "belongs to the calibration", "specimen, material"],
+            ),
+            ("without = [\"prior.matrix\"]", vec!["without", "belongs to the calibration"]),
+            ("without = [\"test.nothing\"]", vec!["test.nothing", "is not in the case"]),
+            ("set.test.friction = -1.0", vec!["validation (other)", "friction", "-1"]),
+            ("draws = 3", vec!["validation (other).draws", "3"]),
+            ("typo = 1", vec!["typo"]),
+        ] {
+            let error = parsed(&format!("{MORE}{text}")).unwrap_err();
+            for part in parts {
+                assert!(error.contains(part), "{text}: {part}: {error}");
+            }
+        }
+    }
+}

@@ -167,7 +167,7 @@ pub use status::{RunCounts, StageState, StageStatus, status};
 pub use surfaces::SurfaceOptions;
 
 use crate::case::CaseFile;
-use crate::progress::say;
+use crate::progress::{say, speaking_for};
 use crate::report::Results;
 use adoption::adopt_products;
 use copies::Copies;
@@ -178,7 +178,7 @@ use inputs::Inputs;
 use locks::lock;
 use neighbours::Neighbours;
 use task::{StageRecord, Task};
-use validation_folders::{VALIDATE, open_validations, prepare};
+use validation_folders::{PREPARATION, VALIDATE, folder_of, held_out_cases};
 
 /// A case and the results folder in which its stages are run.
 ///
@@ -258,7 +258,14 @@ impl<'a> Workflow<'a> {
         adopt_products(&folder, dir)?;
         folder.claim(STAGES_FILE, "run")?;
         copies.write(source, dir, &folder)?;
-        let validations = open_validations(source, dir, threads, interrupt, access)?;
+        let mut validations = Vec::new();
+        for (name, own) in held_out_cases(source)? {
+            // these folders belong to the folder of the case, whose owner has been checked
+            let access = FolderAccess { reuse: true, replace: access.replace.clone() };
+            let place = dir.join(folder_of(&name));
+            let workflow = Self::open_with(&own, &place, threads, interrupt, &access)?;
+            validations.push((name, Self { is_held_out: true, ..workflow }));
+        }
         let file = CaseFile { path: dir.join("case.toml"), case: copies.case.clone() };
         Ok(Self {
             file,
@@ -331,7 +338,10 @@ impl<'a> Workflow<'a> {
 
     fn make(&self, stage: &'static Stage) -> Result<(), WorkflowError> {
         if stage.name == VALIDATE {
-            prepare(&self.validations)?;
+            let before = STAGES.iter().filter(|stage| PREPARATION.contains(&stage.name));
+            self.validations.iter().try_for_each(|(name, own)| {
+                speaking_for(name, || before.clone().try_for_each(|stage| own.make(stage)))
+            })?;
         }
         let before = self.finished();
         if let Some(earlier) = before.get(stage.name) {

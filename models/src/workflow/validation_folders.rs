@@ -2,23 +2,19 @@
 //! the products of the stages that prepare its specimen and its held-out specimens.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
 
+use super::WorkflowError;
 use super::measured_values::read_measured;
-use super::product_folder::FolderAccess;
-use super::stages::STAGES;
-use super::{Workflow, WorkflowError};
 use crate::case::CaseFile;
 use crate::error::InputError;
 use crate::experiment::Specimen;
-use crate::progress::speaking_for;
 use crate::specimen_files::SpecimenFiles;
 
 /// Name of the stage that compares held-out specimens with their predictions.
 pub(super) const VALIDATE: &str = "validate";
 
 /// Stages that are run in the folder of a validation.
-const PREPARATION: [&str; 3] = ["segment", "mesh", "experiments"];
+pub(super) const PREPARATION: [&str; 3] = ["segment", "mesh", "experiments"];
 
 /// What to do if a held-out specimen is also calibrated to.
 const HOLD_OUT: &str = "Hold the specimen out of the calibration: remove its line from the table of [experiments], or give \
@@ -29,45 +25,21 @@ pub(super) fn folder_of(name: &str) -> String {
     format!("validation/{name}")
 }
 
-/// Opens the folder of each validation of a case.
+/// The cases of all validations, with their names.
 ///
 /// # Errors
-/// Fails if a validation uses a specimen of the calibration. Also the errors of [`Workflow::open_with`].
-pub(super) fn open_validations<'a>(
-    source: &CaseFile,
-    dir: &Path,
-    threads: usize,
-    interrupt: &'a AtomicBool,
-    access: &FolderAccess,
-) -> Result<Vec<(String, Workflow<'a>)>, WorkflowError> {
-    let mut opened = Vec::new();
+/// Fails if a validation has a mistake or uses a specimen of the calibration.
+pub(super) fn held_out_cases(source: &CaseFile) -> Result<Vec<(String, CaseFile)>, WorkflowError> {
+    let mut cases = Vec::new();
     for (place, entry) in source.case.validation.iter().enumerate() {
-        let first = |errors: Vec<InputError>| errors.into_iter().next();
-        let own = source.of_validation(entry, place).map_err(|errors| match first(errors) {
-            Some(error) => error.into(),
-            None => {
-                WorkflowError::Unusable(format!("the validation {:?} has mistakes", entry.name))
-            }
+        let own = source.of_validation(entry, place).map_err(|errors| {
+            let mistakes = || WorkflowError::Unusable(format!("{}: mistakes", entry.name));
+            errors.into_iter().next().map_or_else(mistakes, WorkflowError::from)
         })?;
         refuse_calibrated(source, &own)?;
-        // the folder belongs to the folder of the case, whose owner has been checked
-        let access = FolderAccess { reuse: true, replace: access.replace.clone() };
-        let dir = dir.join(folder_of(&entry.name));
-        let workflow = Workflow::open_with(&own, &dir, threads, interrupt, &access)?;
-        opened.push((entry.name.clone(), Workflow { is_held_out: true, ..workflow }));
+        cases.push((entry.name.clone(), own));
     }
-    Ok(opened)
-}
-
-/// Runs the stages that prepare each validation, unless they are finished.
-///
-/// # Errors
-/// The first error of a stage.
-pub(super) fn prepare(validations: &[(String, Workflow<'_>)]) -> Result<(), WorkflowError> {
-    let stages = STAGES.iter().filter(|stage| PREPARATION.contains(&stage.name));
-    validations.iter().try_for_each(|(name, workflow)| {
-        speaking_for(name, || stages.clone().try_for_each(|stage| workflow.make(stage)))
-    })
+    Ok(cases)
 }
 
 /// Refuses held-out specimens that the calibration uses: specimens with the same curve, or with the same name and the same

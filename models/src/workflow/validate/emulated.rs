@@ -6,9 +6,9 @@ use super::super::WorkflowError;
 use super::super::fitted::read_experiments;
 use super::super::task::Task;
 use super::super::uncertainty::SharedError;
+use super::calibrated::Calibrated;
 use super::held_out::HeldOut;
 use super::predicted::{Predicted, Scatter};
-use super::{Calibrated, thinned};
 use crate::budget::matrix;
 use crate::case::ValidationCase;
 use crate::fracture::column_means;
@@ -58,7 +58,7 @@ pub(super) fn predictions(
         none if none.is_empty() => DMatrix::zeros(means.len(), means.len()),
         total => matrix(&total),
     };
-    let draws = thinned(&calibrated.draws, DRAWS);
+    let draws = calibrated.thinned(DRAWS);
     // quantities relative to the means of the calibrated specimens, one row per draw
     let mut predicted: Vec<Vec<f64>> = Vec::new();
     let mut variances = vec![0.0; means.len()];

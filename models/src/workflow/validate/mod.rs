@@ -4,13 +4,14 @@
 //! Each entry of `[[validation]]` is a case of its own in the folder `validation/NAME`. Its specimen is meshed there and its
 //! held-out specimens are read there by the stages of a calibration (`super::validation_folders`).
 //!
-//! 1. `predicted`: prediction of one quantity, the scatter between specimens
-//! 2. `emulated`, `simulated`: predictions by the surrogate, and by simulations at posterior draws
-//! 3. `held_out`: measurements of the held-out specimens
+//! 1. `calibrated`: posterior draws; `held_out`: measurements of the held-out specimens
+//! 2. `predicted`: prediction of one quantity, the scatter between specimens
+//! 3. `emulated`, `simulated`: predictions by the surrogate, and by simulations at posterior draws
 //! 4. `curves`: curves of new specimens
 //! 5. `compared`: prediction and measurements of one quantity, as rows of the products
 //! 6. this module: the stage
 
+mod calibrated;
 mod compared;
 mod curves;
 mod emulated;
@@ -21,27 +22,20 @@ mod simulated;
 use super::WorkflowError;
 use super::fitted::Fitted;
 use super::inputs::Inputs;
-use super::posterior_draws::{Draw, posterior_draws};
+use super::posterior_draws::posterior_draws;
 use super::task::Task;
 use super::validation_folders::folder_of;
 use crate::case::{CaseFile, ValidationCase};
 use crate::progress::say;
 use crate::report::ValidationVerdict;
 use crate::validation::Coverage;
+use calibrated::Calibrated;
 use compared::{Compared, LEVELS, verdicts};
 use curves::Band;
 use held_out::HeldOut;
 
 /// Level of the interval of a coverage.
 const CONFIDENCE: f64 = 0.95;
-
-/// Posterior of the calibration with its surrogate.
-struct Calibrated {
-    /// Names of the parameters.
-    names: Vec<String>,
-    draws: Vec<Draw>,
-    fitted: Fitted,
-}
 
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let inputs = &task.inputs;
@@ -182,10 +176,4 @@ fn of_entry(entry: &ValidationCase, error: WorkflowError) -> WorkflowError {
         }
         error => error,
     }
-}
-
-/// Returns `n` draws, evenly spaced over all chains; all draws if there are fewer.
-fn thinned(draws: &[Draw], n: usize) -> Vec<&Draw> {
-    let n = n.min(draws.len());
-    (0..n).map(|k| &draws[(2 * k + 1) * draws.len() / (2 * n)]).collect()
 }

@@ -13,9 +13,9 @@ use super::super::runs::NamedRuns;
 use super::super::simulator::quantities;
 use super::super::task::Task;
 use super::super::validation_folders::folder_of;
+use super::calibrated::Calibrated;
 use super::held_out::HeldOut;
 use super::predicted::{Predicted, Scatter};
-use super::{Calibrated, thinned};
 use crate::case::ValidationCase;
 use crate::fracture::{column_means, relative_covariance};
 use crate::qoi::{PeakForce, Quantity};
@@ -45,7 +45,7 @@ impl<'a> Runs<'a> {
         entry: &ValidationCase,
         calibrated: &'a Calibrated,
     ) -> Result<Self, WorkflowError> {
-        let draws = thinned(&calibrated.draws, entry.draws);
+        let draws = calibrated.thinned(entry.draws);
         let (records, has_microstructures) = records(own, entry, &calibrated.names, &draws)?;
         let qoi = own.inputs.qoi();
         let mut runs = Self {
