@@ -45,8 +45,8 @@ fn simulations_at_posterior_draws_predict_another_specimen() {
     assert_eq!(of("short", "peak_force_N")["draws"], "4");
     // the energy is not calibrated, so that its scatter is not predicted
     assert_eq!(of("short", "peak_force_N")["scatter_is_predicted"], "true");
-    assert_eq!(of("short", "energy_to_peak_J")["scatter_is_predicted"], "false");
-    assert!(told.contains("the scatter of energy_to_peak_J between specimens"), "{told}");
+    assert_eq!(of("short", "energy_to_peak_N_mm")["scatter_is_predicted"], "false");
+    assert!(told.contains("the scatter of energy_to_peak_N_mm between specimens"), "{told}");
     // the stiffness of a cylinder is inversely proportional to its height
     let slopes = ["again", "short"].map(|name| {
         let column = summary.iter().find(|row| row["qoi"].starts_with("slope")).unwrap();
