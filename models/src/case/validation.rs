@@ -83,8 +83,15 @@ impl CaseFile {
     /// Whether the surrogate of this case predicts the specimens of a validation: the validation has the same specimen,
     /// material, test and machine, and compares calibrated quantities.
     pub(crate) fn has_surrogate_for(&self, entry: &ValidationCase) -> bool {
-        let own = self.overlaid(entry, 0).ok().and_then(|table| table.try_into::<Case>().ok());
-        let (a, Some(b)) = (&self.case, own) else { return false };
+        // both cases are read from a table, so that defaults and notation are equal
+        let read = |table: Table| {
+            let mut case: Case = table.try_into().ok()?;
+            case.complete();
+            Some(case)
+        };
+        let of_case = Table::try_from(&self.case).ok().and_then(read);
+        let own = self.overlaid(entry, 0).ok().and_then(read);
+        let (Some(a), Some(b)) = (of_case, own) else { return false };
         let calibrated = a.compared();
         a.specimen == b.specimen
             && a.material == b.material
