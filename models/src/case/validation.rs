@@ -233,7 +233,7 @@ mod tests {
         for other in [
             "set.qoi.quantities = [\"peak-force\", \"energy-to-peak\"]\nscatter_percent = { energy-to-peak = 5.0 }",
             "set.qoi.slope_fraction = 0.4",
-            "set.test.friction = 0.2",
+            "set.test.steps = 40",
             "set.specimen.height_mm = 3.0",
             "set.machine.compliance_mm_per_n = 0.00001",
             "set.material.grain.young_mpa = 20000",

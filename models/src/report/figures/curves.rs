@@ -69,7 +69,7 @@ fn alike<'a>(
 }
 
 /// Draws curves in axes that begin at zero: negative readings are noise.
-fn force_displacement(plots: Vec<Plot>) -> String {
+pub(super) fn force_displacement(plots: Vec<Plot>) -> String {
     let layout = panel(&plots, "displacement (mm)", "force (N)")
         .with_x_axis_min(0.0)
         .with_y_axis_min(0.0)

@@ -2,7 +2,7 @@
 
 use kuva::prelude::*;
 
-use super::curves::band_of;
+use super::curves::{band_of, force_displacement};
 use super::draw::{line, round_range, thin};
 use crate::report::results::{ValidatedQuantity, ValidationResult};
 use crate::report::style::{DRAWS, DRAWS_FILL, MEASURED, POSTERIOR, framed, panel, single};
@@ -49,8 +49,7 @@ pub(in crate::report) fn validated_curves(result: &ValidationResult) -> Option<S
         let plot = line(thin(curve, 240), MEASURED, 1.3).with_dashed();
         plots.push(if k == 0 { plot.with_legend("held-out").into() } else { plot.into() });
     }
-    let layout = panel(&plots, "displacement (mm)", "force (N)");
-    Some(single(plots, layout, 620.0, 380.0))
+    Some(force_displacement(plots))
 }
 
 #[cfg(test)]
