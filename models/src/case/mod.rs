@@ -83,6 +83,7 @@ pub use target::{Parameter, SimulationParts, Target, TargetError};
 pub(crate) use target::{Property, TargetRegistry};
 pub(crate) use template::{Template, Value};
 pub use validation::ValidationCase;
+pub(crate) use validation::{has_surrogate_for, validation_case};
 
 /// A case: the simulations, the calibrated parameters, and the experiments.
 ///

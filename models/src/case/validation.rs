@@ -53,104 +53,102 @@ pub struct ValidationCase {
     pub scatter_percent: BTreeMap<Quantity, f64>,
 }
 
-impl CaseFile {
-    /// Returns the case for the simulations and the held-out specimens of a validation, with paths relative to the folder
-    /// of this case. `place` is the place of the validation in the case, from 0.
-    ///
-    /// The specimens of the validation replace those of the case. Seeds that the validation does not set differ from the
-    /// seeds of the case, so that virtual specimens and packings are new ones.
-    ///
-    /// # Errors
-    /// All mistakes of the case of the validation, each with the name of the validation.
-    pub(crate) fn of_validation(
-        &self,
-        entry: &ValidationCase,
-        place: usize,
-    ) -> Result<Self, Vec<InputError>> {
-        let named = |error: InputError| {
-            // line numbers of the merged text are not line numbers of the user's file
-            let place = format!("validation ({}).{}", entry.name, error.place);
-            InputError { place, excerpt: None, ..error }
-        };
-        let table = self.overlaid(entry, place).map_err(|error| vec![named(error)])?;
-        let (file, mistakes) = Self::parse_all(&table.to_string(), &self.path);
-        match file.filter(|_| mistakes.is_empty()) {
-            Some(file) => Ok(file),
-            None => Err(mistakes.into_iter().map(named).collect()),
-        }
+/// Returns the case for the simulations and the held-out specimens of a validation, with paths relative to the folder
+/// of this case. `place` is the place of the validation in the case, from 0.
+///
+/// The specimens of the validation replace those of the case. Seeds that the validation does not set differ from the
+/// seeds of the case, so that virtual specimens and packings are new ones.
+///
+/// # Errors
+/// All mistakes of the case of the validation, each with the name of the validation.
+pub(crate) fn validation_case(
+    file: &CaseFile,
+    entry: &ValidationCase,
+    place: usize,
+) -> Result<CaseFile, Vec<InputError>> {
+    let named = |error: InputError| {
+        // line numbers of the merged text are not line numbers of the user's file
+        let place = format!("validation ({}).{}", entry.name, error.place);
+        InputError { place, excerpt: None, ..error }
+    };
+    let table = overlaid(file, entry, place).map_err(|error| vec![named(error)])?;
+    let (own, mistakes) = CaseFile::parse_all(&table.to_string(), &file.path);
+    match own.filter(|_| mistakes.is_empty()) {
+        Some(own) => Ok(own),
+        None => Err(mistakes.into_iter().map(named).collect()),
     }
+}
 
-    /// Whether the surrogate of this case predicts the specimens of a validation: the validation has the same specimen,
-    /// material, test and machine, and compares calibrated quantities.
-    pub(crate) fn has_surrogate_for(&self, entry: &ValidationCase) -> bool {
-        // both cases are read from a table, so that defaults and notation are equal
-        let read = |table: Table| {
-            let mut case: Case = table.try_into().ok()?;
-            case.complete();
-            Some(case)
-        };
-        let of_case = Table::try_from(&self.case).ok().and_then(read);
-        let own = self.overlaid(entry, 0).ok().and_then(read);
-        let (Some(a), Some(b)) = (of_case, own) else { return false };
-        let calibrated = a.compared();
-        a.specimen == b.specimen
-            && a.material == b.material
-            && a.interface == b.interface
-            && a.phase_field == b.phase_field
-            && a.test == b.test
-            && a.machine == b.machine
-            && a.conditions == b.conditions
-            && a.solver == b.solver
-            && a.simulator == b.simulator
-            && a.qoi.slope_fraction == b.qoi.slope_fraction
-            && b.qoi.quantities.iter().all(|quantity| calibrated.contains(quantity))
-    }
+/// Whether the surrogate of this case predicts the specimens of a validation: the validation has the same specimen,
+/// material, test and machine, and compares calibrated quantities.
+pub(crate) fn has_surrogate_for(file: &CaseFile, entry: &ValidationCase) -> bool {
+    // both cases are read from a table, so that defaults and notation are equal
+    let read = |table: Table| {
+        let mut case: Case = table.try_into().ok()?;
+        case.complete();
+        Some(case)
+    };
+    let of_case = Table::try_from(&file.case).ok().and_then(read);
+    let own = overlaid(file, entry, 0).ok().and_then(read);
+    let (Some(a), Some(b)) = (of_case, own) else { return false };
+    let calibrated = a.compared();
+    a.specimen == b.specimen
+        && a.material == b.material
+        && a.interface == b.interface
+        && a.phase_field == b.phase_field
+        && a.test == b.test
+        && a.machine == b.machine
+        && a.conditions == b.conditions
+        && a.solver == b.solver
+        && a.simulator == b.simulator
+        && a.qoi.slope_fraction == b.qoi.slope_fraction
+        && b.qoi.quantities.iter().all(|quantity| calibrated.contains(quantity))
+}
 
-    /// The case with the keys of a validation, as a table.
-    fn overlaid(&self, entry: &ValidationCase, place: usize) -> Result<Table, InputError> {
-        let refuse = |rest: &str, key: &str, problem: &str, help: String| {
-            Err(InputError::new(&self.path, rest, key, problem, help))
-        };
-        let first = |key: &str| key.split('.').next().unwrap_or_default().to_owned();
-        let all = entry.set.keys().map(|key| ("set", key));
-        for (list, key) in all.chain(entry.without.iter().map(|key| ("without", key))) {
-            if !TABLES.contains(&first(key).as_str()) {
-                let help = format!("Name keys of: {}.", TABLES.join(", "));
-                return refuse(list, key, "belongs to the calibration", help);
-            }
+/// The case with the keys of a validation, as a table.
+fn overlaid(file: &CaseFile, entry: &ValidationCase, place: usize) -> Result<Table, InputError> {
+    let refuse = |rest: &str, key: &str, problem: &str, help: String| {
+        Err(InputError::new(&file.path, rest, key, problem, help))
+    };
+    let first = |key: &str| key.split('.').next().unwrap_or_default().to_owned();
+    let all = entry.set.keys().map(|key| ("set", key));
+    for (list, key) in all.chain(entry.without.iter().map(|key| ("without", key))) {
+        if !TABLES.contains(&first(key).as_str()) {
+            let help = format!("Name keys of: {}.", TABLES.join(", "));
+            return refuse(list, key, "belongs to the calibration", help);
         }
-        let mut case = self.case.clone();
-        case.prior = case.whole_prior();
-        case.qoi.quantities = case.compared();
-        let Case { extend, validation, sequential, design, fidelity, calibration, confirm, .. } =
-            &mut case;
-        extend.clear();
-        validation.clear();
-        *sequential = None;
-        // runs at posterior draws need no derivatives
-        design.derivatives = false;
-        (*fidelity, *calibration, *confirm) = Default::default();
-        case.further_tests = Default::default();
-        let mut table = match Table::try_from(&case) {
-            Ok(table) => table,
-            Err(e) => return refuse("set", "", &e.to_string(), "Leave it out.".to_owned()),
-        };
-        replace_specimens(&mut table, &entry.set);
-        for key in &entry.without {
-            if !remove(&mut table, key) {
-                let help = "Name keys of this case by their paths.".to_owned();
-                return refuse("without", key, "is not in the case", help);
-            }
-        }
-        for key in ["experiments.virtual.seed", "design.seed"] {
-            if let Some(Value::Integer(seed)) = at(&table, key) {
-                let seed = seed.wrapping_add(place as i64 + 1) & i64::MAX;
-                merge(&mut table, &nested(key, seed.into()));
-            }
-        }
-        merge(&mut table, &entry.set);
-        Ok(table)
     }
+    let mut case = file.case.clone();
+    case.prior = case.whole_prior();
+    case.qoi.quantities = case.compared();
+    let Case { extend, validation, sequential, design, fidelity, calibration, confirm, .. } =
+        &mut case;
+    extend.clear();
+    validation.clear();
+    *sequential = None;
+    // runs at posterior draws need no derivatives
+    design.derivatives = false;
+    (*fidelity, *calibration, *confirm) = Default::default();
+    case.further_tests = Default::default();
+    let mut table = match Table::try_from(&case) {
+        Ok(table) => table,
+        Err(e) => return refuse("set", "", &e.to_string(), "Leave it out.".to_owned()),
+    };
+    replace_specimens(&mut table, &entry.set);
+    for key in &entry.without {
+        if !remove(&mut table, key) {
+            let help = "Name keys of this case by their paths.".to_owned();
+            return refuse("without", key, "is not in the case", help);
+        }
+    }
+    for key in ["experiments.virtual.seed", "design.seed"] {
+        if let Some(Value::Integer(seed)) = at(&table, key) {
+            let seed = seed.wrapping_add(place as i64 + 1) & i64::MAX;
+            merge(&mut table, &nested(key, seed.into()));
+        }
+    }
+    merge(&mut table, &entry.set);
+    Ok(table)
 }
 
 /// Removes the keys of `[experiments]` that do not apply to the specimens that `set` names.
@@ -189,7 +187,7 @@ mod tests {
 
     fn validation(validation: &str) -> (CaseFile, CaseFile) {
         let file = parsed(validation).unwrap();
-        let own = file.of_validation(&file.case.validation[0], 0).unwrap();
+        let own = validation_case(&file, &file.case.validation[0], 0).unwrap();
         (file, own)
     }
 
@@ -224,7 +222,7 @@ mod tests {
     fn the_surrogate_predicts_other_specimens_of_the_same_test_only() {
         let is_emulated = |text: &str| {
             let file = parsed(&format!("{MORE}{text}")).unwrap();
-            file.has_surrogate_for(&file.case.validation[0])
+            has_surrogate_for(&file, &file.case.validation[0])
         };
         assert!(is_emulated(""));
         assert!(is_emulated("set.qoi.quantities = [\"peak-force\"]"));

@@ -16,7 +16,10 @@ use super::specimen_checks::{InspectedSpecimens, inspect};
 use super::specimen_quantities::{SpecimenNames, compared};
 use super::stage::Stage;
 use super::validation_folders::refuse_calibrated;
-use crate::case::{CaseFile, ProgramPointCase, SingleTest, SpecimenGeometry, single_tests};
+use crate::case::{
+    CaseFile, ProgramPointCase, SingleTest, SpecimenGeometry, has_surrogate_for, single_tests,
+    validation_case,
+};
 use crate::experiment::{Specimen, SpecimenTable};
 use crate::specimen_files::{SpecimenFiles, recorded_file};
 
@@ -121,14 +124,14 @@ impl CaseCheck {
     fn validations(&mut self, file: &CaseFile) -> Vec<ExpectedCost> {
         let mut costs = Vec::new();
         for (place, entry) in file.case.validation.iter().enumerate() {
-            let Ok(own) = file.of_validation(entry, place) else { continue };
+            let Ok(own) = validation_case(file, entry, place) else { continue };
             let mut check = Self { is_held_out: true, ..Self::default() };
             let size = check.specimen(&own);
             check.experiments(&own, size);
             if let Err(mistake) = refuse_calibrated(file, &own) {
                 check.fail(mistake);
             }
-            let draws = if file.has_surrogate_for(entry) { 0 } else { entry.draws };
+            let draws = if has_surrogate_for(file, entry) { 0 } else { entry.draws };
             check.say(
                 "predicted",
                 match draws {

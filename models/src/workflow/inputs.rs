@@ -18,7 +18,7 @@ use crate::case::{
     DesignCase, ExtendCase, FidelityCase, FurtherTestsCase, ImageCase, InterfaceCase, MachineCase,
     MaterialCase, Microstructure, NoiseCase, Parameter, PriorCase, QoiCase, SequentialCase,
     SimulatorCase, SingleTest, SpecimenGeometry, SurrogateCase, TestCase, Toe, ValidationCase,
-    VirtualCase, single_tests,
+    VirtualCase, has_surrogate_for, single_tests,
 };
 use crate::experiment::SpecimenTable;
 use crate::prior::Prior;
@@ -208,7 +208,7 @@ impl Inputs<'_> {
         for key in ["conditions", "solver", "simulator", "qoi", "calibration.likelihood"] {
             self.reads(key);
         }
-        self.file.has_surrogate_for(entry)
+        has_surrogate_for(self.file, entry)
     }
 
     /// Records all keys and files that `other` has read.

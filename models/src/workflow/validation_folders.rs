@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::WorkflowError;
 use super::measured_values::read_measured;
-use crate::case::CaseFile;
+use crate::case::{CaseFile, validation_case};
 use crate::error::InputError;
 use crate::experiment::Specimen;
 use crate::specimen_files::SpecimenFiles;
@@ -32,7 +32,7 @@ pub(super) fn folder_of(name: &str) -> String {
 pub(super) fn held_out_cases(source: &CaseFile) -> Result<Vec<(String, CaseFile)>, WorkflowError> {
     let mut cases = Vec::new();
     for (place, entry) in source.case.validation.iter().enumerate() {
-        let own = source.of_validation(entry, place).map_err(|errors| {
+        let own = validation_case(source, entry, place).map_err(|errors| {
             let mistakes = || WorkflowError::Unusable(format!("{}: mistakes", entry.name));
             errors.into_iter().next().map_or_else(mistakes, WorkflowError::from)
         })?;

@@ -1,6 +1,7 @@
 //! Checks of `[[validation]]`.
 
 use super::super::several_tests::check_name;
+use super::super::validation::{has_surrogate_for, validation_case};
 use super::super::{CaseFile, ExperimentsCase, Mistakes, ValidationCase};
 use crate::error::InputError;
 
@@ -41,7 +42,7 @@ pub(super) fn check_validation(file: &CaseFile, mistakes: &mut Mistakes) {
         let [least, most] = DRAWS.map(|n| n as f64);
         let help = "Each draw is one simulation; 24 are usual.";
         mistakes.note(file.within(&key, entry.draws as f64, least, most, "draws", help));
-        match file.of_validation(entry, place) {
+        match validation_case(file, entry, place) {
             Ok(own) => check_entry(file, entry, &own, mistakes),
             Err(own) => own.into_iter().for_each(|mistake| mistakes.note(Err(mistake))),
         }
@@ -51,7 +52,7 @@ pub(super) fn check_validation(file: &CaseFile, mistakes: &mut Mistakes) {
 /// Checks the specimens, the source of the runs and the scatter of one validation, whose case is `own`.
 fn check_entry(file: &CaseFile, entry: &ValidationCase, own: &CaseFile, mistakes: &mut Mistakes) {
     let place = |rest: &str| format!("validation ({}).{rest}", entry.name);
-    if let (Some(import), false) = (&own.case.design.import, file.has_surrogate_for(entry)) {
+    if let (Some(import), false) = (&own.case.design.import, has_surrogate_for(file, entry)) {
         let help = "Give [simulator], which can make these runs, or validate with specimens of the calibrated test.";
         let problem = "has finished runs only, and a validation needs runs at posterior draws";
         let key = place("design.import");

@@ -177,6 +177,10 @@ pub(super) fn verdicts(all: &[Compared]) -> Vec<ValidationVerdict> {
 
 #[cfg(test)]
 mod tests {
+    use rand::{Rng, SeedableRng};
+    use rand_distr::StandardNormal;
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
     use super::*;
 
     /// A prediction Normal(100, 0.01² + 2²) with the given measurements.
@@ -218,6 +222,30 @@ mod tests {
             verdict(compared(&specimens, false))
         });
         assert_eq!([near, far], [ValidationVerdict::Consistent, ValidationVerdict::Contradicted]);
+    }
+
+    /// Laboratories whose parameters and specimens are drawn from the prediction: at most 1 % of them are contradicted, and
+    /// likewise at most 1 % are called too wide, within the standard error of these frequencies.
+    #[test]
+    fn right_predictions_are_rarely_contradicted() {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
+        let mut normal = |mean: f64, sd: f64| mean + sd * rng.sample::<f64, _>(StandardNormal);
+        let (laboratories, draws, shared_sd) = (600, 24, 0.7);
+        let mut counts = [0_u32; 2];
+        for _ in 0..laboratories {
+            let means = (0..draws).map(|_| normal(20.0, 1.0)).collect();
+            let middle = normal(20.0, 1.0) + normal(0.0, shared_sd);
+            let measured: Vec<f64> = (0..6).map(|_| normal(middle, 2.0)).collect();
+            let predicted = Predicted::new(means, Some(vec![2.0; draws]), shared_sd).unwrap();
+            match verdicts(&[Compared { predicted, ..compared(&measured, true) }])[0] {
+                ValidationVerdict::Contradicted => counts[0] += 1,
+                ValidationVerdict::TooWide => counts[1] += 1,
+                _ => {}
+            }
+        }
+        let n = f64::from(laboratories);
+        let most = SIGNIFICANCE * n + 3.0 * (SIGNIFICANCE * (1.0 - SIGNIFICANCE) * n).sqrt();
+        assert!(counts.iter().all(|count| f64::from(*count) < most), "{counts:?} {most}");
     }
 
     #[test]
