@@ -1,8 +1,8 @@
 //! Compression of grain composites: meshes, specimens, materials, solvers and ensembles of runs.
 //!
-//! `fem` takes a description of a cylindrical specimen (stiff grains in a soft matrix), meshes the specimen with
-//! tetrahedra, compresses it until it breaks, and returns the force–displacement curve. The crate contains no
-//! statistics: the crates `surrogate` and `models` use its curves for a calibration.
+//! `fem` meshes a cylindrical specimen (stiff grains in a soft matrix) with tetrahedra, compresses the specimen until the
+//! matrix breaks, and returns the force–displacement curve. The crate contains no statistics: the crates `surrogate` and
+//! `models` use its curves for a calibration.
 //!
 //! ```
 //! use fem::{CompressionTest, CylinderLattice, End, Fracture, Material, PhaseField, Schedule};

@@ -17,19 +17,19 @@
 //!
 //! # Modules
 //!
-//! In order of their layers. A module imports only from modules earlier in this list, and no two files import each
-//! other.
+//! The list is in the order of the layers. A module imports only from modules earlier in this list, and no two files import
+//! each other.
 //!
 //! 1. `progress`: progress bars
 //! 2. `case`: the case file in TOML; its values have types of `fem` where possible
-//! 3. `virtual_specimen`: specimens with a known truth
-//! 4. `coverage`: coverage of intervals, measured in experiments with a known truth
+//! 3. `virtual_specimen`: simulated specimens with known parameters
+//! 4. `coverage`: coverage of intervals, measured in simulated experiments with known parameters
 //! 5. `report`: figures and the HTML report; depends on results, but not on the workflow
-//! 6. `prony`: Prony series of relaxation tests and dynamic tests
+//! 6. `prony`: Prony series, fitted to relaxation tests and dynamic tests
 //! 7. `workflow`: the stages, which are listed in a table; each key and file that a stage reads is recorded as its
 //!    input
 //! 8. `study`: several calibrations, and jobs of a cluster
-//! 9. `registry`, `cli`: extensions of a user's own program, and the command line
+//! 9. `registry`, `cli`: extensions for programs that a user writes, and the command line
 //!
 //! The modules depend on the crate [`breccia_calibration`]: curves, quantities of interest and calibration models.
 

@@ -1,7 +1,7 @@
 //! Probabilistic programming in Rust: write a model, condition it on data, sample its unknowns.
 //!
 //! A model is a function of its data, declared with [`model!`]. The language has one main rule: **`let x ~ D` declares
-//! an unknown; `place ~ D` without `let` conditions on an existing value.** The page of [`model!`] is the reference.
+//! an unknown; `y ~ D` without `let` conditions on the existing value `y`.** The page of [`model!`] is the reference.
 //!
 //! ```
 //! use ppl::prelude::*;
@@ -28,17 +28,16 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! The [`guide`] begins with [a crate of your own](guide::first_crate) and teaches the language in
-//! ten short pages.
+//! The [`guide`] begins with [a crate of your own](guide::first_crate) and teaches the language in short pages.
 //!
 //! # Contents
 //! - **Models**: declare them with [`model!`], or implement the trait [`Model`]; [`Bound`] is a model with its data.
 //! - **Distributions**: one type per distribution, with the variations of [`Family`]: `.iid(n)`, `.array::<N>()`,
 //!   `.truncate(a..b)`, `.ordered()`. User-defined distributions implement [`Density`].
-//! - **Derivatives**: exact, by reverse mode. User-defined functions implement [`Differentiable`]; [`FiniteDifference`]
-//!   differentiates black boxes, and [`OdeSolution`] solves differential equations.
+//! - **Derivatives**: exact, by reverse mode. User-defined functions implement [`Differentiable`]. [`FiniteDifference`]
+//!   differentiates functions without derivatives, and [`OdeSolution`] solves differential equations.
 //! - **Samplers**: [`Nuts`] uses gradients. [`Metropolis`] and [`DelayedAcceptance`] need no gradients;
-//!   [`DelayedAcceptance`] screens proposals with a cheap density. All samplers accept models and other log densities.
+//!   [`DelayedAcceptance`] first tests proposals with a cheap density. All samplers accept models and other log densities.
 //!   A user-defined sampler implements [`Kernel`]. Chains run in parallel, with the same draws for any number of
 //!   threads. [`Map`] finds joint modes, [`Laplace`] the normal approximation at a mode.
 //! - **Results**: [`Posterior`] contains named draws with shapes. A posterior provides a summary, diagnostics with
@@ -142,8 +141,8 @@ pub mod prelude {
     pub use crate::{LogDensity, Real, model};
 }
 
-/// Items that generated code calls, and internal traits behind the public ones. Not public interface: the module is
-/// hidden, so that the traits are sealed.
+/// Items that generated code calls, and the internal traits on which the public traits depend. The module is not
+/// part of the public interface: the module is hidden, so that the traits are sealed.
 #[doc(hidden)]
 pub mod __private {
     pub use crate::distribution::user_defined::{add_density, constrain_density};

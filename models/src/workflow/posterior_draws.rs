@@ -12,7 +12,7 @@ use crate::table::CsvTable;
 pub(super) struct Draw {
     /// The parameters.
     pub(super) theta: Vec<f64>,
-    /// Covariance (quantities × quantities) between specimens, relative to their means.
+    /// Covariance (quantities × quantities) between specimens, relative to the means of the quantities.
     pub(super) scatter: Vec<Vec<f64>>,
 }
 
