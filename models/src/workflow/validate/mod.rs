@@ -24,7 +24,7 @@ use super::fitted::Fitted;
 use super::inputs::Inputs;
 use super::posterior_draws::posterior_draws;
 use super::task::Task;
-use super::validation_folders::folder_of;
+use super::validation_folders::{PREPARATION, folder_of};
 use crate::case::{CaseFile, ValidationCase};
 use crate::progress::say;
 use crate::report::ValidationVerdict;
@@ -83,7 +83,7 @@ fn validated(
     let dir = task.path(&folder);
     let file = CaseFile::read(&dir.join("case.toml"))?;
     let inputs = task.inputs.of_folder(&file, &dir).of_held_out();
-    for stage in ["mesh", "experiments"] {
+    for stage in PREPARATION {
         warn_of(task, &inputs, entry, stage)?;
     }
     let held_out = HeldOut::read(&inputs)?;
