@@ -236,7 +236,8 @@ fn steps(name: &str, spacing_mm: f64, count: usize) -> Result<[f64; 2], Failure>
     Ok([test.unknowns() as f64, each])
 }
 
-/// Wall-clock time, s, for measurements so short that other processes do not disturb every one.
+/// Wall-clock time, s, for measurements that are so short that some of them are not disturbed by
+/// other processes.
 fn wall_seconds() -> f64 {
     static BEGIN: LazyLock<Instant> = LazyLock::new(Instant::now);
     BEGIN.elapsed().as_secs_f64()

@@ -4,11 +4,12 @@
 //! cargo bench -p fem --bench inelastic -- [ROUNDS]
 //! ```
 //!
-//! The tests compress a packing (a fifth of grains) with quadratic elements and damage until the force is
-//! 30 % below its peak: elements that are partly grain for the Prony series (three terms), a mesh that follows the
-//! grains for J2 plasticity. Elastic and inelastic runs alternate; the ratio is the median of the ratios of the rounds
-//! (default: three). Printed as CSV: the law, load steps, Newton iterations, force at the end as a fraction of the peak,
-//! processor seconds for each Newton iteration, and the ratio of these seconds to those of the elastic run.
+//! The tests compress a packing (a fifth of grains) with quadratic elements and damage until the force is 30 % below
+//! its peak: elements that are partly grain for the Prony series (three terms), a mesh that follows the grains for J2
+//! plasticity. Elastic and inelastic runs alternate; the ratio is the median of the ratios of the rounds (default:
+//! three). Printed as CSV: the law, load steps, Newton iterations, force at the end as a fraction of the peak,
+//! processor seconds for each Newton iteration, and these seconds divided by the processor seconds for each Newton
+//! iteration of the elastic run.
 
 use std::error::Error;
 use std::fs;

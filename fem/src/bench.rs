@@ -11,7 +11,8 @@ use crate::problem::Problem;
 use crate::solve::{LinearSolver, Nodal};
 use fem_mesh::TetMesh;
 
-/// Size of one rank's part of a mesh of quadratic elements, and of the communication of the rank.
+/// Numbers of elements, nodes and neighbours of one rank, for a partitioned mesh of quadratic
+/// elements.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PartSize {
     /// Number of elements of the part.
@@ -47,7 +48,7 @@ pub fn parts(mesh: &TetMesh, count: usize) -> Vec<PartSize> {
     Ranks::threads(count).iter().map(size).collect()
 }
 
-/// Solver of a problem with given fields. The fields are a small, non-uniform compression and shear, whose principal
+/// Newton solver with an assumed displacement field: a small, non-uniform compression and shear, whose principal
 /// axes differ from the coordinate axes.
 pub struct NewtonParts<'a> {
     problem: &'a Problem,
@@ -65,7 +66,7 @@ impl std::fmt::Debug for NewtonParts<'_> {
 }
 
 impl<'a> NewtonParts<'a> {
-    /// Creates the fields and the solver; no equation is evaluated yet.
+    /// Creates the displacement field and the solver; no equation is evaluated yet.
     pub fn new(problem: &'a Problem) -> Self {
         let nodes = problem.nodes();
         let mut fields = Fields::zero(nodes.len());
@@ -106,7 +107,8 @@ impl<'a> NewtonParts<'a> {
         Ok(self.linear.linearise(&increment, Coupling::Full, &free)?)
     }
 
-    /// Solves the linear system to a relative residual of 1e-3. The first call computes a factor or hierarchy.
+    /// Solves the linear system to a relative residual of 1e-3. The first call also factorises the matrix or
+    /// builds the multigrid hierarchy.
     ///
     /// # Errors
     /// [`StepFailure::Singular`] if the system has no solution.

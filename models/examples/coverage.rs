@@ -6,8 +6,8 @@
 //! cargo run --release -p models --example coverage -- breccia-out --simulate 40
 //! ```
 //! Prints `setting,parameter,nominal,covered,laboratories,mean_width`. For emulated laboratories, specimens and
-//! ensembles are drawn from the surrogate and from the scatter between packings. For simulated laboratories, specimens
-//! with their own packings are simulated on the cheapest mesh of the case. Settings:
+//! ensembles are drawn from the surrogate and from the scatter between packings. For simulated laboratories,
+//! specimens that each have a different packing are simulated on the cheapest mesh of the case. Settings:
 //! - the exact forward model;
 //! - a surrogate from runs with a separate packing each, with its shared error;
 //! - a surrogate with the stiffness ratio of the microstructure as an input, which is known for no specimen, for half

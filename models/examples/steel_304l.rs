@@ -3,9 +3,10 @@
 //! ```text
 //! cargo run --release -p models --example steel_304l -- DIRECTORY
 //! ```
-//! Simulates an eighth of the bar for each point of a design, repeats six runs on elements of half the size, and corrects
-//! all runs by the mean ratios. A surrogate of the runs is the forward model. Runs are stored, and an interrupted program
-//! resumes where it stopped. Writes `summary.csv` and `steel.png`. Tests and comparison are those of MatCal (Sandia).
+//! Simulates an eighth of the bar for each point of a design, repeats six runs on elements of half the size, and
+//! corrects all runs by the mean ratios. A surrogate of the runs is the forward model. Runs are stored, and an
+//! interrupted program resumes where it stopped. Writes `summary.csv` and `steel.png`. The tests and the comparison
+//! are taken from MatCal (Sandia).
 
 use std::array::from_fn;
 use std::f64::consts::LN_10;
@@ -36,7 +37,7 @@ pub const NAMES: [&str; 4] = ["yield_mpa", "rise_mpa", "rate", "log10_c"];
 pub const RANGES: [[f64; 2]; 4] = [[205.0, 265.0], [440.0, 520.0], [1.1, 2.2], [-1.7, -1.1]];
 /// MatCal's point.
 const MATCAL: [f64; 4] = [233.22, 486.78, 1.945_57, -1.400_12];
-/// Number of runs, and how many of them are repeated on the finer mesh.
+/// Number of runs, and number of these runs that are repeated on the finer mesh.
 const RUNS: [usize; 2] = [48, 6];
 const INCH_MM: f64 = 25.4;
 

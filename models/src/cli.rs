@@ -232,7 +232,7 @@ impl CaseAndFolder {
         Ok(if self.accept_out_of_range { workflow.accept_out_of_range() } else { workflow })
     }
 
-    /// The case of a command that concerns a single test.
+    /// Returns the case for a command that works on a single test.
     fn single_test(&self, command: &str) -> Result<CaseFile, InputError> {
         let file = self.case_file()?;
         let Some(first) = file.case.tests.first() else { return Ok(file) };
@@ -256,8 +256,8 @@ static INTERRUPT: AtomicBool = AtomicBool::new(false);
 /// Runs the program. Exit codes: 0 if everything is complete, 1 after an error, 2 for an invalid command line, 3 if
 /// `status` finds unfinished work, 130 after Ctrl-C or another signal to end.
 ///
-/// `registry` contains the quantities of interest and the parameters that cases can name: the built-in ones of
-/// [`Registry::standard`], and the extensions of the user's own program.
+/// `registry` contains the quantities of interest and the parameters that cases can name: the entries of
+/// [`Registry::standard`], and the extensions of the user's program.
 pub fn program(registry: Registry) -> ExitCode {
     registry.install();
     let (threads, request) = request();
@@ -388,7 +388,8 @@ fn run(request: Request, threads: usize, ranks: &Ranks) -> Result<ExitCode, Fail
                 run_all_tests(target.open_tests(&file, threads)?)?;
                 return Ok(ExitCode::SUCCESS);
             }
-            // check the table first, so that an error refers to the user's own file and nothing has been computed yet
+            // check the table first, so that an error refers to the user's file and is reported before anything is
+            // computed
             file.table().map_err(WorkflowError::from)?;
             run_all(&target.open(&file, threads)?)?;
         }

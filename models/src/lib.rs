@@ -29,7 +29,7 @@
 //! 7. `workflow`: the stages, which are listed in a table; each key and file that a stage reads is recorded as its
 //!    input
 //! 8. `study`: several calibrations, and jobs of a cluster
-//! 9. `registry`, `cli`: extensions of a user's own program, and the command line
+//! 9. `registry`, `cli`: extensions for programs that a user writes, and the command line
 //!
 //! The modules depend on the crate [`breccia_calibration`]: curves, quantities of interest and calibration models.
 

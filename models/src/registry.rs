@@ -1,11 +1,11 @@
-//! The extensions of a user's own program.
+//! Extensions that a program of the user can add to `breccia`.
 
 use breccia_calibration::{Qoi, QoiRegistry};
 
 use crate::case::{Target, TargetRegistry};
 
-/// Registry of the quantities of interest and the parameters that a case can name. A user's own program can add
-/// entries.
+/// Registry of the quantities of interest and the parameters that a case can name. A program of the user can
+/// add entries.
 ///
 /// # Example
 /// A program that is `breccia` with one more quantity of interest:
@@ -54,8 +54,8 @@ impl Registry {
         Self { targets: self.targets.with_target(target), ..self }
     }
 
-    /// Makes this the registry of the process; must be called before the first case is read. Returns `false` if the
-    /// process already has a registry. [`program`](crate::program) calls this method.
+    /// Makes this registry the registry of the process; must be called before the first case is read. Returns
+    /// `false` if the process already has a registry. [`program`](crate::program) calls this method.
     pub fn install(self) -> bool {
         self.qois.install() && self.targets.install()
     }

@@ -1,7 +1,7 @@
 //! Virtual specimens with a known truth, scatter and measurement noise.
 //!
-//! Every specimen has its own packing, its own parameters, which scatter around the truth, and readings with noise. All
-//! specimens share the truth, which the calibration should recover.
+//! Every specimen has a separate packing, separate parameters, which scatter around the truth, and readings with
+//! noise. All specimens share the truth, which the calibration should recover.
 
 use rand::{Rng, SeedableRng};
 use rand_distr::StandardNormal;
@@ -64,7 +64,7 @@ impl VirtualSpecimen {
             displacement_mm: read(&exact.displacement_mm, noise.displacement_mm),
             force_n: read(&exact.force_n, noise.force_n),
             time_s: exact.time_s.clone(),
-            // branches are found anew in the readings
+            // branches must be determined again from the readings with noise
             branches: Vec::new(),
         }
     }

@@ -37,7 +37,7 @@ pub(crate) struct Block {
     pub(crate) statements: Vec<Statement>,
 }
 
-/// Number of a statement, the key of the tables of the analyses.
+/// Number of a statement. It is the key of the tables in which the analyses store their results.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) struct Id(pub(crate) usize);
 
@@ -107,7 +107,7 @@ pub(crate) enum Kind {
     End(Flow),
     /// Any other Rust statement.
     Rust(Stmt),
-    /// A statement that could not be parsed, with the names that it would have declared.
+    /// A statement that could not be parsed, with the names that the statement would have declared.
     Broken { names: Vec<Ident>, error: Error },
 }
 

@@ -1,4 +1,4 @@
-//! Gradients per effective draw, for the kept draws alone and including the warmup, as CSV:
+//! Number of gradients per effective draw, without and with the gradients of the warmup, as CSV:
 //! `cargo bench -p ppl --bench warmup`.
 //!
 //! Three presets are compared: Stan's warmup (1000 draws), the default warmup (700 draws), and the default warmup with

@@ -141,8 +141,8 @@ pub mod prelude {
     pub use crate::{LogDensity, Real, model};
 }
 
-/// Items that generated code calls, and internal traits behind the public ones. Not public interface: the module is
-/// hidden, so that the traits are sealed.
+/// Items that generated code calls, and the internal traits on which the public traits depend. The module is not
+/// part of the public interface: the module is hidden, so that the traits are sealed.
 #[doc(hidden)]
 pub mod __private {
     pub use crate::distribution::user_defined::{add_density, constrain_density};

@@ -234,7 +234,7 @@ fn the_posterior_of_a_conjugate_regression_is_exact() {
     }
 }
 
-/// Every datum has its own log-likelihood and its own replicate in the results.
+/// In the results, every datum has a separate log-likelihood and a separate replicate.
 #[test]
 fn data_are_told_apart_in_results() {
     let (x, y) = (rows::<2>(5), responses(5));

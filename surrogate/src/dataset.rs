@@ -86,9 +86,10 @@ pub struct Dataset {
     y: Vec<f64>,
     /// Number k such that the rows have derivatives with respect to the first k inputs.
     differentiated: usize,
-    /// Derivatives, rows × outputs × inputs with derivatives; empty without derivatives.
+    /// Derivatives, with the dimensions rows × outputs × inputs with derivatives; empty if the rows
+    /// have no derivatives.
     slopes: Vec<f64>,
-    /// Notes, rows × names of notes.
+    /// The notes of all rows, row by row, each with one text per name of a note.
     noted: Vec<String>,
 }
 

@@ -142,7 +142,8 @@ fn with_derivatives(
     }
 }
 
-/// Parses the leading `#` lines and returns an empty dataset.
+/// Parses the leading `#` lines, which declare inputs and outputs, and returns a dataset with these
+/// columns and without rows.
 fn declarations(text: &str) -> Located<Dataset> {
     let (mut inputs, mut outputs, mut provenance) = (Vec::new(), Vec::new(), Vec::new());
     let mut line = 0;

@@ -16,9 +16,10 @@ use crate::scale::{Axis, Scale};
 /// image of ln x. If an output f is on a logarithmic scale, the sum is ln f. In either case, the argument of an
 /// evaluation is x, and the result is f and its derivatives with respect to x.
 ///
-/// **Outside the box** (see [`BoxPosition`]): up to a tolerance outside, by default 1 % of an input's width
-/// on its scale, evaluation extrapolates the polynomial with its exact gradient, and [`DynPce::position`]
-/// returns [`BoxPosition::Near`]. Farther outside every evaluation returns an error.
+/// **Outside the box** (see [`BoxPosition`]): if a point is outside the box by at most a tolerance (by
+/// default 1 % of the input's width on its scale), an evaluation extrapolates the polynomial with its exact
+/// gradient, and [`DynPce::position`] returns [`BoxPosition::Near`]. If a point is farther outside, every
+/// evaluation returns an error.
 ///
 /// Degrees are at most [`MAX_ORDER`]. If `d` and `m` are known at compile time, [`Pce`](crate::Pce) is the
 /// same expansion, evaluated several times faster and without allocation:
@@ -197,7 +198,7 @@ impl DynPce {
             .with_tolerance(tolerance)
     }
 
-    /// Returns the inputs, whose bounds define the training box.
+    /// Returns the inputs. Their bounds define the training box.
     pub fn inputs(&self) -> &[Input] {
         &self.inputs
     }
@@ -265,7 +266,7 @@ impl DynPce {
         Ok(BoxPosition::Near)
     }
 
-    /// The outputs at `x`; `x` is in the inputs' units.
+    /// Returns the outputs at `x`; `x` is in the inputs' units.
     ///
     /// # Errors
     /// The errors of [`Self::position`].
@@ -284,8 +285,8 @@ impl DynPce {
         Ok(value)
     }
 
-    /// The outputs at `x` and their derivatives: `jacobian[m][i]` = ∂f_m/∂x_i in units of output m per unit
-    /// of input i.
+    /// Returns the outputs at `x` and their derivatives: `jacobian[m][i]` = ∂f_m/∂x_i in units of output m
+    /// per unit of input i.
     ///
     /// # Errors
     /// The errors of [`Self::position`].

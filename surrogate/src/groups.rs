@@ -39,8 +39,8 @@ use crate::dataset::{Dataset, check_count};
 use crate::error::SurrogateError;
 use crate::fit::options::PceFit;
 
-/// Relative squared norm below which a column is linearly dependent: orthogonalisation against the columns before it
-/// reduces its squared norm to less than this fraction.
+/// Relative squared norm below which a column is linearly dependent: orthogonalisation against the preceding columns
+/// reduces the squared norm of the column to less than this fraction.
 const DEPENDENT: f64 = 1e-10;
 
 /// Errors of a fit to runs in groups, separated into scatter within and between groups.
@@ -206,7 +206,8 @@ fn without_negative_parts(matrix: &Mat<f64>, scatter: &Mat<f64>) -> Mat<f64> {
     };
     let scaled = Mat::from_fn(size, size, relative);
     let Ok(eigen) = scaled.self_adjoint_eigen(Side::Lower) else {
-        // this case does not occur for finite numbers; the diagonal alone is a conservative result
+        // the decomposition does not fail for finite numbers; if it fails, keep only the diagonal,
+        // which is a cautious estimate
         return Mat::from_fn(size, size, |i, j| if i == j { matrix[(i, i)].max(0.0) } else { 0.0 });
     };
     let (vectors, values) = (eigen.U(), eigen.S());

@@ -37,7 +37,8 @@ impl<const D: usize, const M: usize> PceKernel<D, M> {
                 start = coefficients.len();
                 rows.push(TermRow { degrees, end: start });
             }
-            // a sparse expansion may skip degrees within a row
+            // a sparse expansion may lack some degrees of the last input: their coefficients are
+            // zero
             coefficients.resize(start + last, [0.0; M]);
             let scale: f64 = index.iter().map(|&a| norm(a.into())).product();
             coefficients.push(c.map(|c| c * scale));
@@ -50,7 +51,7 @@ impl<const D: usize, const M: usize> PceKernel<D, M> {
     }
 
     pub(crate) fn value(&self, t: &[f64; D]) -> [f64; M] {
-        // separate code for the common degrees, because low degrees need fewer polynomials
+        // the common degrees have separate code, because low degrees need fewer polynomials
         match self.degree {
             0..=3 => self.sum::<4>(t),
             4..=8 => self.sum::<9>(t),
@@ -109,7 +110,8 @@ impl<const D: usize, const M: usize> PceKernel<D, M> {
                 }
             }
             start = row.end;
-            // weight of the row, and its derivatives with respect to the other inputs
+            // the sum over the last input is multiplied by `weight`, the product of the polynomials
+            // of the other inputs; `slopes` are the derivatives of this product
             let mut weight = 1.0;
             let mut slopes = [1.0; D];
             for d in 0..D - 1 {

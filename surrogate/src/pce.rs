@@ -132,7 +132,7 @@ impl<const D: usize, const M: usize> Pce<D, M> {
         if self.is_plain(x) { Ok(BoxPosition::Inside) } else { self.expansion.position(x) }
     }
 
-    /// The outputs at `x`; `x` is in the inputs' units.
+    /// Returns the outputs at `x`; `x` is in the inputs' units.
     ///
     /// # Errors
     /// If `x` lies outside the box by more than the tolerance, or contains NaN.
@@ -144,8 +144,8 @@ impl<const D: usize, const M: usize> Pce<D, M> {
         Ok(self.kernel.value(&self.to_unit(x)))
     }
 
-    /// The outputs at `x` and their derivatives: `jacobian[m][d]` = ∂f_m/∂x_d in units of output m per unit
-    /// of input d.
+    /// Returns the outputs at `x` and their derivatives: `jacobian[m][d]` = ∂f_m/∂x_d in units of output m
+    /// per unit of input d.
     ///
     /// # Errors
     /// If `x` lies outside the box by more than the tolerance, or contains NaN.

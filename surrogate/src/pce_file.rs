@@ -90,7 +90,8 @@ impl DynPce {
         all.map(|(name, _)| name.clone()).collect()
     }
 
-    /// Puts the named inputs and outputs on a logarithmic scale and all others on a linear scale.
+    /// Puts the named inputs and outputs on a logarithmic scale, and all other inputs and outputs
+    /// on a linear scale.
     fn with_logarithmic(self, names: &[String]) -> Result<Self, SurrogateError> {
         let columns: Vec<&String> =
             self.inputs().iter().map(|i| &i.name).chain(self.outputs()).collect();

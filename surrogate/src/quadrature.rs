@@ -4,8 +4,8 @@ use crate::dyn_pce::DynPce;
 
 /// Largest number of points of a grid.
 pub(crate) const MAX_POINTS: usize = 1 << 20;
-/// Smallest and largest number of Gauss points per input. A rule with n points is exact for polynomials up to degree
-/// 2n − 1.
+/// Smallest and largest number of Gauss points per input. A quadrature rule with n points is exact for polynomials
+/// up to degree 2n − 1.
 const POINTS: std::ops::RangeInclusive<usize> = 4..=24;
 /// Number of Gauss points per input in addition to the degree of the expansion. The integral of the square of an
 /// expansion of degree p needs about p points. The additional points integrate the exponential density of an input on
@@ -38,7 +38,8 @@ impl TensorGrid {
         for (axis, active) in pce.axes().iter().zip(active) {
             let rule = gauss_legendre(if active { n } else { 1 });
             let x: Vec<f64> = rule.iter().map(|(t, _)| axis.at_unit(*t)).collect();
-            // inputs are uniform in x, so the density of t is proportional to dx/dt
+            // the inputs are uniformly distributed in x, so that the density of the coordinate t is
+            // proportional to dx/dt
             let w: Vec<f64> =
                 rule.iter().zip(&x).map(|((_, w), &x)| w / axis.slope_at(x)).collect();
             let sum: f64 = w.iter().sum();

@@ -59,7 +59,8 @@ impl Scale {
     }
 }
 
-/// The interval of an input on its scale, and its map onto [−1, 1].
+/// The interval of an input on its linear or logarithmic scale, and the map of this interval onto
+/// [−1, 1].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Axis {
     pub(crate) scale: Scale,

@@ -8,9 +8,9 @@ use crate::quadrature::{MAX_POINTS, TensorGrid};
 ///
 /// The inputs are independent and uniform on the box. The variance is always the variance of the output in its unit,
 /// even if the output is on a logarithmic scale. If all scales are linear, the indices are sums of squared
-/// coefficients c_a², divided by the variance. Otherwise they are integrals, computed by Gauss–Legendre quadrature;
-/// all indices are NaN if more than ten inputs occur in the terms, because the quadrature has too many points. The
-/// indices of an output with zero variance are NaN.
+/// coefficients c_a², divided by the variance. Otherwise the indices are integrals, computed by Gauss–Legendre
+/// quadrature; all indices are NaN if more than ten inputs occur in the terms, because the quadrature has too many
+/// points. The indices of an output with zero variance are NaN.
 ///
 /// References: Sobol', Math. Comput. Simul. 55 (2001) 271, doi:10.1016/S0378-4754(00)00270-6;
 /// Sudret, Reliab. Eng. Syst. Saf. 93 (2008) 964, doi:10.1016/j.ress.2007.04.002.
@@ -92,7 +92,8 @@ impl DynPce {
         indices
     }
 
-    /// Adds the parts of the variance, computed from the coefficients, to `parts`.
+    /// Adds the contributions of inputs and pairs of inputs to the variance, computed from the
+    /// coefficients, to `parts`.
     fn sums_of_squares(&self, parts: &mut SobolIndices) {
         for (index, c) in self.terms() {
             let active: Vec<usize> = (0..index.len()).filter(|&i| index[i] > 0).collect();
@@ -119,8 +120,8 @@ impl DynPce {
     }
 }
 
-/// Computes the parts of the variance from conditional variances Var E[f | some inputs], and writes them to `parts`.
-/// Returns the total variance of each output.
+/// Computes the contributions of inputs and pairs of inputs to the variance from conditional variances Var E[f |
+/// some inputs], and writes the contributions to `parts`. Returns the total variance of each output.
 fn conditional_variances(grid: &TensorGrid, d: usize, parts: &mut SobolIndices) -> Vec<f64> {
     let all: Vec<usize> = (0..d).collect();
     let variance = grid.variance_by(&all);

@@ -217,7 +217,7 @@ mod tests {
                     break;
                 }
             }
-            // this condition holds for degree 1 too: modulo x + 1, x has order 1 = 2^1 − 1
+            // for degree 1 the order is 2^1 − 1 = 1, because x equals 1 modulo x + 1
             assert_eq!(order, (1 << s) - 1, "{polynomial:b}");
             for (k, &m) in m.iter().enumerate() {
                 assert!(m % 2 == 1 && m < 2 << k);

@@ -88,7 +88,7 @@ fn groups_of_one_size_about_a_mean_are_the_analysis_of_variance() {
     assert_eq!(errors.within.freedom(), 4.0);
 }
 
-/// If every run is its own group, the error is the error of independent runs.
+/// If every group has only one run, the error is the error of independent runs.
 #[test]
 fn groups_of_one_run_are_runs() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(2);

@@ -63,7 +63,7 @@ fn main() {
     report("garch11", &garch11(&garch_data(), 0.5), quick);
     let (x, _, counts) = gp_data();
     report("poisson_gp", &gp_pois_regr(&x, &counts), quick);
-    // quantiles of both components at equally spaced probabilities, in place of a random sample
+    // quantiles of both components at equally spaced probabilities, instead of a random sample
     let scores = (0..500).map(|i| Normal(0.0, 1.0).quantile((f64::from(i) + 0.5) / 500.0));
     let values: Vec<f64> = scores.flat_map(|z| [-2.75 + z, 2.75 + z]).collect();
     report("gaussian_mixture", &mixture(&values), quick);

@@ -2,7 +2,7 @@
 //!
 //! The tests need a program that is built with the feature `mpi`, and an MPI library (`.ci/run` installs Open MPI if
 //! possible). Otherwise they print that they were skipped. `fem/tests/ranks` tests everything except the calls of MPI
-//! on any machine, with threads in place of processes.
+//! on any machine, with threads instead of processes.
 
 use std::path::Path;
 use std::process::{Command, Output, Stdio};

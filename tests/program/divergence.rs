@@ -61,13 +61,14 @@ fn a_run_that_diverges_leaves_curve_reason_and_last_state() {
     assert_eq!(read("curve.csv").unwrap(), curve);
     assert_eq!(read("fields/last.vtu").unwrap(), state);
 
-    // another case does not resume from this state, and the files of the failed run are kept
+    // a run of another case does not resume from this state, and does not remove the files of the
+    // failed run
     let sound = CASE.replace("displacement_mm = 2.2", "displacement_mm = 0.2");
     let (code, err) = simulate(&sound);
     assert!(code == Some(1) && err.contains("state of another test: delete the file"), "{err}");
     assert!(read("failure.txt").unwrap() == reason && read("curve.csv").unwrap() == curve);
 
-    // a completed run keeps neither of these files
+    // a completed run removes both of these files
     std::fs::remove_file(dir.path().join("out/simulate.state")).unwrap();
     let (code, err) = simulate(&sound);
     assert_eq!(code, Some(0), "{err}");

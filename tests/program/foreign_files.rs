@@ -1,4 +1,4 @@
-//! Files of the user in the place of products: no command removes or replaces them.
+//! Files of the user that have the names of products: no command removes or replaces them.
 
 use std::path::Path;
 
@@ -161,7 +161,7 @@ fn no_command_changes_any_file_of_the_users() {
     }
 }
 
-/// A file with a name similar to a product's does not stop a stage and is kept.
+/// A file whose name is similar to the name of a product does not stop a stage and is not removed.
 #[test]
 fn a_stage_leaves_other_files_where_they_are() {
     let names =
@@ -305,7 +305,7 @@ fn a_study_and_a_script_replace_no_file_of_the_users() {
     write("base.toml", &super::SMALL.replace("steps = 4", "steps = 40"));
     let study = "title = \"t\"\nbase = \"base.toml\"\n[[case]]\nname = \"a\"\n";
     write("study.toml", study);
-    // the study itself has the name of a file that a study writes
+    // the file of the study has the name of a file that a study writes
     for extra in [&[][..], &["--replace", "study.toml"]] {
         let command = [&["study", "study.toml", "--out", "."], extra].concat();
         let (code, _, err) = said(&breccia(dir.path(), &command));
@@ -336,8 +336,8 @@ fn a_study_and_a_script_replace_no_file_of_the_users() {
     assert!(read("job.sh").starts_with("#!/bin/bash"));
 }
 
-/// If the program is killed at any moment, it still recognises its own files: the same command is not refused and ends
-/// with the same results.
+/// If the program is killed at any moment, its next run still recognises the files that it wrote: the same command
+/// succeeds and gives the same results.
 #[test]
 fn a_killed_command_knows_its_own_files() {
     let dir = tempfile::tempdir().unwrap();

@@ -1,4 +1,5 @@
-//! Pipes and devices in place of input files, and a standard output that cannot be written.
+//! Pipes and devices instead of input files, and a standard output to which the program cannot
+//! write.
 #![cfg(unix)]
 
 use std::path::Path;

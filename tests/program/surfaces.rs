@@ -78,7 +78,7 @@ fn grains_of_a_packing_come_back_from_their_files() {
         let curve = rows(&dir.path().join(folder).join("curve.csv"));
         curve.last().unwrap()[1].parse().unwrap()
     };
-    // for comparison: the packing itself, in a cylinder that is slightly larger
+    // for comparison, mesh the exact grains of the packing, in a cylinder that is slightly larger
     run(&["simulate", "packing.toml", "--out", "direct"]);
     let ratio = force("simulated") / force("direct");
     assert!((0.8..1.25).contains(&ratio), "{ratio}");

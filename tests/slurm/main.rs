@@ -62,7 +62,8 @@ impl Cluster {
     fn command(&self, program: &str, folder: &Path) -> Command {
         let mut command = Command::new(program);
         command.current_dir(folder).env("SLURM_CONF", &self.conf);
-        // the test may itself run in a job of Slurm, whose variables would be inherited
+        // this test may run in a job of Slurm: remove the variables of this job, which the commands
+        // would inherit
         for (name, _) in std::env::vars() {
             if name.starts_with("SLURM_") && name != "SLURM_CONF" {
                 command.env_remove(name);

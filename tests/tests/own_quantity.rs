@@ -1,5 +1,5 @@
-//! A user's own program: `breccia` with one more quantity of interest and one more parameter, which are defined outside
-//! the workspace's crates.
+//! A program that a user writes: `breccia` with one more quantity of interest and one more parameter, which are
+//! defined outside the crates of the workspace.
 
 use std::borrow::Cow;
 use std::path::Path;

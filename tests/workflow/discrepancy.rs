@@ -1,4 +1,4 @@
-//! The table `[calibration.discrepancy]`: errors of the model itself.
+//! The table `[calibration.discrepancy]`: errors of the finite-element model.
 
 use super::{TINY, breccia, copy_of_tiny, number, table};
 

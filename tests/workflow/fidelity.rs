@@ -1,4 +1,4 @@
-//! Runs on a cheap mesh, corrected by a few runs on the specimen's own mesh.
+//! Runs on a cheap mesh, corrected by a few runs on the accurate mesh of the specimen.
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -48,7 +48,7 @@ fn a_slow_test_tells_what_fast_ones_leave_open() {
     std::fs::write(dir.path().join("tiny.toml"), case()).unwrap();
     let run = || breccia(dir.path(), &["run", "tiny.toml", "--out", "results"]);
 
-    // a stage that was interrupted during its own runs continues with the remaining runs
+    // the stage was interrupted while it computed runs; it continues with the remaining runs
     let results = dir.path().join("results");
     let runs = results.join("ensemble");
     let mut child = start(dir.path(), &["run", "tiny.toml", "--out", "results", "--threads", "1"]);

@@ -1,4 +1,5 @@
-//! Specimens with scans: the stiffness of their own microstructures enters the calibration.
+//! Specimens with scans: the stiffness of the microstructure of each specimen is used in the
+//! calibration.
 
 use std::sync::OnceLock;
 

@@ -95,7 +95,8 @@ fn a_load_program_is_calibrated_from_quantities_of_its_branches() {
         }
     }
 
-    // the curves of the virtual specimens have times, and the quantities are those without the machine
+    // the curves of the virtual specimens have times, and the quantities do not contain the compliance
+    // of the machine
     let curve = std::fs::read_to_string(results.join("experiments/curves/V-01.csv")).unwrap();
     assert!(curve.starts_with("time_s,displacement_mm,force_N\n"), "{curve}");
     let checks = table(&results.join("curve_checks.csv"));
@@ -204,7 +205,8 @@ fn an_unknown_compliance_is_a_nuisance_parameter() {
         let (mean, sd) = (number(row, "mean"), number(row, "sd"));
         assert!((mean - truth).abs() < 4.0 * sd, "{parameter}: {mean} ± {sd}");
     }
-    // the offset is a known number: the specimens are corrected by it, and the compliance is not corrected
+    // the force offset is a known number: the curves of the specimens are corrected by this offset, but
+    // not by the compliance
     let checks = table(&results.join("curve_checks.csv"));
     let machine: Vec<_> = checks.iter().filter(|row| row["finding"] == "machine").collect();
     assert_eq!(machine.len(), 4, "{checks:?}");

@@ -409,7 +409,7 @@ fn from_an_empty_directory_to_every_documented_file() {
     assert_eq!(names.map(stamp), before);
     assert!(page == std::fs::read_to_string(results.join("report.html")).unwrap());
 
-    // the folder contains its own case file; a change of the sampler does not repeat simulations
+    // run the case file in the results folder; a change of the sampler does not repeat simulations
     let case = results.join("case.toml");
     let text = std::fs::read_to_string(&case).unwrap();
     assert!(text.contains("draws = 150"), "{text}");
@@ -421,7 +421,7 @@ fn from_an_empty_directory_to_every_documented_file() {
     assert_eq!(table(&results.join("posterior.csv")).len(), 2 * 160);
 }
 
-/// Files of finished runs with their time stamps; every ensemble has its own folder.
+/// Files of finished runs with their time stamps; every ensemble has a separate folder.
 fn finished(runs: &Path) -> BTreeMap<std::path::PathBuf, std::time::SystemTime> {
     let entries = |path: &Path| std::fs::read_dir(path).into_iter().flatten().flatten();
     entries(runs)

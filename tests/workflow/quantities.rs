@@ -7,7 +7,7 @@ use super::{breccia, number, table, without_image};
 const COLUMNS: [&str; 3] =
     ["energy_to_peak_N_mm", "post_peak_slope_N_per_mm", "force_at_0.05_mm_N"];
 
-/// The tiny case with three further quantities in place of the paper's quantities, and with curves that continue past
+/// The tiny case with three further quantities instead of the paper's quantities, and with curves that continue past
 /// the peak.
 fn case() -> String {
     let qoi =

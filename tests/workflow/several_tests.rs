@@ -87,7 +87,7 @@ fn two_tests_are_calibrated_together_in_folders_of_their_own() {
         assert!(status.contains(part), "{status}");
     }
 
-    // a damaged result is restored with the same content, and what depends on it
+    // a damaged result and all results that depend on it are restored with the same content
     std::fs::remove_file(out.join("joint/slow.json")).unwrap();
     let (code, status, _) = breccia(dir.path(), &["status", "results"]);
     assert_eq!(code, Some(3), "{status}");
@@ -95,7 +95,8 @@ fn two_tests_are_calibrated_together_in_folders_of_their_own() {
     assert_eq!(code, Some(0), "{err}");
     assert_eq!(std::fs::read(out.join("posterior.csv")).unwrap(), before);
 
-    // one test in the joint posterior only: the joint stage runs again, the ensembles do not
+    // with only one test in the joint posterior, the joint stage runs again and the ensembles do
+    // not
     let text = fast_and_slow()
         .replace("[calibration]\n", "[calibration]\nbetween_tests.matrix.young_mpa = \"own\"\n");
     std::fs::write(dir.path().join("two.toml"), text).unwrap();
@@ -129,7 +130,7 @@ fn commands_of_a_single_test_name_the_folder_of_a_test() {
     assert!(err.contains("has several tests"), "{err}");
 }
 
-/// Measured specimens of both tests in one table: each test uses its own.
+/// Measured specimens of both tests in one table: each test uses only its specimens.
 #[test]
 fn a_table_of_specimens_has_a_column_test() {
     let dir = copy_of_tiny();

@@ -28,7 +28,7 @@ fn readers(key: &str) -> &'static [&'static str] {
         ["prior", ..] => &["ensemble", "calibrate", "verdict", "design"],
         ["design", ..] => &["ensemble"],
         ["fidelity", ..] => &["experiments", "ensemble"],
-        // the shapes of predicted curves have their own surrogate, which `calibrate` fits
+        // `calibrate` fits a separate surrogate of the shapes of predicted curves
         ["surrogate", ..] => &["surrogate", "calibrate"],
         ["experiments", "virtual", "truth", ..] => &["experiments", "calibrate"],
         // predicted curves are drawn over the measured curves; a rule of the verdict reads the toes

@@ -92,7 +92,7 @@ fn cases_share_their_specimens_and_are_compared() {
     }
     assert_eq!(finished(&second.join("ensemble")).len(), 15, "each folder is complete");
 
-    // the results equal the results of the case run by itself
+    // the results equal the results of the same case without the study
     let alone = ["run", "out/second/case.toml", "--out", "alone"];
     let (code, _, err) = breccia(dir.path(), &alone);
     assert_eq!(code, Some(0), "{err}");
@@ -112,7 +112,7 @@ fn cases_share_their_specimens_and_are_compared() {
     assert!(err.contains("calibrate twin: 300 draws"), "{err}");
     assert!(std::fs::read(twin.join("report.html")).unwrap() == before);
 
-    // each case has its own folder with all files of `run` and the curves of the laboratory
+    // each case has a folder with all files of `run` and the curves of the laboratory
     for case in ["first", "second", "twin"] {
         let file = |name: &str| std::fs::read(results.join(case).join(name)).unwrap();
         let tested = results.join("laboratories/L");
@@ -172,7 +172,8 @@ fn cases_share_their_specimens_and_are_compared() {
     assert!(err.contains("calibration has changed in the case"), "{err}");
     assert_eq!(finished(&runs), now);
 
-    // the suggested lines are used: the first batch is kept, and the prior no longer cuts the posterior
+    // the suggested lines are used: the runs of the first batch are used again, and the prior no longer
+    // cuts the posterior
     let first = results.join("first/ensemble");
     let batch = finished(&first);
     // including one run that is repeated with the other quadrature in the middle of the box

@@ -4,7 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// An error of a mesh: the fault, the affected entity and a remedy.
+/// Error of a mesh: the fault, the affected entity and a remedy.
 ///
 /// Tetrahedra and nodes are numbered from 0, as in [`TetMesh`](crate::TetMesh).
 #[derive(Clone, Debug, thiserror::Error)]

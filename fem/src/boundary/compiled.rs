@@ -31,7 +31,7 @@ pub(crate) struct Boundary {
     tractions: Vec<Traction>,
     body_force: Option<Function<[f64; 3]>>,
     damage_source: Option<Function<f64>>,
-    /// Whether damage is possible, by region.
+    /// For each region, whether its material can be damaged.
     damaged: Vec<bool>,
     pub(crate) contacts: Vec<Contact>,
     probe: Option<Probe>,
@@ -236,8 +236,8 @@ impl Boundary {
         self.constrained.iter().filter(|dof| dof.component == 3).map(|dof| dof.node)
     }
 
-    /// Returns the maxima over the prescribed displacement components of all ranks of the differences between `guess` and
-    /// `after`, the differences between `before` and `after`, and the values in `after`, mm.
+    /// Returns three maxima over the prescribed displacement components of all ranks, mm: |`guess` − `after`|,
+    /// |`before` − `after`| and |`after`|.
     pub(crate) fn jump(&self, guess: &Fields, before: &Fields, after: &Fields) -> [f64; 3] {
         let mut sizes = [0.0f64; 3];
         for dof in self.constrained.iter().filter(|dof| dof.component < 3) {
@@ -279,9 +279,9 @@ impl Boundary {
         [travel, along(reactions[&probe.surface])]
     }
 
-    /// Returns the vector c for which the measured force is c·R, with the residual R at `nodes` nodes. `None` if no
-    /// force is measured, if the measured surface has no prescribed values, or if there is contact, because contact
-    /// forces are not part of c·R.
+    /// Returns the vector c by which the residual R at all `nodes` nodes is multiplied to obtain the measured force
+    /// c·R. Returns `None` if no force is measured, if the measured surface has no prescribed values, or if there
+    /// is contact, because contact forces are not part of c·R.
     pub(crate) fn measured(&self, nodes: usize) -> Option<Vec<[f64; 4]>> {
         let probe = self.probe.as_ref().filter(|_| self.contacts.is_empty())?;
         let mut out = vec![[0.0; 4]; nodes];

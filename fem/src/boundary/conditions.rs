@@ -276,8 +276,8 @@ impl Conditions {
         if nodes.is_empty() { refused(Unsupported::EmptyNodeSet) } else { Ok(nodes) }
     }
 
-    /// Describes the functions as text. A run resumes from a saved state only if the state has the same description,
-    /// because functions cannot be compared.
+    /// Sets a text that describes the functions of the conditions. Functions cannot be compared. A run therefore
+    /// resumes from a saved state only if this text equals the text in the saved state.
     pub fn described_as(mut self, words: impl Into<String>) -> Self {
         self.description = words.into();
         self

@@ -100,8 +100,8 @@ impl ExternalForces {
         self.contacts.iter().flat_map(|c| c.follow(fields, rates)).collect()
     }
 
-    /// Returns an estimate of the rounding error of the contact forces in two parts: the part per mm of displacement,
-    /// N/mm, and the part that does not depend on the displacement, N.
+    /// Returns an estimate of the rounding error of the contact forces as two terms: a term that is proportional to
+    /// the displacement, N/mm, and a constant term, N.
     pub(crate) fn rounding(&self) -> [f64; 2] {
         let mut squares = [0.0; 2];
         for (square, length) in self.contacts.iter().map(ContactStep::stiffness) {

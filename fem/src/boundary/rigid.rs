@@ -10,7 +10,8 @@ pub(super) struct RigidMotions {
     free: Matrix6<f64>,
 }
 
-/// A support that constrains less than this fraction of the free motions is ignored.
+/// A support is ignored if it constrains the free motions less strongly than this value, see
+/// [`stopped`](RigidMotions::stopped).
 const LEAST_STOPPED: f64 = 1e-6;
 
 impl RigidMotions {
@@ -30,8 +31,8 @@ impl RigidMotions {
         Vector6::new(d[0], d[1], d[2], turn[0], turn[1], turn[2])
     }
 
-    /// Returns the fraction of the free motions that a support at `x` along `direction` would constrain. The fraction
-    /// is the norm of the displacements at `x` along `direction` that the free motions cause.
+    /// Returns how strongly a support at `x` along `direction` would constrain the free motions: the norm of the
+    /// displacements at `x` along `direction` that the free motions cause.
     fn stopped(&self, x: [f64; 3], direction: [f64; 3]) -> f64 {
         (self.free * self.row(x, direction)).norm()
     }

@@ -45,8 +45,8 @@ pub trait Domain {
     /// Returns the nodes of an element: its vertices, then the nodes on its edges.
     fn nodes_of(&self, tet: usize) -> &[u32];
 
-    /// Returns whether an element is *plain*: straight, not a mixture of two phases, and without extra terms of
-    /// viscoelastic and plastic laws. The tangent of a plain element needs less storage.
+    /// Returns whether an element is *plain*: straight, not a mixture of two phases, and without tangent terms
+    /// of viscoelastic and plastic laws. The tangent of a plain element needs less storage.
     fn is_plain(&self, tet: usize) -> bool;
 
     /// Returns the integration rule of all elements.
@@ -67,8 +67,8 @@ pub trait Domain {
     /// Returns the nodes on triangles of the mesh, in increasing order.
     fn nodes_on(&self, triangles: &[[u32; 3]]) -> Vec<u32>;
 
-    /// Adds the nodal load ∫ N_a f dV, N, over the elements of the regions for which `acts` is true, to the entry of
-    /// node a in `out`. `density` is f as a function of the reference position, mm.
+    /// Adds the nodal load ∫ N_a f dV (N), integrated over the elements of the regions for which `acts` is true, to
+    /// the entry of node a in `out`. `density` is f as a function of the reference position, mm.
     fn volume_load(
         &self,
         acts: &dyn Fn(usize) -> bool,
@@ -76,8 +76,8 @@ pub trait Domain {
         out: &mut [[f64; 4]],
     );
 
-    /// Adds ∫ N_a t dA over triangles to the entry of node a in `out`, N. `traction` is t (MPa) as a function of the
-    /// reference position, mm.
+    /// Adds the nodal load ∫ N_a t dA (N), integrated over triangles, to the entry of node a in `out`. `traction` is
+    /// t (MPa) as a function of the reference position, mm.
     fn surface_load(
         &self,
         triangles: &[[u32; 3]],
@@ -85,7 +85,7 @@ pub trait Domain {
         out: &mut [[f64; 4]],
     );
 
-    /// Returns ∫ t dA over triangles, N, for the traction t, MPa.
+    /// Returns the resultant ∫ t dA (N) of the traction t (MPa) on triangles.
     fn surface_resultant(
         &self,
         triangles: &[[u32; 3]],
@@ -100,7 +100,8 @@ pub trait Domain {
     /// functions there; `None` outside the body.
     fn interpolation(&self, position: [f64; 3]) -> Option<Vec<(u32, f64)>>;
 
-    /// Calls `each` with the field values and the volume (mm³) of each point of a quadrature rule of degree 5.
+    /// Calls `each` at each point of a quadrature rule of degree 5, with the field values at the point and the
+    /// volume (mm³) that the point represents.
     fn visit(&self, fields: &Fields, each: &mut dyn FnMut(&PointValues, f64));
 }
 

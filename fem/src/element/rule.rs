@@ -70,7 +70,7 @@ pub struct DamagePoint {
 }
 
 impl Rule {
-    /// Creates the rule of element type `T`.
+    /// Creates the quadrature rule of element type `T`.
     pub fn new<const N: usize, T: Tetrahedron<N>>(rule: DamageRule) -> Self {
         let quadratic = !T::EDGES.is_empty();
         let mut elastic = if quadratic { four() } else { one() };
@@ -107,8 +107,8 @@ impl Rule {
         Self { nodes: N, points, damage, mixing, alike, extra }
     }
 
-    /// Returns the rule for linear elements with the same quadrature points, i.e. with the linear shape functions of
-    /// the vertices.
+    /// Returns the quadrature rule for linear elements with the same quadrature points, i.e. with the linear shape
+    /// functions of the vertices.
     pub fn linear(&self) -> Self {
         let slopes = Linear::slopes([0.25; 4]).map(|d| [d[1] - d[0], d[2] - d[0], d[3] - d[0]]);
         let mut rule = self.clone();

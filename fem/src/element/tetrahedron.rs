@@ -28,7 +28,7 @@ impl TryFrom<u8> for Order {
     /// Converts the polynomial order 1 or 2.
     ///
     /// # Errors
-    /// The number itself, if it is neither 1 nor 2.
+    /// Returns the number if the number is neither 1 nor 2.
     fn try_from(order: u8) -> Result<Self, Self::Error> {
         match order {
             1 => Ok(Self::Linear),
@@ -40,7 +40,7 @@ impl TryFrom<u8> for Order {
 
 /// Lagrange tetrahedron with `N` nodes: the vertices, then the midpoints of [`EDGES`](Self::EDGES).
 pub trait Tetrahedron<const N: usize> {
-    /// Edges with a node, as pairs of vertices.
+    /// Edges that have a node at their midpoint, as pairs of vertices.
     const EDGES: &'static [[usize; 2]];
 
     /// Returns the values N_a(λ) of the shape functions.

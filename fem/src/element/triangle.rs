@@ -1,6 +1,7 @@
 //! Quadrature on triangles.
 
-/// Returns the seven-point rule, exact to degree 5: barycentric coordinates and fraction of the area of each point.
+/// Returns the seven-point quadrature rule of a triangle, exact to degree 5: barycentric coordinates and fraction
+/// of the area of each point.
 ///
 /// Reference: Radon, Monatsh. Math. 52 (1948) 286, doi:10.1007/BF01525334.
 pub(super) fn seven() -> [([f64; 3], f64); 7] {

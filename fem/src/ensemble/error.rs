@@ -3,7 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Why an ensemble cannot be opened or continued.
+/// Reason why an ensemble cannot be opened or continued.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum EnsembleError {
@@ -72,7 +72,8 @@ pub enum EnsembleError {
         id: usize,
         /// The file of the run.
         path: PathBuf,
-        /// Whether the checksum is missing, or how it differs from the content.
+        /// Fault of the checksum: the checksum is missing, or differs from the checksum of the
+        /// content.
         reason: String,
     },
     /// The input of a run is invalid, or the curve of a failed run is requested.

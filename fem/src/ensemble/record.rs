@@ -72,7 +72,7 @@ pub enum RunEnd {
     Failed,
 }
 
-/// The results of a run that its record stores.
+/// Results of a run, as stored in its record.
 #[derive(Default)]
 pub(super) struct RunResults {
     pub(super) curve: Vec<CurvePoint>,

@@ -19,7 +19,7 @@ pub(super) enum StoredRun {
     Edited(String),
 }
 
-/// Rule that states whether a record without a checksum is accepted.
+/// Whether records without a checksum are accepted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Checksums {
     /// Every record must have a checksum.

@@ -86,7 +86,7 @@ pub enum Unsupported {
     /// A parameter of sensitivities with the wrong number of materials.
     #[error("the parameter has {materials} materials for {regions} regions")]
     ParameterRegions {
-        /// Number of materials below or above the parameter value.
+        /// Number of materials given for the smaller or the larger parameter value.
         materials: usize,
         /// Number of regions of the mesh.
         regions: usize,
@@ -100,7 +100,8 @@ pub enum Unsupported {
         /// Name of the region.
         String,
     ),
-    /// The materials below and above a parameter value do not enclose the material of the problem.
+    /// The materials for the smaller and the larger value of a parameter do not enclose the
+    /// material of the problem.
     #[error(
         "the values {below} (below) and {above} (above) of region '{region}' do not enclose the value {value} of the problem"
     )]

@@ -83,7 +83,7 @@ fn rows(gradient: &Matrix3<f64>) -> [[f64; 3]; 3] {
 
 /// Asserts that a material has the properties that the solver relies on. For tests, also of user-defined laws.
 ///
-/// The states are random, in tension and compression, with two and three equal stretches, at rest and close to it,
+/// The states are random, in tension and compression, with two and three equal stretches, at rest and close to rest,
 /// and with and without damage. Checks: the stress is the derivative of the energy, and the tangent is the derivative
 /// of the stress (the remainders of Taylor's formula decrease with the second and third power of the step); the
 /// tangent is symmetric; energy and stress are objective and isotropic; energy and stress vanish at rest; a
@@ -167,9 +167,10 @@ struct Increment<'a> {
     old: &'a [f64],
 }
 
-/// Step of the differences of the displacement gradient with which tangents are compared.
+/// Step of the displacement gradient in the finite differences that are compared with tangents.
 const STEP: f64 = 1e-5;
-/// Elastic change of volume ln J below which the tangent is not compared with differences, for a split of the energy.
+/// With a split of the energy, tangents are compared with finite differences only where the elastic volume change |ln
+/// J| exceeds this value.
 const KINK: f64 = 1e-3;
 /// Number of increments of a strain path.
 const PATH: usize = 6;
@@ -224,7 +225,8 @@ fn assert_history(material: &PointMaterial, is_kinked: bool) {
     }
 }
 
-/// Returns whether a plastic law flows on one side of a state only, within the differences along a direction.
+/// Returns whether, of the two states of a central difference along a direction, one is elastic and the other
+/// is plastic.
 fn crosses_yield(
     material: &PointMaterial,
     state: &Matrix3<f64>,
@@ -300,7 +302,7 @@ fn assert_consistent(
     );
 }
 
-/// Check that several points in SIMD lanes have the same values as single points.
+/// Comparison of several points in SIMD lanes with single points.
 struct InLanes<'a> {
     material: &'a PointMaterial,
     /// At most [`POINTS`] displacement gradients.

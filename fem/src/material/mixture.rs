@@ -128,7 +128,7 @@ impl<T: Scalar> MixedPhases<T> {
         [reuss[0].geometric_mean(&bound[0]), reuss[1].geometric_mean(&bound[1])]
     }
 
-    /// Returns N/D − ζ and its derivatives for one modulus.
+    /// Returns the ratio M(g)/g = N/D − ζ of one modulus, and the derivatives of this ratio.
     #[inline(always)]
     fn ratio(&self, modulus: usize, comparison: T, g: T) -> Ratio<T> {
         let one = g.constant(1.0);

@@ -41,7 +41,7 @@ pub enum DamageQuadrature {
     /// does AT1.
     Vertex,
     /// Gauss points of positive weight, which integrate φ² exactly: four in linear elements, fourteen
-    /// in quadratic ones.
+    /// in quadratic elements.
     Consistent,
     /// As `Consistent`, but with eleven points in quadratic elements, the smallest number that integrates φ² exactly.
     /// One point has a negative weight and contributes negative energy: use this rule only for smooth fields on fine
@@ -101,7 +101,7 @@ pub struct DamageEnergies {
     pub drive: EnergySet,
     /// Energies that damage degrades.
     pub degrade: EnergySet,
-    /// Plastic work above which it drives damage, MPa.
+    /// Plastic work per reference volume above which the plastic work drives damage, MPa.
     pub plastic_threshold_mpa: f64,
 }
 
@@ -112,7 +112,7 @@ impl Default for DamageEnergies {
     }
 }
 
-/// Returns the energies that damage degrades unless others are given: elastic and viscous.
+/// Returns the default set of the energies that damage degrades: elastic and viscous.
 fn default_degrade() -> EnergySet {
     EnergySet { viscous: true, plastic: false }
 }
@@ -158,10 +158,11 @@ pub struct PhaseField {
     /// Energies that drive damage.
     #[serde(default)]
     pub drive: EnergySet,
-    /// Energies that damage degrades. With the plastic energy, damage degrades the yield stress.
+    /// Energies that damage degrades. If the set contains the plastic energy, damage also degrades
+    /// the yield stress.
     #[serde(default = "default_degrade")]
     pub degrade: EnergySet,
-    /// Plastic work per reference volume above which it drives damage, MPa.
+    /// Plastic work per reference volume above which the plastic work drives damage, MPa.
     #[serde(default)]
     pub plastic_threshold_mpa: f64,
 }

@@ -85,7 +85,7 @@ impl PointMaterial {
         }
     }
 
-    /// Returns the response without state values.
+    /// Returns the response of a law that has no state.
     #[cfg(test)]
     pub(super) fn respond<T: Scalar>(&self, trial: &Principal<T>, g: T) -> Response<T> {
         use super::point_law::PointLaw;

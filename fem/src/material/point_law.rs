@@ -40,8 +40,9 @@ pub trait PointLaw<T: Scalar> {
     ) -> Response<T>;
 }
 
-/// Evaluation of the law at a point. It is a function of its own, so that the laws are compiled once for each number
-/// type instead of once for each computation on elements: they are two thirds of the code of a computation.
+/// Evaluation of the law at a point. This evaluation is a separate function, so that the laws, which are two thirds
+/// of the code of a computation on elements, are compiled once for each number type and not once for each
+/// computation.
 pub struct AtPoint<'a, T, L, const TANGENT: bool> {
     pub law: &'a L,
     /// Displacement gradient.

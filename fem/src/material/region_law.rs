@@ -139,7 +139,8 @@ impl RegionLaw {
         self.degraded.respond(&ElasticPoint::new(strains, whole, volumetric, constants.moduli), g)
     }
 
-    /// Returns 1 if damage degrades the volumetric energy, 0 if damage does not, for tr ε.
+    /// Returns 1 if damage degrades the volumetric energy at the volume change `trace` = tr ε, else
+    /// 0.
     #[inline(always)]
     fn volume_share<T: Scalar>(&self, trace: T) -> T {
         let [zero, one] = [0.0, 1.0].map(|x| trace.constant(x));

@@ -60,7 +60,8 @@ pub const fn packed(r: usize, s: usize) -> usize {
     r * (r + 1) / 2 + s
 }
 
-/// Response of a law without damage, or of a part of its energy, in the basis of the principal strains.
+/// Response of a law (or of a part of its energy) without damage, in the basis of the principal
+/// strains.
 #[derive(Clone, Copy, Debug)]
 pub struct ElasticResponse<T> {
     /// Energy per reference volume, MPa.
@@ -81,16 +82,16 @@ impl<T: Scalar> ElasticResponse<T> {
         Self { energy: zero, stress: [zero; 3], normal: [zero; 6], shear: [zero; 3] }
     }
 
-    /// Returns the response of an energy of the volume change t = tr ε alone, from the energy and its first two
-    /// derivatives with respect to t. All principal stresses are equal.
+    /// Returns the response for an energy that depends only on the volume change t = tr ε. The arguments are
+    /// this energy and its first two derivatives with respect to t. All principal stresses are equal.
     #[inline(always)]
     pub fn volumetric([energy, stress, curvature]: [T; 3]) -> Self {
         let zero = energy.constant(0.0);
         Self { energy, stress: [stress; 3], normal: [curvature; 6], shear: [zero; 3] }
     }
 
-    /// Returns this response minus the response of an energy of the volume change alone, see
-    /// [`volumetric`](Self::volumetric).
+    /// Returns this response minus the response for an energy that depends only on the volume
+    /// change, see [`volumetric`](Self::volumetric).
     #[inline(always)]
     pub(super) fn without_volume(mut self, [energy, stress, curvature]: [T; 3]) -> Self {
         self.energy = self.energy - energy;
@@ -117,7 +118,7 @@ impl<T: Scalar> ElasticResponse<T> {
         self
     }
 
-    /// Returns this response in the lanes where the mask is true, zero in the other lanes.
+    /// Returns this response in the SIMD lanes where the mask is true, zero in the other lanes.
     #[inline(always)]
     pub fn only(mut self, mask: T::Mask) -> Self {
         let zero = self.energy.constant(0.0);
@@ -184,7 +185,7 @@ impl<T: Scalar> Response<T> {
         ElasticResponse { energy, stress, normal, shear }
     }
 
-    /// Returns `yes` in the lanes where the mask is true, `no` in the other lanes.
+    /// Returns `yes` in the SIMD lanes where the mask is true, `no` in the other lanes.
     #[inline(always)]
     pub(super) fn select(mask: T::Mask, yes: Self, mut no: Self) -> Self {
         no.energy = T::select(mask, yes.energy, no.energy);
@@ -211,7 +212,7 @@ impl<T: Scalar> Response<T> {
 }
 
 impl<T: Copy> Response<T> {
-    /// Returns all values, for comparisons.
+    /// Returns all fields as one array, for comparisons in tests.
     pub(super) fn numbers(&self) -> [T; 34] {
         let mut all = [self.energy; 34];
         all[1] = self.driving;

@@ -15,9 +15,10 @@ use super::response::{Response, packed};
 pub struct PointTangent<T> {
     /// Principal axes, one per row.
     pub axes: [[T; 3]; 3],
-    /// D_ij − δ_ij τ_i, with indices by [`packed`].
+    /// Symmetric matrix D_ij − δ_ij τ_i, stored by the indices of [`packed`].
     pub normal: [T; 6],
-    /// G_ij; entry k belongs to the pair (i, j) of the other two axes.
+    /// Shear moduli G_ij of the pairs of principal axes; entry k belongs to the pair (i, j) of the
+    /// other two axes.
     pub shear: [T; 3],
     /// Principal stresses τ_i.
     pub stress: [T; 3],

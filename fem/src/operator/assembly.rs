@@ -20,7 +20,7 @@ use crate::element::{Domain, Space};
 use crate::material::{Homogenisation, Inverted};
 use crate::parallel::Part;
 
-/// Smallest number of batches in a task of a thread.
+/// Smallest number of element batches that one task of the thread pool processes.
 const LEAST: usize = 512;
 
 /// Operator on a mesh of `N`-node elements.

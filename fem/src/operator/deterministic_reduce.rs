@@ -8,10 +8,10 @@ use crate::material::Inverted;
 /// Smallest number of element nodes (nodes per element times elements) for which several threads are used. Smaller
 /// problems occur in ensembles, which run one problem per core.
 const WORTH: usize = 100_000;
-/// Number of element nodes per block. The results of a block are computed before they are added; this size keeps them
-/// in the cache.
+/// Number of element nodes per block. The results of a block are computed before they are added; with this size, the
+/// results stay in the cache.
 const BLOCK: usize = 8192;
-/// Number of elements in a task of a thread.
+/// Number of elements in one task of the thread pool.
 const PIECE: usize = 8 * LANES;
 /// Smallest number of tasks per thread in a block, for load balance.
 const PIECES: usize = 4;

@@ -22,8 +22,8 @@ pub enum Coupling {
 
 /// Discrete equations on a mesh, for any element type.
 ///
-/// A residual is the residual of the whole body, equal on all ranks that share a node. Tangents and products contain
-/// only the elements of this rank. If one rank fails, all ranks fail.
+/// A residual contains the contributions of the whole body: at a node that several ranks share, it is the same on
+/// all these ranks. Tangents and products contain only the elements of this rank. If one rank fails, all ranks fail.
 pub trait Operator: std::fmt::Debug + Send + Sync {
     /// Computes residual and energies. Fails if an element is inverted.
     fn residual(&self, increment: &Increment, out: &mut Residual) -> Result<(), Inverted>;

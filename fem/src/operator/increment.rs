@@ -30,9 +30,10 @@ pub struct StepContext<'a> {
     /// State of the laws at the start of the increment, in the order of [`Operator::state`](super::Operator::state).
     /// Empty if the state is zero at all points.
     pub state: &'a [f64],
-    /// Bounds of nodal values; `None` if there are none.
+    /// Bounds of nodal values; `None` without bounds.
     pub bounds: Option<&'a Bounds>,
-    /// Contributions of contact to the tangent; the residual does not use them.
+    /// Contributions of contact to the tangent. The residual does not contain contact forces from
+    /// this field.
     pub contact: &'a [NodeBlock],
 }
 
@@ -46,14 +47,14 @@ impl<'a> StepContext<'a> {
 /// Residual and energies at the current fields.
 #[derive(Clone, Debug, Default)]
 pub struct Residual {
-    /// R_u (N) and R_φ (N mm) of every node, prescribed values included.
+    /// R_u (N) and R_φ (N mm) of every node, including the components with prescribed values.
     pub nodal: Vec<[f64; 4]>,
     /// The part ∫ g′ ψ⁺ N_a dV of R_φ, N mm; its norm scales R_φ.
     pub drive: Vec<f64>,
     /// Elastic energy ∫ g ψ⁺ + ψ⁻ dV, N mm.
     pub elastic: f64,
-    /// Sums of squares over the nodes that this rank owns: of loads and contact forces (N²), and of damage sources
-    /// (N² mm²).
+    /// Two sums over the nodes that this rank owns: the squares of loads and contact forces (N²), and the
+    /// squares of damage sources (N² mm²).
     pub external: [f64; 2],
     /// Crack energy ∫ Gc/(c₀ ℓ₀) [α + ℓ₀² |∇φ|²] dV, N mm.
     pub fracture: f64,

@@ -43,8 +43,8 @@ pub struct Tangent {
     pub pattern: Arc<Pattern>,
     /// Blocks of the node pairs, in the order of `pattern.graph.near`.
     pub blocks: Vec<Block>,
-    /// Whether block (b, a) is the transpose of block (a, b) for all node pairs. Friction, and laws that make no energy
-    /// stationary, make it false.
+    /// Whether block (b, a) is the transpose of block (a, b) for all node pairs. False with friction, and with laws
+    /// whose equilibrium does not make an energy stationary.
     pub symmetric: bool,
 }
 

@@ -10,12 +10,12 @@ use crate::material::{Inverted, PointMaterial};
 /// truncation error and the rounding error of the product are both below 1e-8 of the product.
 const STEP: f64 = 1e-6;
 
-/// Shift of a material parameter θ for a difference quotient: materials with θ below and above its value.
+/// Materials for a smaller and a larger value of a material parameter θ, for a difference quotient.
 #[derive(Clone, Copy)]
 pub struct Shift<'a> {
-    /// Materials by region for the parameter below its value.
+    /// Materials by region, for the smaller value of the parameter.
     pub below: &'a [PointMaterial],
-    /// Materials by region for the parameter above its value.
+    /// Materials by region, for the larger value of the parameter.
     pub above: &'a [PointMaterial],
     /// Difference of the parameter between `above` and `below`.
     pub width: f64,
@@ -28,20 +28,21 @@ pub struct Shift<'a> {
 /// One of the two evaluations of a difference quotient.
 struct Side<'a> {
     materials: &'a [PointMaterial],
-    /// Factor of the derivatives of fields and state on this side, see [`Shift::sides`]. It is the change of the
-    /// parameter if the value of the parameter is in the middle between both sides.
+    /// Factor by which the derivatives of fields and state are multiplied on this side, see [`Shift::sides`].
+    /// If the value of the parameter is in the middle between both sides, the factor is the difference between
+    /// the parameter on this side and its value.
     change: f64,
     damage_before: Vec<f64>,
     state: Vec<f64>,
 }
 
 /// Computes the derivative of the residual at fixed fields, ∂R/∂θ + ∂R/∂φ_n ∂φ_n/∂θ + ∂R/∂s_n ∂s_n/∂θ with the state
-/// s_n, at every node, prescribed values included.
+/// s_n, at every node, including the components with prescribed values.
 ///
-/// The derivative is computed as the difference quotient of two residuals, for the materials above and below. Each
-/// residual uses the start values of the increment that belong to its parameter value. The residual is affine in E,
-/// Gc and ξ of a phase and in ξ φ_n, so that the quotient is exact for these parameters. For other parameters its
-/// error is of second order in the width.
+/// The derivative is computed as the difference quotient of two residuals, for the materials `above` and `below`.
+/// Each residual uses the start values of the increment that belong to its parameter value. The residual is affine
+/// in E, Gc and ξ of a phase and in ξ φ_n, so that the quotient is exact for these parameters. For other
+/// parameters, the error of the quotient is of second order in the width.
 pub fn residual_rate(
     operator: &dyn Operator,
     increment: &Increment,
@@ -103,7 +104,8 @@ pub fn jacobian_product(
     below.and(product)
 }
 
-/// Returns the multiple of the direction by which the fields change; zero for a direction that is zero.
+/// Returns the factor by which the direction is multiplied to obtain the change of the fields; zero for
+/// a direction that is zero.
 fn step(fields: &Fields, direction: &[[f64; 4]]) -> f64 {
     let largest =
         |values: &mut dyn Iterator<Item = f64>| values.fold(0.0f64, |m, x| m.max(x.abs()));
@@ -117,7 +119,7 @@ fn step(fields: &Fields, direction: &[[f64; 4]]) -> f64 {
     if relative > 0.0 { STEP / relative } else { 0.0 }
 }
 
-/// The fields plus a multiple of the rates of u_x, u_y, u_z, φ.
+/// Returns the fields plus `multiple` times the rates of u_x, u_y, u_z, φ.
 fn moved(fields: &Fields, multiple: f64, rates: &[[f64; 4]]) -> Fields {
     let mut fields = fields.clone();
     let values = fields.displacement.iter_mut().zip(&mut fields.damage);

@@ -36,7 +36,7 @@ pub trait Communicator: std::fmt::Debug + Send + Sync {
     }
 }
 
-/// Error of a message to or from a rank that has ended; the field is the number of that rank.
+/// Error of a message to or from a rank that has ended; the field is the number of the rank.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("rank {0} has ended")]
 pub struct RankLost(pub usize);

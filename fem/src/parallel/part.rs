@@ -22,7 +22,7 @@ pub struct Part {
     pub(crate) all_nodes: usize,
     /// The shared nodes.
     pub(crate) halo: Arc<Halo>,
-    /// The shared nodes that are vertices of the mesh.
+    /// Vertices of the mesh that this rank shares with other ranks.
     pub(crate) vertices: Arc<Halo>,
 }
 

@@ -80,7 +80,7 @@ impl Ranks {
         self.gather_even(&[u8::from(flag)]).is_some_and(|all| all.contains(&1)) || flag
     }
 
-    /// Returns the text of the lowest rank that gives a text, with the number of that rank; `None` if no rank gives a
+    /// Returns the text of the lowest rank that gives a text, with the number of this rank; `None` if no rank gives a
     /// text.
     ///
     /// # Errors

@@ -125,8 +125,8 @@ impl CompressionTest {
     /// Creates the builder of the problem on a mesh. The caller must then set the materials.
     ///
     /// # Errors
-    /// If the ends are not above each other or have common nodes, or if the largest displacement is not between zero and
-    /// the height.
+    /// Returns an error if `top` is not above `bottom`, if both surfaces have common nodes, or if the largest
+    /// displacement is not between zero and the height of the specimen.
     pub fn builder(&self, mesh: TetMesh) -> Result<ProblemBuilder, FemError> {
         let conditions = self.conditions(&mesh)?;
         Ok(Problem::builder(mesh).conditions(conditions).schedule(self.schedule.clone()))
@@ -136,7 +136,7 @@ impl CompressionTest {
     /// uniform compression.
     ///
     /// # Errors
-    /// As [`builder`](Self::builder).
+    /// The errors of [`builder`](Self::builder).
     pub fn conditions(&self, mesh: &TetMesh) -> Result<Conditions, FemError> {
         let [bottom, top] = levels(mesh)?;
         let full = self.displacement_mm;

@@ -100,7 +100,7 @@ impl<'a> Evaluation<'a> {
     /// intact part of the energy density.
     ///
     /// # Errors
-    /// As [`elements`](Self::elements).
+    /// The errors of [`elements`](Self::elements).
     pub fn energy_n_mm(&self) -> Result<f64, FemError> {
         Ok(self.residual()?.elastic)
     }
@@ -118,7 +118,7 @@ impl<'a> Evaluation<'a> {
     /// elsewhere.
     ///
     /// # Errors
-    /// As [`elements`](Self::elements).
+    /// The errors of [`elements`](Self::elements).
     pub fn nodal_forces_n(&self) -> Result<Vec<[f64; 3]>, FemError> {
         Ok(self.residual()?.nodal.iter().map(|&[x, y, z, _]| [x, y, z]).collect())
     }
@@ -126,8 +126,8 @@ impl<'a> Evaluation<'a> {
     /// Returns the sum of the nodal forces on a surface or a node set of the conditions, N.
     ///
     /// # Errors
-    /// [`FemError::MissingSurface`] if there is no such surface or node set; otherwise as
-    /// [`elements`](Self::elements).
+    /// [`FemError::MissingSurface`] if there is no such surface or node set; otherwise the errors
+    /// of [`elements`](Self::elements).
     pub fn force_n(&self, surface: &str) -> Result<[f64; 3], FemError> {
         let (nodes, forces) = (self.nodes_of(surface)?, self.nodal_forces_n()?);
         let force = |&n: &u32| Vector3::from(forces[n as usize]);
@@ -139,7 +139,8 @@ impl<'a> Evaluation<'a> {
     /// the point p (`point_mm`) in the direction a (`axis`, of any length).
     ///
     /// # Errors
-    /// [`FemError::OutOfRange`] if the axis has no length; otherwise as [`force_n`](Self::force_n).
+    /// [`FemError::OutOfRange`] if the axis has no length; otherwise the errors of
+    /// [`force_n`](Self::force_n).
     pub fn torque_n_mm(
         &self,
         surface: &str,
@@ -185,7 +186,8 @@ impl<'a> Evaluation<'a> {
     /// `von_mises_mpa`.
     ///
     /// # Errors
-    /// [`FemError::Mesh`] if the file cannot be written; otherwise as [`elements`](Self::elements).
+    /// [`FemError::Mesh`] if the file cannot be written; otherwise the errors of
+    /// [`elements`](Self::elements).
     pub fn write_vtu(&self, path: impl AsRef<Path>) -> Result<(), FemError> {
         let points = [
             vtu::Field::vector("displacement_mm", &self.fields.displacement),

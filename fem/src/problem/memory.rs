@@ -63,7 +63,7 @@ impl Memory {
         Saved { points: part.pick_tets(&saved.points, width), lower, ..saved }.into()
     }
 
-    /// Number of stored state values of the laws, for all points together.
+    /// Returns the number of stored state values of the laws, for all points together.
     pub(crate) fn len(&self) -> usize {
         self.points.len()
     }

@@ -6,7 +6,8 @@ use crate::error::{FemError, Unsupported};
 use crate::material::{Material, PhaseField};
 use crate::problem::interface::{Interface, have_same_bands};
 
-/// Material parameter for sensitivities of the force, defined by the materials and interfaces below and above its value.
+/// Material parameter for sensitivities of the force, defined by the materials and interfaces for a smaller and for a
+/// larger value of the parameter.
 ///
 /// The parameter may be any material constant of one or several regions, e.g. a modulus of a user-defined law, or a
 /// toughness shared by two regions. Finite differences are taken only of the equations at a quadrature point, not of
@@ -22,7 +23,8 @@ pub struct MaterialParameter {
     pub above: Vec<Material>,
     /// Value of the parameter in `above` minus its value in `below`.
     pub width: f64,
-    /// Interfaces below and above the value; `None`: the interfaces of the problem.
+    /// Interfaces for the smaller and for the larger value of the parameter; `None`: the interfaces
+    /// of the problem.
     pub interfaces: Option<[Vec<Interface>; 2]>,
 }
 
@@ -31,8 +33,8 @@ pub struct MaterialParameter {
 const RELATIVE_STEP: f64 = 1e-4;
 
 impl MaterialParameter {
-    /// Creates a parameter with this value. `materials` returns the materials of all regions for a parameter value near
-    /// `value`.
+    /// Creates a parameter with the value `value`. `materials` returns the materials of all regions for a parameter
+    /// value near `value`.
     ///
     /// If `value` is zero, the derivative is one-sided, from above: `materials` is called with 0 and 1e-4.
     pub fn new(
@@ -79,7 +81,7 @@ impl MaterialParameter {
     /// Checks that the materials of the problem are between `below` and `above`.
     ///
     /// # Errors
-    /// As [`Problem::with_sensitivities`](crate::Problem::with_sensitivities).
+    /// The errors of [`Problem::with_sensitivities`](crate::Problem::with_sensitivities).
     pub(super) fn validate(
         &self,
         regions: &[String],

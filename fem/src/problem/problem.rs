@@ -155,7 +155,7 @@ impl ProblemBuilder {
 #[derive(Clone, Debug)]
 pub struct Problem {
     pub(crate) setup: Setup,
-    /// Operator of the whole mesh if this rank has only a part; created on first use.
+    /// Operator of the whole mesh, if this rank has only a part of the mesh; created on first use.
     whole: OnceLock<Arc<dyn Operator>>,
 }
 
@@ -187,7 +187,7 @@ impl Problem {
     /// sparse factor are shared unless a region gains or loses its toughness.
     ///
     /// # Errors
-    /// As [`ProblemBuilder::build`].
+    /// The errors of [`ProblemBuilder::build`].
     pub fn with_materials(&self, materials: Vec<Material>) -> Result<Self, FemError> {
         let parameters = Arc::default();
         let parts = Definition { materials, parameters, ..self.setup.parts.clone() };
@@ -198,7 +198,7 @@ impl Problem {
     /// sparse factor are shared unless the regions or the width of an interface change.
     ///
     /// # Errors
-    /// As [`ProblemBuilder::build`].
+    /// The errors of [`ProblemBuilder::build`].
     pub fn with_interfaces(&self, interfaces: Vec<Interface>) -> Result<Self, FemError> {
         let (interfaces, parameters) = (interfaces.into(), Arc::default());
         let parts = Definition { interfaces, parameters, ..self.setup.parts.clone() };
@@ -246,7 +246,7 @@ impl Problem {
     /// the sparse factor are shared.
     ///
     /// # Errors
-    /// As [`ProblemBuilder::build`].
+    /// The errors of [`ProblemBuilder::build`].
     pub fn with_conditions(&self, conditions: Conditions) -> Result<Self, FemError> {
         let parts = Definition { conditions: Arc::new(conditions), ..self.setup.parts.clone() };
         self.setup.with_conditions(parts).map(Self::from_setup)
@@ -304,7 +304,7 @@ impl Problem {
     /// Runs the problem like [`run`](Self::run), and saves its state like [`resume`](Self::resume).
     ///
     /// # Errors
-    /// As [`resume`](Self::resume).
+    /// The errors of [`resume`](Self::resume).
     pub fn run_resumable(
         &self,
         checkpoint: &Checkpoint,
@@ -324,7 +324,7 @@ impl Problem {
     /// Returns ∫ f dV of a function of the fields at each quadrature point, by a rule of degree 5.
     ///
     /// # Errors
-    /// As [`evaluate`](Self::evaluate).
+    /// The errors of [`evaluate`](Self::evaluate).
     pub fn integrate(
         &self,
         fields: &Fields,
@@ -336,7 +336,7 @@ impl Problem {
     /// Writes the mesh for ParaView (`.vtu`), see [`Evaluation::write_vtu`].
     ///
     /// # Errors
-    /// As [`evaluate`](Self::evaluate) and [`Evaluation::write_vtu`].
+    /// The errors of [`evaluate`](Self::evaluate) and of [`Evaluation::write_vtu`].
     pub fn write_vtu(&self, path: impl AsRef<Path>, fields: &Fields) -> Result<(), FemError> {
         self.evaluate(fields)?.write_vtu(path)
     }
@@ -346,7 +346,7 @@ impl Problem {
         &self.setup.parts.mesh
     }
 
-    /// The duration and the steps.
+    /// Returns the schedule: the duration and the load steps.
     pub fn schedule(&self) -> &Schedule {
         &self.setup.parts.schedule
     }
@@ -356,28 +356,28 @@ impl Problem {
         &self.setup.parts.materials
     }
 
-    /// The interfaces between regions.
+    /// Returns the interfaces between regions.
     pub fn interfaces(&self) -> &[Interface] {
         &self.setup.parts.interfaces
     }
 
-    /// Reference positions of the nodes that [`Fields`] refer to, mm.
+    /// Returns the reference positions (mm) of the nodes to which [`Fields`] refer.
     pub fn nodes(&self) -> &[[f64; 3]] {
         self.whole().domain().nodes()
     }
 
-    /// Linear tetrahedra on [`nodes`](Self::nodes) that fill the body, for visualisation: the linear elements, or eight
-    /// consecutive tetrahedra for each quadratic element.
+    /// Returns linear tetrahedra on [`nodes`](Self::nodes) that fill the body, for visualisation: the linear
+    /// elements, or eight consecutive tetrahedra for each quadratic element.
     pub fn linear_tets(&self) -> Vec<[u32; 4]> {
         evaluation::linear_tets(self.whole().domain())
     }
 
-    /// Number of equations, including the equations of all ranks.
+    /// Returns the number of equations, including the equations of all ranks.
     pub fn unknowns(&self) -> usize {
         self.setup.discretisation.equations
     }
 
-    /// Number of entries of the sparse factor; zero for an iterative linear solver.
+    /// Returns the number of entries of the sparse factor; zero for an iterative linear solver.
     pub fn factor_entries(&self) -> usize {
         self.setup.discretisation.linear.fill()
     }

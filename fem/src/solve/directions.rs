@@ -34,19 +34,19 @@ pub(super) struct System {
     pub(super) x: Vec<Nodal>,
     /// Right-hand side minus the product of A with the solution, for all nodal values.
     pub(super) residual: Vec<Nodal>,
-    /// Norm of the residual for the initial solution.
+    /// Norm of the initial residual.
     size: f64,
     /// Norm that the initial residual would have if all unknowns of a field were as stiff as the stiffest unknown of
     /// the field.
     stiffest: f64,
-    /// Allowed norm of the residual, relative to `size`.
+    /// Allowed norm of the residual, relative to the norm of the initial residual (`size`).
     tolerance: f64,
     /// Part of the solution that is not yet added to `x`, given by its coefficients in the orthonormal basis Q.
     along: Vec<f64>,
 }
 
 impl System {
-    /// Whether the initial residual is zero, so that there is nothing to solve.
+    /// Whether the initial residual is zero, so that the initial solution is exact.
     pub(super) fn vanishes(&self) -> bool {
         self.size == 0.0
     }
@@ -97,8 +97,9 @@ impl Directions {
         System { x, size, stiffest, residual, tolerance, along }
     }
 
-    /// Norm of the solution of a system, relative to the norm that the solution would have if all unknowns of a field
-    /// were as stiff as the stiffest unknown of the field. Precondition: [`form`](Self::form) has been called.
+    /// Returns the norm of the solution of a system, relative to the norm that the solution would have if all
+    /// unknowns of a field were as stiff as the stiffest unknown of the field. Precondition: [`form`](Self::form) has
+    /// been called.
     pub(super) fn growth(&self, system: &System) -> f64 {
         let square = |x: &Nodal| {
             let term =
@@ -113,7 +114,7 @@ impl Directions {
         weighted_dot(&self.weight, x, x).sqrt()
     }
 
-    /// Norm of the residual of a system, as a multiple of the allowed norm.
+    /// Returns the norm of the residual of a system, as a multiple of the allowed norm.
     pub(super) fn excess(&self, system: &System) -> f64 {
         if system.size > 0.0 {
             self.norm(&system.residual) / (system.tolerance * system.size)
@@ -253,7 +254,8 @@ fn subtract_projections(
     sums
 }
 
-/// Weighted inner products of each column with every vector of `basis`, restricted to the nodes of a chunk.
+/// Returns the weighted inner products of each column with every vector of `basis`, restricted to the nodes
+/// of a chunk.
 fn products(
     weight: &[Nodal],
     basis: &[Vec<Nodal>],

@@ -26,7 +26,7 @@ pub(crate) struct NewtonSettings {
     pub(crate) iterations: u32,
 }
 
-/// Whether there is a tangent with its factor, and to which iterate it belongs.
+/// State of the stored tangent and its factor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Linearisation {
     /// There is no factor, or the factor must not be used.
@@ -45,12 +45,12 @@ pub(crate) struct Newton<'a> {
     pub(crate) effort: Effort,
     /// Relative residual at the fields evaluated last.
     pub(crate) relative: f64,
-    /// Largest reference values of all equilibria so far.
+    /// Largest reference values of the residuals at all equilibria so far.
     pub(crate) scales: Scales,
-    /// Reference values at the fields evaluated last.
+    /// Reference values of the residuals at the fields evaluated last.
     reached: Scales,
-    /// Reference values at the fields evaluated last, or the largest reference values of all equilibria so far,
-    /// whichever are larger.
+    /// For each residual, the larger of two reference values: the value at the fields evaluated last, and the
+    /// largest value of all equilibria so far.
     beside: Scales,
     /// Size of the residuals that rounding errors cause.
     rounding: Rounding,

@@ -77,8 +77,8 @@ pub(crate) struct Rates {
 
 /// The measured force as a linear functional of the residual, and the adjoint of this functional.
 pub(crate) struct Measured<'a> {
-    /// Vector c, if the force is a functional c·R of the residual R. `None` if the force is not such a functional; the
-    /// rates of the force are then not corrected.
+    /// Vector c of the measured force c·R, where R is the residual. `None` if the force is not a linear functional of
+    /// R; the rates of the force are then not corrected.
     pub(crate) of_residual: Option<&'a [Nodal]>,
     /// On input, the adjoint solution at the previous equilibrium; on output, the adjoint solution at this equilibrium.
     pub(crate) adjoint: &'a mut Vec<Nodal>,
@@ -310,8 +310,8 @@ impl<'s> Systems<'s, '_> {
         let rounds = if self.at.tangent_is_jacobian() { ROUNDS } else { ROUNDS_WITHOUT_ENERGY };
         let (mut spent, mut before, mut reduction) = (0, 0.0, FIRST_REDUCTION);
         while spent < rounds * systems.len() {
-            // a component is left for a later round if it is smaller than the residual expected after the correction of
-            // the largest component
+            // skip a component in this round if it is smaller than the residual that is expected after the correction
+            // of the largest component
             let (largest, parts) = directions.principal(systems, reduction);
             if parts.is_empty() {
                 break;

@@ -102,7 +102,8 @@ fn a_traction_gives_the_stretch_of_the_closed_form() {
         let stretch = 1.0 - outcome.curve[1].displacement_mm / HEIGHT;
         let stress = -10.0 * stretch.ln() / stretch;
         assert!((stress - 1.0).abs() < 1e-9, "{order:?}: {stress} MPa");
-        // the force on the loaded face is the load; the opposite face carries the same force
+        // the force on the loaded face is the load; the reaction on the opposite face has the same
+        // size
         let area = 2.5f64.powi(2) * std::f64::consts::PI;
         let bottom = outcome.reactions["bottom"][1];
         assert!((bottom[2] - area).abs() < 1e-8 * area, "{bottom:?}");

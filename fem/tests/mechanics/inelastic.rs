@@ -29,8 +29,8 @@ fn fracture() -> Fracture {
     Fracture { toughness_n_per_mm: 0.0025, viscosity_mpa_s: 0.3, residual_stiffness: 0.01 }
 }
 
-/// A unit block on planes of symmetry whose top has the displacement `travel` (mm) as a function of time. `confined`: the
-/// lateral strains are zero.
+/// A unit block on planes of symmetry whose top has the displacement `travel` (mm) as a function of time. `confined`
+/// is true if the lateral strains are zero.
 fn pressed(
     order: Order,
     material: &Material,
@@ -298,7 +298,7 @@ fn multigrid_and_the_sparse_factor_give_the_same_curve() {
     }
 }
 
-/// Damage that also degrades the viscous or the plastic energy, and is driven by it.
+/// Damage that is also driven by the viscous or the plastic energy, and that degrades this energy.
 #[test]
 fn energies_that_drive_and_degrade_can_be_chosen() {
     let all = EnergySet { viscous: true, plastic: true };

@@ -16,7 +16,8 @@ fn breakable(young_mpa: f64, poisson: f64) -> Material {
     Material::hencky(young_mpa, poisson).with_fracture(Fracture::new(BULK))
 }
 
-/// A bar along x with an interface in its middle, pulled apart until it is in two parts.
+/// A bar along x with an interface in its middle, which is pulled until the bar is separated into
+/// two parts.
 struct Bar {
     order: Order,
     field: PhaseField,
@@ -91,7 +92,8 @@ fn mesh_factor(field: &PhaseField, broken_mm: f64) -> f64 {
 struct Deviations(Vec<String>);
 
 impl Deviations {
-    /// Compares a bar. `broken_mm` is the thickness of the breakable part of the elements that break.
+    /// Compares the crack energy of a bar with the effective toughness of its interface. `broken_mm`
+    /// is the thickness of the breakable part of the elements that break.
     fn compare(&mut self, bar: &Bar, broken_mm: f64, tolerance: f64) {
         let exact = bar.interface.toughness_n_per_mm * mesh_factor(&bar.field, broken_mm);
         let ratio = bar.energy() / exact;
@@ -201,8 +203,9 @@ fn of_interface(toughness_n_per_mm: f64) -> Vec<Interface> {
     vec![Interface::new(["matrix", "grain"], toughness_n_per_mm, 0.4)]
 }
 
-/// The derivative by the toughness of an interface includes its band's, and the derivative by the matrix' toughness the
-/// change of the band that keeps the effective toughness.
+/// The derivative with respect to the toughness of an interface includes the change of the toughness of its band. The
+/// derivative with respect to the toughness of the matrix includes the change of the band by which the effective
+/// toughness stays the same.
 #[test]
 fn derivatives_agree_with_differences_of_runs() {
     let forces = |problem: &Problem| -> Vec<f64> {
@@ -210,7 +213,7 @@ fn derivatives_agree_with_differences_of_runs() {
         assert!(matches!(outcome.end, End::Displacement), "{:?}", outcome.end);
         outcome.curve.iter().map(|point| point.force_n).collect()
     };
-    // small enough for damage of AT1, whose strain has to exceed a threshold
+    // so small that the strain exceeds the threshold of AT1 before the end
     let values = [0.1, 0.3];
     for order in [Order::Linear, Order::Quadratic] {
         for model in [CrackDensity::At2, CrackDensity::At1] {
@@ -252,7 +255,8 @@ fn derivatives_agree_with_differences_of_runs() {
     }
 }
 
-/// Materials and interfaces are exchanged without building the problem again, and the result is that of a new problem.
+/// Materials and interfaces are exchanged without building the problem again, and the result equals the result of a
+/// new problem.
 #[test]
 fn other_interfaces_give_the_curve_of_a_new_problem() {
     let forces = |problem: &Problem| -> Vec<f64> {

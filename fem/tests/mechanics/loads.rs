@@ -76,7 +76,8 @@ fn the_forces_of_surfaces_with_common_edges_add_up_to_the_force_on_the_body() {
 
 #[test]
 fn fixed_faces_share_the_forces_of_their_common_edges() {
-    // uniform strain, prescribed on all faces: each face carries P n A, and adjacent faces share the force of an edge
+    // uniform strain, prescribed on all faces: the force on each face is P n A, where adjacent faces share the force
+    // of their common edge
     let strain = [-0.01, 0.004, 0.002];
     let affine = move |x: [f64; 3], t: f64| std::array::from_fn(|k| t * strain[k] * x[k]);
     for order in ORDERS {

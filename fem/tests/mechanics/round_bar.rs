@@ -53,7 +53,8 @@ fn a_finer_bar_is_closer_to_the_cone() {
         (slope(bar) / YOUNG_MPA - 1.0).abs()
     });
     println!("relative errors of the slope {errors:?}");
-    // some 1e-5 of the smaller error is the curvature of Hencky's law at the strain of the reading
+    // about 1e-5 of the smaller error is due to the curvature of Hencky's law at the strain of the
+    // reading
     assert!(errors[1] < errors[0] / 2.0 && errors[1] < 4e-5, "{errors:?}");
 }
 
@@ -74,9 +75,10 @@ fn impossible_tests_are_refused_with_their_field() {
 
 /// A bar of 304L steel (MatCal's point without rate dependence) necks in its middle.
 ///
-/// By Considère's condition the largest engineering stress is S(ε) = σ_y(ε) e^(−ε) at A b e^(−b ε) = σ_y(ε), if a section
-/// flows under uniaxial stress: the thinnest section determines the largest force. All other sections are then less
-/// strained, so that the extensometer shows a smaller strain than Considère's, and the more so the larger the taper.
+/// By Considère's condition the largest engineering stress is S(ε) = σ_y(ε) e^(−ε) at A b e^(−b ε) = σ_y(ε), if a
+/// section flows under uniaxial stress: the thinnest section determines the largest force. All other sections are
+/// then less strained, so that the extensometer shows a smaller strain than Considère's condition gives; the
+/// difference grows with the taper.
 #[test]
 fn a_taper_localises_the_neck_in_the_middle() {
     let (yield_mpa, saturation_mpa, rate) = (263.8_f64, 1100.94_f64, 1.945_57_f64);

@@ -27,7 +27,8 @@ fn back_and_on(problem: &Problem) -> Problem {
     problem.with_conditions(conditions).expect("valid")
 }
 
-/// A case with such a small tolerance of the alternations that differences of runs have five correct digits.
+/// A case in which the tolerance of the alternations is so small that differences of runs have five correct
+/// digits.
 fn accurate(order: Order, field: PhaseField) -> Case {
     let mut case = case(order, field);
     case.options.alternations = 4000;

@@ -1,4 +1,5 @@
-//! Contact of a rigid ball with an elastic block, compared with Hertz's theory. By symmetry, a quarter is computed.
+//! Contact of a rigid ball with an elastic block, compared with Hertz's theory. By symmetry, only a quarter of the
+//! problem is computed.
 #![allow(dead_code)] // each test or benchmark uses only some of the fields
 
 use fem::{Axis, Conditions, Material, Order, Platen, Problem, Schedule, SolverOptions};

@@ -25,8 +25,8 @@ fn add(to: &[Nodal], a: f64, x: &[Nodal]) -> Vec<Nodal> {
     to.iter().zip(x).map(|(t, x)| std::array::from_fn(|k| t[k] + a * x[k])).collect()
 }
 
-/// Returns weights, which are zero at every fifth node, ten directions, two of which depend linearly on the others, and
-/// three right-hand sides.
+/// Returns the weights (zero at every fifth node), ten directions (two of them depend linearly on the other eight
+/// directions), and three right-hand sides.
 fn problem() -> (Vec<Nodal>, Vec<Vec<Nodal>>, Vec<Vec<Nodal>>) {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
     let weight = |n: usize| if n.is_multiple_of(5) { [0.0; 4] } else { [0.5, 1.0, 2.0, 1e3] };

@@ -153,8 +153,8 @@ fn harmonic_shear_has_the_storage_and_loss_modulus_of_the_series() {
     }
 }
 
-/// The stress after a rotation of the relaxed, finitely strained body is the rotated stress, although the tensor of the
-/// terms does not have the axes of the strain after a second, different strain.
+/// The stress after a rotation of the relaxed, finitely strained body is the rotated stress. This holds although a
+/// second, different strain has turned the axes of the strain away from the axes of the stored stresses.
 #[test]
 fn a_rotation_between_increments_rotates_the_stress() {
     let material = Material::hencky(YOUNG, POISSON).with_viscoelasticity(series());

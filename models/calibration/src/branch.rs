@@ -7,9 +7,10 @@
 
 use std::ops::Range;
 
-/// Part of a segment at each end that the least-squares line of the segment omits.
+/// Fraction of a segment at each of its ends that the least-squares line of the segment does not
+/// use.
 const OMITTED: f64 = 0.1;
-/// Fewest steps between readings of a segment with a least-squares line.
+/// Smallest number of intervals between readings that a segment needs for a least-squares line.
 const FEWEST: usize = 4;
 
 /// Kind of a branch.
@@ -49,7 +50,7 @@ pub fn branches(time_s: &[f64], displacement_mm: &[f64], tolerance_mm: f64) -> V
             _ => BranchKind::Hold,
         };
         match branches.last_mut() {
-            // a change of speed is no new branch
+            // a change of the speed alone does not start a new branch
             Some(last) if last.kind == kind => last.readings.end = ends[1] + 1,
             _ => branches.push(Branch { kind, readings: ends[0]..ends[1] + 1 }),
         }
@@ -57,7 +58,7 @@ pub fn branches(time_s: &[f64], displacement_mm: &[f64], tolerance_mm: f64) -> V
     branches
 }
 
-/// Readings of a curve with branches that belong to its first loading: the readings of loading branches whose
+/// Returns the readings of the first loading of a curve with branches: the readings of loading branches whose
 /// displacement exceeds the displacements of all earlier branches.
 pub(crate) fn first_loading(branches: &[Branch], displacement_mm: &[f64]) -> Vec<usize> {
     let mut farthest_mm = f64::NEG_INFINITY;
@@ -72,7 +73,7 @@ pub(crate) fn first_loading(branches: &[Branch], displacement_mm: &[f64]) -> Vec
     chosen
 }
 
-/// Indices of the first and the last reading, and of the corners between them.
+/// Returns the indices of the first reading, the corners and the last reading.
 fn corners(time_s: &[f64], u: &[f64], tolerance_mm: f64) -> Vec<usize> {
     let mut corners = vec![0];
     let mut open = vec![(0, u.len() - 1)];
@@ -81,7 +82,7 @@ fn corners(time_s: &[f64], u: &[f64], tolerance_mm: f64) -> Vec<usize> {
         let distance = |i: &usize| (u[*i] - chord.at(time_s[*i])).abs();
         let farthest = (from + 1..to).max_by(|a, b| distance(a).total_cmp(&distance(b)));
         match farthest.filter(|i| distance(i) > tolerance_mm) {
-            // the earlier part is divided first, so that the corners are in order
+            // divide the earlier part first, so that the corners are found in the order of time
             Some(corner) => open.extend([(corner, to), (from, corner)]),
             None => corners.push(to),
         }
@@ -123,9 +124,10 @@ impl Straight {
         Self { time_s: from.0, displacement_mm: from.1, speed }
     }
 
-    /// Least-squares line through the readings of a segment without its ends; `None` for a few readings or a single time.
+    /// Returns the least-squares line through the readings of a segment, without the readings near its ends. Returns
+    /// `None` for few readings, or if all readings have the same time.
     fn of(time_s: &[f64], u: &[f64], from: usize, to: usize) -> Option<Self> {
-        // noise decides the line of a few readings
+        // a line through few readings would depend mostly on noise
         if to - from < FEWEST {
             return None;
         }
@@ -148,7 +150,7 @@ impl Straight {
         self.displacement_mm + self.speed * (time_s - self.time_s)
     }
 
-    /// Time at which two lines meet, s; `None` for parallel lines.
+    /// Returns the time at which two lines intersect, s; `None` for parallel lines.
     fn meets(&self, other: &Self) -> Option<f64> {
         let apart = self.at(other.time_s) - other.displacement_mm;
         let time_s = other.time_s + apart / (other.speed - self.speed);
@@ -164,7 +166,7 @@ mod tests {
 
     use super::*;
 
-    /// Readings of a program: `n` per segment.
+    /// Returns readings of a load program: `n` per segment.
     fn readings(program: &[(f64, f64)], n: usize) -> (Vec<f64>, Vec<f64>) {
         let (mut time_s, mut u) = (vec![0.0], vec![0.0]);
         let mut before = (0.0, 0.0);

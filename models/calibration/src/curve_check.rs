@@ -19,7 +19,7 @@ use origin::{force_zero, late_load, late_onset_mm, preload, toe, toe_mm};
 use spikes::spikes;
 use times::times;
 
-/// Least number of readings before the peak; fewer are reported as sparse.
+/// Smallest number of readings before the peak that is not reported as sparse.
 const SPARSE: usize = 10;
 /// Largest gap between readings before the peak, as a fraction of the displacement at peak; a wider gap is reported.
 const GAP: f64 = 0.15;
@@ -32,7 +32,8 @@ const EQUAL: f64 = 0.005;
 pub struct InspectedCurve {
     /// Findings, in the order of the checks.
     pub findings: Vec<Finding>,
-    /// Displacement (mm) at which loading begins: see `toe_mm` in `origin.rs`.
+    /// Displacement (mm) at which the force would begin to rise if the curve had no soft start; see
+    /// `toe_mm` in `origin.rs`.
     pub toe_mm: f64,
     /// The curve from which quantities are computed, with times from its first reading on: the curve up to its largest
     /// displacement, or with a load program the whole curve with its branches.
@@ -140,7 +141,8 @@ impl InspectedCurve {
         }
     }
 
-    /// Returns the loading branch with displacements measured from the toe, and the shift of the displacements in mm.
+    /// Returns the loading branch with displacements measured from the end of the toe, and the value in mm that was
+    /// subtracted from the displacements.
     pub fn without_toe(&self, slope_fraction: f64) -> (TestCurve, f64) {
         let mut curve = self.after_onset(&self.prepared);
         let mut moved = self.onset_mm;

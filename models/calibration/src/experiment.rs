@@ -26,11 +26,11 @@ use crate::table::to_csv;
 pub struct TestCurve {
     /// Displacement of the platen in mm.
     pub displacement_mm: Vec<f64>,
-    /// Force on the platen in N, one for each displacement.
+    /// Force on the platen in N at each displacement.
     pub force_n: Vec<f64>,
-    /// Time in s, one for each displacement; empty if the times are unknown.
+    /// Time in s of each displacement; empty if the times are unknown.
     pub time_s: Vec<f64>,
-    /// Branches of the load program. Empty: the whole curve is one loading.
+    /// Branches of the load program; empty if the whole curve is one loading.
     pub branches: Vec<Branch>,
 }
 

@@ -88,7 +88,7 @@ impl Belief {
         Ok(Self { factor: factor.l(), width90: (0..size).map(width).collect(), prior_sd })
     }
 
-    /// Contraction and interval width of each parameter in the present posterior.
+    /// Returns the contraction and interval width of each parameter in the present posterior.
     pub fn now(&self) -> Vec<Expected> {
         let variances = (&self.factor * self.factor.transpose()).diagonal();
         let expected = |(variance, &width90): (&f64, &f64)| {
@@ -98,8 +98,8 @@ impl Belief {
         variances.iter().zip(&self.width90).map(expected).collect()
     }
 
-    /// Posterior covariance after `information` is added. Covariance and information are in units of the prior standard
-    /// deviations.
+    /// Returns the posterior covariance after `information` is added. Covariance and information are in units of the
+    /// prior standard deviations.
     fn after(&self, information: &DMatrix<f64>) -> Option<DMatrix<f64>> {
         // (P⁻¹ + I)⁻¹ = L (1 + Lᵀ I L)⁻¹ Lᵀ with the information I and P = L Lᵀ: P is not inverted
         let size = self.prior_sd.len();
@@ -141,7 +141,8 @@ pub struct TestAtDraw {
 /// Chaloner & Verdinelli (1995), *Bayesian Experimental Design: A Review*, doi:10.1214/ss/1177009939.
 #[derive(Clone, Debug)]
 pub struct FurtherTest {
-    /// Linearisations at draws of the present posterior. Expected values are means over these draws.
+    /// The quantities of the test, linearised at draws of the present posterior. Expected values are
+    /// means over these draws.
     pub draws: Vec<TestAtDraw>,
     /// Covariance S of the error that all specimens of the test share, quantities × quantities. This error does not
     /// decrease with the number of specimens.
@@ -156,7 +157,8 @@ pub struct FurtherTest {
 pub struct Expected {
     /// Expected contraction: mean over the draws of 1 − posterior variance / prior variance.
     pub contraction: f64,
-    /// 5 % and 95 % quantiles of the contraction over the draws; each draw has other parameters and another scatter.
+    /// 5 % and 95 % quantiles of the contraction over the draws; each draw has different parameters and a different
+    /// scatter.
     pub range: [f64; 2],
     /// Expected width of the central 90 % interval, in the parameter's unit.
     pub width90: f64,
@@ -192,7 +194,8 @@ impl Goal {
 pub struct Needed {
     /// Smallest number of further specimens; `None` if [`FurtherTest::MOST`] specimens are not enough.
     pub specimens: Option<usize>,
-    /// Contraction or width, depending on the goal, that infinitely many further specimens would give.
+    /// Contraction or interval width (depending on the goal) that is expected for infinitely many
+    /// further specimens.
     pub limit: f64,
 }
 
@@ -241,7 +244,7 @@ impl FurtherTest {
     /// Finds the smallest number of further specimens that meets a goal for the parameter with this index.
     ///
     /// # Errors
-    /// As [`Self::expected`].
+    /// The errors of [`Self::expected`].
     pub fn specimens_for(
         &self,
         belief: &Belief,
@@ -264,8 +267,8 @@ impl FurtherTest {
         Ok(Needed { specimens: Some(enough), limit })
     }
 
-    /// Information that further specimens add to the specimens already tested, in units of the prior standard
-    /// deviations.
+    /// Returns the information that further specimens add to the specimens already tested, in units of the
+    /// prior standard deviations.
     fn gained(
         &self,
         draw: &TestAtDraw,

@@ -1,7 +1,8 @@
-//! Rubber elasticity: the pattern for calibrating a material law on test curves.
+//! Rubber elasticity: an example of the calibration of a material law on test curves, to be copied
+//! for other laws.
 //!
-//! A law is defined by the derivatives of its energy with respect to the principal stretches ([`StretchLaw`], some five
-//! lines). A calibration is defined by priors and one statement per test point (`model!`, some ten lines). The
+//! A law is defined by the derivatives of its energy with respect to the principal stretches ([`StretchLaw`], about
+//! five lines). A calibration is defined by priors and one statement per test point (`model!`, about ten lines). The
 //! reference data are Treloar's measurements of vulcanised rubber in three modes of deformation. PSIS-LOO estimates
 //! which law predicts new data best:
 //!
@@ -15,9 +16,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! A law that is valid in every mode of deformation predicts a mode on which it was not calibrated ([`held_out`]). For
-//! a law that does not, the models `…_by_mode` give each mode its own moduli, which scatter about shared moduli. This
-//! scatter measures the error of the law, and it widens the predictions of a further mode.
+//! A law that is valid in every mode of deformation predicts a mode on which it was not calibrated ([`held_out`]). If
+//! a law fails this test, the models `…_by_mode` can be used: they give each mode its own moduli, which scatter about
+//! shared moduli. This scatter measures the error of the law, and it widens the predictions of a further mode.
 //!
 //! Run `cargo run --release -p models --example rubber` for the whole comparison.
 
@@ -171,7 +172,7 @@ ppl::model! {
         std::array::from_fn(|k| shared_mpa[k] * ln_ratio[k].exp())
     }
 
-    /// As `neo_hookean`, with a separate modulus for each mode of deformation.
+    /// Version of `neo_hookean` with a separate modulus for each mode of deformation.
     pub fn neo_hookean_by_mode(tests: &[StretchTest]) {
         let shear_mpa ~ LogNormal(-1.0, 1.0);
         let spread ~ HalfNormal(0.3);
@@ -187,7 +188,7 @@ ppl::model! {
         }
     }
 
-    /// As `mooney_rivlin`, with separate moduli for each mode of deformation.
+    /// Version of `mooney_rivlin` with separate moduli for each mode of deformation.
     pub fn mooney_rivlin_by_mode(tests: &[StretchTest]) {
         let c_mpa ~ LogNormal(-2.0, 1.0).array::<2>();
         let spread ~ HalfNormal(0.3);
@@ -203,7 +204,8 @@ ppl::model! {
         }
     }
 
-    /// As `ogden`, with separate moduli for each mode of deformation and the same exponents for all modes.
+    /// Version of `ogden` with separate moduli for each mode of deformation and the same exponents for all
+    /// modes.
     pub fn ogden_by_mode(tests: &[StretchTest]) {
         let shear_mpa ~ LogNormal(-2.0, 1.5).array::<3>();
         let soft ~ Normal(1.5, 0.5).truncate(0.5..2.5);
@@ -226,7 +228,8 @@ ppl::model! {
 /// Accuracy of the predictions of data that were not used for the calibration.
 #[derive(Clone, Debug)]
 pub struct HeldOut {
-    /// Mean over the points of the log predictive density, for stresses in MPa.
+    /// Log predictive density of a measured point, averaged over the points that were not used; for
+    /// stresses in MPa.
     pub ln_density: f64,
     /// Root mean square of ln(median prediction / measured): a relative error.
     pub error: f64,
@@ -236,8 +239,8 @@ pub struct HeldOut {
     pub rhat: f64,
 }
 
-/// Calibrates a model to some tests and predicts others. `seen` and `new` are the same model: `seen` has the data of
-/// the calibration, and `new` has the data to be predicted.
+/// Calibrates a model to some tests, and predicts other tests. `seen` and `new` are the same model: `seen` has the
+/// data of the calibration, and `new` has the data to be predicted.
 ///
 /// # Errors
 /// If the models differ, or cannot be sampled.

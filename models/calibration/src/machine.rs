@@ -43,7 +43,8 @@ impl Machine {
         TestCurve { displacement_mm, force_n, ..record.clone() }
     }
 
-    /// Returns the record of the machine of the curve of a specimen, the inverse of [`specimen`](Self::specimen).
+    /// Returns the record that the machine writes for the curve of a specimen, the inverse of
+    /// [`specimen`](Self::specimen).
     pub fn record(&self, specimen: &TestCurve) -> TestCurve {
         if self.is_ideal() {
             return specimen.clone();

@@ -69,12 +69,10 @@ pub struct PredictedCurves {
 }
 
 impl PredictedCurves {
-    /// Computes the band from posterior draws. The shapes of `draws` and of the tested specimens (`specimens`, one row
-    /// each) are given at the percentages `percent`. `error` is the covariance of the forward model's error of the
-    /// shape.
-    /// The band ends at the displacement that nine of ten predicted curves reach. Shorter curves are extrapolated by
-    /// the parabola through their last three points.
-    /// parabola through their last three points.
+    /// Computes the band from posterior draws. The shapes of `draws` and of the tested specimens (`specimens`, one
+    /// row each) are given at the percentages `percent`. `error` is the covariance of the forward model's error of
+    /// the shape. The band ends at the displacement that nine of ten predicted curves reach. Shorter curves are
+    /// extrapolated by the parabola through their last three points.
     pub fn of(
         percent: &[u8],
         draws: &[PredictedSpecimen],
@@ -114,7 +112,7 @@ impl PredictedCurves {
     }
 }
 
-/// Scatter of the shapes of the tested specimens.
+/// Scatter of the curve shapes of the tested specimens.
 struct Scatter {
     /// Deviations of the shapes from their mean, divided by √(n − 1), one row per specimen.
     residuals: Vec<Vec<f64>>,
@@ -172,7 +170,7 @@ fn relative(percent: &[u8], shape: &[f64], at: f64) -> f64 {
         .sum()
 }
 
-/// Quantile of sorted values, interpolated linearly between the two nearest values.
+/// Returns a quantile of sorted values, interpolated linearly between the two nearest values.
 fn quantile(sorted: &[f64], p: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
     let place = p * last as f64;
@@ -184,7 +182,7 @@ fn quantile(sorted: &[f64], p: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Shape x e^((1 − x^a)/a): for every a, the peak is at x = 1 and has the value 1.
+    /// Returns the shape x e^((1 − x^a)/a): for every a, the peak is at x = 1 and has the value 1.
     fn family(a: f64, x: f64) -> f64 {
         x * ((1.0 - x.powf(a)) / a).exp()
     }

@@ -84,13 +84,14 @@ impl Prior {
         Self { family: PriorFamily::Uniform, values: [0.0; 3], range: [lower, upper] }
     }
 
-    /// Uniform priors on the box of a surrogate.
+    /// Returns uniform priors on the box of a surrogate.
     pub fn uniform_on(inputs: &[Input]) -> Vec<Self> {
         inputs.iter().map(|input| Self::uniform(input.lower, input.upper)).collect()
     }
 
-    /// Prior of a family with these parameters, in the order of [`PriorFamily::keys`]. The range extends from the 0.1 %
-    /// to the 99.9 % quantile. [`Univariate::validate`] reports parameters that are missing or wrong.
+    /// Creates a prior of a family from its parameters, given in the order of [`PriorFamily::keys`]. The range
+    /// extends from the 0.1 % to the 99.9 % quantile. [`Univariate::validate`] reports parameters that are missing
+    /// or wrong.
     pub fn new(family: PriorFamily, parameters: &[f64]) -> Self {
         let mut values = [0.0; 3];
         for (i, value) in values.iter_mut().take(family.keys().len()).enumerate() {
@@ -106,7 +107,7 @@ impl Prior {
         }
     }
 
-    /// The same distribution, truncated to another range.
+    /// Returns the same distribution, truncated to another range.
     pub const fn within(self, lower: f64, upper: f64) -> Self {
         Self { range: [lower, upper], ..self }
     }
@@ -124,10 +125,10 @@ impl Prior {
         self.range
     }
 
-    /// The range as an input of a surrogate.
+    /// Returns an input of a surrogate with the range of this prior.
     ///
     /// # Errors
-    /// As [`Input::new`].
+    /// The errors of [`Input::new`].
     pub fn input(&self, name: impl Into<String>) -> Result<Input, SurrogateError> {
         Input::new(name, self.range[0], self.range[1])
     }
@@ -137,7 +138,7 @@ impl Prior {
         self.variance().sqrt()
     }
 
-    /// Points of the probability density over the range.
+    /// Returns points (value, density) of the probability density over the range.
     pub fn curve(&self) -> Vec<(f64, f64)> {
         let [lower, upper] = self.range;
         let steps = if self.is_uniform() { 1 } else { 120 };
@@ -145,11 +146,11 @@ impl Prior {
         (0..=steps).map(at).map(|x| (x, UnivariateDensity::<f64>::ln_pdf(self, x).exp())).collect()
     }
 
-    /// Draws `n` points whose coordinates have these priors. A design in the unit cube is mapped by the quantile
-    /// functions.
+    /// Draws `n` points whose coordinates have the priors `priors`. A design in the unit cube is mapped by the
+    /// quantile functions.
     ///
     /// # Errors
-    /// As [`DesignMethod::sample`].
+    /// The errors of [`DesignMethod::sample`].
     pub fn sample_design(
         priors: &[Self],
         method: DesignMethod,
@@ -265,7 +266,7 @@ impl<R: Scalar> UnivariateDensity<R> for Prior {
     }
 }
 
-/// Error of a key, with the help for the user.
+/// Creates the error of a key, with the help for the user.
 fn error<E: Error>(problem: impl fmt::Display, help: impl fmt::Display) -> E {
     E::custom(format!("{problem}; help: {help}"))
 }

@@ -1,15 +1,16 @@
-//! Quantities of interest of a force–displacement curve. Each is a type that implements [`Qoi`], in a file of its own, and
-//! a line in [`QoiRegistry::standard`].
+//! Quantities of interest of a force–displacement curve. Each quantity is a type that implements [`Qoi`] in a
+//! separate file, with a line in [`QoiRegistry::standard`].
 //!
 //! In layers, lowest first:
-//! 1. `unit`, `extent`, `error`: unit of a quantity, part of the curve that it needs, errors
+//! 1. `unit`, `extent`, `error`: unit of a quantity, part of the curve that a quantity needs,
+//!    errors
 //! 2. `fits`, `noise`, `line`, `reading`, `peak_window`, `peak`: fits to readings
 //! 3. `curve`, `definition`: a curve with its peak, and the interface of a quantity
 //! 4. `slope`, `peak_force`, `displacement_at_peak`, `energy_to_peak`: quantities up to the peak
 //! 5. `post_peak_slope`, `relative_force`, `force_at`: quantities of the branch past the peak and of the shape
 //! 6. `force_at_time`, `relaxed_fraction`, `unloading_slope`, `hysteresis_energy`: quantities of any branch of a load
 //!    program, which need no peak
-//! 7. `table_column`: numbers that are reported without a curve
+//! 7. `table_column`: quantities that are reported in tables, without a curve
 //! 7. `quantity`, `qois`: the registry, and quantities of one curve
 
 mod curve;

@@ -185,7 +185,7 @@ impl SpecimenTable {
     /// of the format of the curve; `None` for a plain file with the columns `displacement_mm,force_N`.
     ///
     /// # Errors
-    /// As [`SpecimenTable::read`], and if two specimens have the same curve.
+    /// The errors of [`SpecimenTable::read`], and an error if two specimens have the same curve.
     pub fn read_as(
         file: &Path,
         options: &ReadOptions,

@@ -19,11 +19,11 @@ pub struct DetectedTable<'a> {
 
 impl<'a> DetectedTable<'a> {
     /// Reads `file` and checks that it has the `required` columns. A first line such as `sep=;` states the separator.
-    /// Otherwise, the separator is chosen with which the header contains most of the required columns. The decimal sign
-    /// is the sign in most cells of the columns `numbers`.
+    /// Otherwise, the separator is chosen with which the header contains most of the required columns. The decimal
+    /// sign is the sign that most cells of the columns `numbers` contain.
     ///
     /// # Errors
-    /// As [`CsvTable::read`].
+    /// The errors of [`CsvTable::read`].
     pub fn read(file: &'a Path, required: &[&str], numbers: &[&str]) -> Result<Self, InputError> {
         let bytes = fem_file::read_regular(file)
             .map_err(|e| InputError::unreadable(file, &e, "Check its name and place."))?;
@@ -90,7 +90,7 @@ mod tests {
     const REQUIRED: [&str; 2] = ["id", "height_mm"];
     const PLAIN: &str = "id,height_mm,note\nS-1,4.95,Größe\nS-2,5.05,\n";
 
-    /// Rows of a table, and how it was read.
+    /// Rows of a table, and a description of its detected format.
     type Rows = (Vec<(String, f64, String)>, Option<String>);
 
     fn read(bytes: &[u8]) -> Result<Rows, InputError> {

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 pub enum BetweenTestsCase {
     /// All tests have the same value.
     Shared,
-    /// Each test has its own value.
+    /// Each test has a separate value.
     Own,
     /// The value varies between tests about a common centre. The number is the scale in % of the prior of the standard
     /// deviation between tests.

@@ -30,7 +30,7 @@ pub struct QoiCase {
 pub struct DesignCase {
     /// Number of simulations.
     pub runs: usize,
-    /// Table of finished runs, parameters and quantities, in place of simulations.
+    /// Table of finished runs (parameters and quantities), which replaces simulations.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub import: Option<PathBuf>,
     /// Seed of the design.
@@ -172,7 +172,7 @@ pub struct CalibrationCase {
     #[serde(skip_serializing_if = "is_without_relations")]
     pub between_tests: ByParameter<BetweenTestsCase>,
     /// File with the draws of a joint calibration of several tests, relative to the results folder. The stage
-    /// `calibrate` then takes these draws in place of its own.
+    /// `calibrate` then uses these draws instead of sampling.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub joint: Option<PathBuf>,
 }

@@ -4,7 +4,8 @@ use toml::{Table, Value};
 
 use super::Case;
 
-/// Returns every key whose value differs from its default, with both values; a key without a default has none.
+/// Returns every key whose value differs from its default, with both values. The second value is missing for a
+/// key without a default.
 ///
 /// The default of a key is its value in the case without the key, so that defaults that depend on other keys are
 /// right too.
@@ -23,7 +24,7 @@ pub(crate) fn changed_keys(case: &Case) -> Vec<(String, Value, Option<Value>)> {
     changed
 }
 
-/// The case of a table with all its defaults, as a table; `None` if it lacks a required key.
+/// Returns the table of a case completed by all defaults; `None` if the table lacks a required key.
 fn completed(table: Table) -> Option<Table> {
     let mut case: Case = table.try_into().ok()?;
     case.complete();
@@ -31,7 +32,7 @@ fn completed(table: Table) -> Option<Table> {
     Table::try_from(&case).ok()
 }
 
-/// Paths of all values that are no tables, in the order of the table.
+/// Returns the paths of all values that are not tables, in the order of the table.
 fn leaves(table: &Table) -> Vec<Vec<String>> {
     let mut paths = Vec::new();
     for (name, value) in table {
@@ -52,7 +53,7 @@ fn at<'a>(table: &'a Table, path: &[String]) -> Option<&'a Value> {
     if rest.is_empty() { Some(value) } else { at(value.as_table()?, rest) }
 }
 
-/// The table without the value at a path; its tables remain, even if they are empty.
+/// Returns the table without the value at a path. Tables that become empty remain.
 fn without(table: &Table, path: &[String]) -> Option<Table> {
     let mut table = table.clone();
     let (last, parents) = path.split_last()?;

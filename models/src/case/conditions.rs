@@ -24,7 +24,7 @@ pub struct ConditionsCase {
     /// these motions.
     #[serde(default)]
     pub remove_rigid_motions: bool,
-    /// Surface and direction from which the curve of force and displacement is taken.
+    /// Surface and direction for which the curve of force and displacement is recorded.
     pub measure: MeasureCase,
 }
 
@@ -34,13 +34,13 @@ pub struct ConditionsCase {
 pub struct PrescribeCase {
     /// The surface.
     pub surface: String,
-    /// Displacement along x in mm at the end.
+    /// Displacement along x in mm at the end of the test.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub x_mm: Option<f64>,
-    /// Displacement along y in mm at the end.
+    /// Displacement along y in mm at the end of the test.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub y_mm: Option<f64>,
-    /// Displacement along z in mm at the end.
+    /// Displacement along z in mm at the end of the test.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub z_mm: Option<f64>,
     /// Damage, constant during the test.

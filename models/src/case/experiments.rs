@@ -14,7 +14,8 @@ pub struct ExperimentsCase {
     /// The specimen table; the curves are in the folder `curves/` next to the table.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub table: Option<PathBuf>,
-    /// Table of measured quantities, one line per specimen, in place of curves. For runs from outside this program.
+    /// Table of measured quantities, one line per specimen, which replaces curves. Used with runs from outside this
+    /// program.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub values: Option<PathBuf>,
     /// Group of specimens to calibrate against; `None` for all specimens.

@@ -35,7 +35,7 @@ pub struct LevelCase {
     /// Number of equal load steps.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub steps: Option<u32>,
-    /// Number of runs of this level that are repeated on the next level.
+    /// Number of runs on this mesh that are repeated on the next mesh.
     #[serde(default = "eight")]
     pub repeats: usize,
 }
@@ -51,7 +51,7 @@ impl LevelCase {
         }
     }
 
-    /// Whether the level equals the specimen's own mesh.
+    /// Whether the mesh of the level equals the mesh of the specimen.
     fn repeats_the_specimen(&self, case: &Case) -> bool {
         let specimen = &case.specimen;
         specimen.spacing_mm == Some(self.spacing_mm)
@@ -67,7 +67,7 @@ impl CaseFile {
     pub(super) fn check_fidelity(&self, geometry: &SpecimenGeometry, mistakes: &mut Mistakes) {
         let levels = &self.case.fidelity.levels;
         if *geometry == SpecimenGeometry::Absent {
-            // `check_outside` refuses the table
+            // `check_outside` reports this table as an error
             return;
         }
         if let (SpecimenGeometry::Mesh { .. }, false) = (geometry, levels.is_empty()) {
@@ -121,7 +121,7 @@ impl CaseFile {
         let key = "confirm.second_spacing_mm";
         let Some(spacing_mm) = self.case.confirm.second_spacing_mm else { return Ok(()) };
         if *geometry == SpecimenGeometry::Absent {
-            // `check_outside` refuses the key
+            // `check_outside` reports this key as an error
             return Ok(());
         }
         if self.case.specimen.spacing_mm == Some(spacing_mm) {

@@ -28,14 +28,15 @@ impl FreeParameterCase {
     }
 }
 
-/// Whether `[prior]` has nothing to write: the prior is missing, or all its parameters are of `[parameters]`.
+/// Whether `[prior]` is omitted when the case is written: the prior is missing, or all its parameters are
+/// declared in `[parameters]`.
 pub(super) fn is_unwritten(prior: &Option<PriorCase>) -> bool {
     prior.as_ref().is_none_or(|prior| {
         prior.parameters().len() > 0 && prior.parameters().all(Parameter::is_free)
     })
 }
 
-/// Serialises `[prior]` without the parameters of `[parameters]`.
+/// Serialises `[prior]` without the parameters that are declared in `[parameters]`.
 pub(super) fn write_prior<S: Serializer>(
     prior: &Option<PriorCase>,
     serializer: S,

@@ -80,7 +80,8 @@ impl CandidateCase {
         !(self.set.is_empty() && self.without.is_empty())
     }
 
-    /// Path of the candidate's own mesh file as written in the case.
+    /// Path of the candidate's mesh file as written in the case; `None` if the candidate uses the
+    /// mesh of the case.
     pub(crate) fn mesh(&self) -> Option<&str> {
         self.set.get("specimen")?.get("mesh")?.as_str()
     }
@@ -106,8 +107,8 @@ impl CandidateCase {
 }
 
 impl CaseFile {
-    /// Returns the case for the runs of a candidate, with paths relative to the folder of this case. The case has no
-    /// experiments, and all its runs use the cheapest mesh.
+    /// Returns the case for the runs of a candidate, with paths relative to the folder of this case. The returned
+    /// case has no experiments, and all its runs use the cheapest mesh.
     ///
     /// # Errors
     /// If the candidate sets or removes a key that another test cannot change, or if the result is not a valid case.

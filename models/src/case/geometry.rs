@@ -193,8 +193,8 @@ impl CaseFile {
         Ok(Some(("image.labels", labels)))
     }
 
-    /// Returns the paths of the images of further specimens; each must differ from the others and from the image of
-    /// the key `own_key`.
+    /// Returns the paths of the images of further specimens. All these images must differ from each other and from
+    /// the image of the key `own_key`.
     fn further_stacks(
         &self,
         own_key: &str,
@@ -308,7 +308,7 @@ impl CaseFile {
         Ok(SpecimenGeometry::Mesh { file, regions, surfaces })
     }
 
-    /// Returns the path of a file named by a key of `[specimen]`; fails if it does not exist.
+    /// Returns the path of a file named by a key of `[specimen]`; fails if the file does not exist.
     fn existing(
         &self,
         key: &str,

@@ -14,11 +14,11 @@ use super::MaterialCase;
 pub struct InterfaceCase {
     /// Effective critical energy release rate of the interface in N/mm.
     pub toughness_n_per_mm: f64,
-    /// Total width in mm of the band of elements that has its own toughness.
+    /// Total width in mm of the band of elements to which the toughness of the interface applies.
     pub width_mm: f64,
 }
 
-/// The keys of the table, with the keys that are refused.
+/// The keys of the table, including keys for which a more helpful error is reported.
 #[derive(Deserialize)]
 #[serde(rename = "InterfaceCase", deny_unknown_fields)]
 struct WrittenInterface {

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::plastic::PlasticCase;
 
-/// `[material.<region>]`: one region's parameters.
+/// `[material.<region>]`: parameters of one region.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MaterialCase {

@@ -64,7 +64,7 @@ impl ReadCase {
         read
     }
 
-    /// Whether a mistake is a consequence of an omitted entry.
+    /// Whether a mistake is only a consequence of an omitted entry.
     pub(super) fn explains(&self, mistake: &InputError) -> bool {
         mistake.place.rsplit('.').next().is_some_and(|key| self.is_omitted(key))
     }

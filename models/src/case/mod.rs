@@ -99,7 +99,8 @@ pub struct Case {
     /// Parameters of each region of the mesh.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub material: BTreeMap<String, MaterialCase>,
-    /// Interfaces between regions with their own toughness, by the names of the regions, as in `matrix-grain`.
+    /// Interfaces between regions, each with a separate toughness. The key of an interface consists of the
+    /// names of its regions, as in `matrix-grain`.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub interface: BTreeMap<String, InterfaceCase>,
     /// Damage model; without it, every region is elastic.
@@ -111,7 +112,7 @@ pub struct Case {
     /// The testing machine.
     #[serde(default, skip_serializing_if = "MachineCase::is_empty")]
     pub machine: MachineCase,
-    /// Several tests of the same material, in place of a single one.
+    /// Several tests of the same material, which replace a single test.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tests: Vec<TestEntry>,
     /// Boundary conditions that replace the platens; for a single simulation only.
@@ -123,7 +124,7 @@ pub struct Case {
     /// Files that a single simulation writes.
     #[serde(default)]
     pub output: OutputCase,
-    /// A program of the user that computes the runs in place of the built-in test.
+    /// A program of the user that computes the runs instead of the built-in test.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub simulator: Option<SimulatorCase>,
     /// Calibrated parameters with free names, for runs that come from outside this program.
@@ -132,7 +133,8 @@ pub struct Case {
     /// Definitions of the quantities of interest of a curve.
     #[serde(default)]
     pub qoi: QoiCase,
-    /// Calibrated parameters with their priors; not needed for a single simulation. Includes those of `[parameters]`.
+    /// Calibrated parameters with their priors; not needed for a single simulation. Parameters that are declared in
+    /// `[parameters]` are included.
     #[serde(
         default,
         skip_serializing_if = "free_parameters::is_unwritten",
@@ -207,7 +209,7 @@ pub struct SpecimenCase {
     /// An image of the specimen, or the segmentation settings for the virtual scan.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub image: Option<ImageCase>,
-    /// Surfaces of grains in STL files, in place of a packing or an image.
+    /// Surfaces of grains in STL files, which replace a packing or an image.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stl: Option<SurfaceImport>,
     /// A Gmsh file that replaces lattice, packing and image.
@@ -216,7 +218,8 @@ pub struct SpecimenCase {
     /// Physical volume or volumes, by number or name, of each region in the mesh file.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub regions: BTreeMap<String, PhysicalGroups>,
-    /// Physical surfaces of the mesh file: `bottom` and `top` for the platens, and any others.
+    /// Physical surfaces of the mesh file: `bottom` and `top` for the platens, and any further
+    /// surfaces.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub surfaces: BTreeMap<String, PhysicalGroups>,
 }

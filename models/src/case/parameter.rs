@@ -180,8 +180,8 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for Tables<T> {
     }
 }
 
-/// Reads the parameters of one table. A value in place of a table belongs to a parameter with a free name, which only
-/// `[parameters]` can declare.
+/// Reads the parameters of one table. If a key has a value and not a table, the key is a free parameter name, which
+/// only `[parameters]` can declare.
 struct Table<'a, T>(&'a str, PhantomData<T>);
 
 impl<'de, T: Deserialize<'de>> DeserializeSeed<'de> for Table<'_, T> {
@@ -235,12 +235,12 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for Table<'_, T> {
     }
 }
 
-/// Creates the error of a value in the place of a region.
+/// Creates the error of a value where the table of a region is expected.
 fn without_region<E: Error>(_: impl fmt::Display) -> E {
     E::custom("is no region; expected a parameter with its region, such as matrix.young_mpa")
 }
 
-/// What a key of a table names.
+/// Meaning of a key of a table: a parameter or a table.
 enum Named {
     Parameter(Parameter),
     /// Path of a table within the table.

@@ -36,7 +36,7 @@ pub(crate) fn make_absolute(table: &mut Table, case: &Path) {
     }
     let command = table.get_mut("simulator").and_then(|table| table.get_mut("command"));
     let program = command.and_then(|command| command.get_mut(0));
-    // a program without a folder is sought in PATH
+    // a program without a folder is searched in PATH
     let has_folder = |own: &str| Path::new(own).components().count() > 1;
     if program.as_ref().and_then(|own| own.as_str()).is_some_and(has_folder) {
         absolute(case, program);

@@ -12,7 +12,7 @@ pub struct PlasticCase {
     /// Yield criterion: `"j2"`, or `{ drucker-prager = { friction_deg, dilatancy_deg } }`.
     #[serde(default)]
     pub criterion: YieldCriterion,
-    /// Initial yield stress in MPa; the cohesion of Drucker and Prager.
+    /// Initial yield stress in MPa; with the criterion of Drucker and Prager, the initial cohesion.
     pub yield_mpa: f64,
     /// Hardening.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -168,7 +168,7 @@ mod tests {
         let Hardening::Table(points) = case.in_fem().hardening else { panic!("no table") };
         let stresses: Vec<f64> = points.iter().map(|p| p.hardening_mpa).collect();
         assert_eq!(stresses, [0.0, 50.0, 100.0]);
-        // the rows are written in place of the name
+        // the rows are written instead of the name
         let again: PlasticCase = toml::from_str(&toml::to_string(&case).unwrap()).unwrap();
         assert_eq!(again, case);
     }

@@ -32,7 +32,7 @@ impl CaseFile {
     /// Parses and validates the text of a case, like [`CaseFile::read`].
     ///
     /// # Errors
-    /// Same as [`CaseFile::read`].
+    /// The errors of [`CaseFile::read`].
     pub fn parse(text: &str, path: &Path) -> Result<Self, InputError> {
         let (file, mistakes) = Self::parse_all(text, path);
         match (file, mistakes.into_iter().next()) {

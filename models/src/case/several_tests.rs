@@ -1,4 +1,5 @@
-//! `[[tests]]`: several tests of one material. Each test is a case of its own: the case with the keys of the test.
+//! `[[tests]]`: several tests of one material. Each test is a complete case: the common case, with the keys of the
+//! test.
 
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
@@ -7,7 +8,7 @@ use super::overlay::{merge, nested, remove};
 use super::{Case, CaseFile, PriorCase};
 use crate::error::InputError;
 
-/// Tables that a test cannot change, because they belong to the joint calibration.
+/// Tables that a test cannot change, because these tables define the joint calibration.
 const JOINT: [&str; 5] = ["prior", "extend", "parameters", "tests", "further_tests"];
 
 /// Tables that define the simulations of a test. Tests with equal tables share their runs.
@@ -26,14 +27,15 @@ const SIMULATIONS: [&str; 12] = [
     "fidelity",
 ];
 
-/// Names that are tables of a case or of its parameters, and therefore no names of regions or tests.
+/// Names of tables of a case or of its parameters. Regions and tests cannot have these names.
 const RESERVED: [&str; 5] = ["tests", "test", "machine", "interface", "phase_field"];
 
 /// `[[tests]]`: one of several tests of the same material.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TestEntry {
-    /// Name of the test, of its folder, and of its specimens' entries in the column `test` of the specimen table.
+    /// Name of the test. The folder of the test has the same name, and so have the entries of its specimens in
+    /// the column `test` of the specimen table.
     pub name: String,
     /// Keys of the case with other values in this test.
     #[serde(default, skip_serializing_if = "Table::is_empty")]
@@ -41,7 +43,7 @@ pub struct TestEntry {
     /// Keys of the case that are removed for this test.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub without: Vec<String>,
-    /// Priors of parameters that this test does not share with the other tests.
+    /// Priors of parameters whose value in this test is independent of the other tests.
     #[serde(default, skip_serializing_if = "is_empty")]
     pub prior: PriorCase,
 }
@@ -50,14 +52,14 @@ fn is_empty(prior: &PriorCase) -> bool {
     prior.parameters().len() == 0
 }
 
-/// One test of `[[tests]]` as a case of its own.
+/// One test of `[[tests]]` as a complete case.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SingleTest {
     /// Name of the test.
     pub name: String,
     /// Case of the test.
     pub file: CaseFile,
-    /// Paths of the parameters with a prior of this test.
+    /// Paths of the parameters that have a prior in this test only.
     pub own: Vec<String>,
 }
 
@@ -68,14 +70,15 @@ pub(super) struct TestMistake {
     pub(super) error: InputError,
 }
 
-/// All tests of a case: those without mistakes, and the mistakes of the others.
+/// All tests of a case: the tests without mistakes, and the mistakes of all other tests.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ReadTests {
     pub(super) tests: Vec<SingleTest>,
     pub(super) mistakes: Vec<TestMistake>,
 }
 
-/// Whether a name can be the name of a test, which is the name of a folder; otherwise the reason, and the remedy.
+/// Checks the name of a test, which is also the name of a folder. Returns the reason and the remedy if the name
+/// is not allowed.
 pub(super) fn check_name(name: &str, earlier: &[&str]) -> Result<(), (&'static str, &'static str)> {
     let is_plain = |c: char| c.is_alphanumeric() || "-_.".contains(c);
     if !name.chars().all(is_plain) || name.trim_matches('.').is_empty() {
@@ -90,14 +93,14 @@ pub(super) fn check_name(name: &str, earlier: &[&str]) -> Result<(), (&'static s
     Ok(())
 }
 
-/// Whether a region has a name that is also a table of parameters.
+/// Whether the name of a region is also the name of a table of parameters.
 pub(super) fn is_reserved(region: &str) -> bool {
     RESERVED.contains(&region)
 }
 
-/// Reads the tests of a case. The seeds of the case are increased from test to test: the seed of virtual specimens for
-/// each test, and the seed of the design for each test with other simulations. Specimens and surrogates of different
-/// tests are then independent.
+/// Reads the tests of a case. The seeds of the case are increased from test to test: the seed of virtual specimens
+/// for each test, and the seed of the design for each test whose simulations differ from the simulations of the
+/// earlier tests. Specimens and surrogates of different tests are then independent.
 pub(super) fn read_tests(file: &CaseFile) -> ReadTests {
     let mut read = ReadTests::default();
     let mut simulations: Vec<String> = Vec::new();
@@ -155,7 +158,7 @@ impl ReadTests {
     }
 }
 
-/// The case with the keys of a test, as a table, and the mistakes in these keys.
+/// Returns the case with the keys of a test, as a table, and the mistakes in these keys.
 fn overlaid(file: &CaseFile, entry: &TestEntry) -> (Option<Table>, Vec<InputError>) {
     let mut mistakes = Vec::new();
     let mut refuse = |place: &str, key: &str, problem: &str, help: String| {
@@ -210,7 +213,7 @@ fn at<'a>(table: &'a Table, path: &str) -> Option<&'a Value> {
     keys.fold(first, |value, key| value?.get(key))
 }
 
-/// The tests of a case with several tests, each as a case of its own.
+/// Returns the tests of a case with several tests, each as a complete case.
 ///
 /// # Errors
 /// The first mistake in a test.
@@ -270,7 +273,8 @@ mod tests {
         assert!(tests.iter().all(|test| test.file.case.tests.is_empty() && test.own.is_empty()));
     }
 
-    /// Tests with the same simulations, which differ in their specimens only, share their runs.
+    /// Tests that differ only in their specimens have the same simulations, and share the runs of
+    /// these simulations.
     #[test]
     fn equal_simulations_have_one_design() {
         let text = with(&[(
@@ -299,7 +303,7 @@ mod tests {
         };
         assert_eq!((has(&tests[0]), has(&tests[1])), (false, true));
         assert_eq!(tests[1].own, ["test.friction"]);
-        // the case with all defaults is the same case
+        // the case that is written with all defaults equals the original case
         let (again, mistakes) = read(&file.case.to_toml());
         assert_eq!(mistakes, [""; 0]);
         assert_eq!(again.unwrap().case, file.case);
@@ -325,7 +329,7 @@ mod tests {
     #[test]
     fn mistakes_have_the_name_of_their_test_and_the_remedy() {
         let between = |relation: &str| format!("[calibration]\nbetween_tests.{relation}\n");
-        // replacements in the text, and parts of the message
+        // replacements in the text of the case, and texts that the error message must contain
         type Mistake<'a> = (&'a [(&'a str, &'a str)], &'a [&'a str]);
         let cases: [Mistake<'_>; 14] = [
             (&[("name = \"slow\"", "name = \"fast\"")], &["tests[1].name", "two tests"]),

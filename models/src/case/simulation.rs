@@ -15,10 +15,11 @@ use super::program::ProgramPointCase;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TestCase {
-    /// Displacement of the top platen at the end of the test in mm; not with a load program.
+    /// Displacement of the top platen at the end of the test in mm; not allowed with a load
+    /// program.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub displacement_mm: Option<f64>,
-    /// Duration of the test in s; not with a load program. See [`TestCase::duration_s`].
+    /// Duration of the test in s; not allowed with a load program. See [`TestCase::duration_s`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub duration_s: Option<f64>,
     /// Load program of the top platen: the displacement is linear between these points, and begins at zero.
@@ -44,8 +45,8 @@ pub struct TestCase {
     /// Coulomb's friction coefficient of unilateral platens.
     #[serde(default)]
     pub friction: f64,
-    /// Sliding velocity in mm/s below which Coulomb friction is regularised: it then decreases to zero with the
-    /// velocity.
+    /// Sliding velocity in mm/s below which Coulomb friction is regularised: below this velocity, the friction
+    /// stress decreases to zero with the velocity.
     #[serde(default = "slip_velocity")]
     pub slip_velocity_mm_per_s: f64,
     /// Viscous drag of unilateral platens in MPa s/mm.
@@ -81,11 +82,11 @@ pub struct ArcLengthCase {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct OutputCase {
-    /// Number of load steps between two files of fields; 0 writes none.
+    /// Number of load steps between two files of fields; with 0, no files of fields are written.
     pub fields_every: u32,
-    /// Number of load steps between two pictures of the damage; 0 makes none.
+    /// Number of load steps between two pictures of the damage; with 0, no pictures are drawn.
     pub pictures_every: u32,
-    /// Number of load steps between two saved states; 0 saves none.
+    /// Number of load steps between two saved states; with 0, no state is saved.
     pub checkpoint_every: u32,
 }
 
@@ -136,8 +137,8 @@ impl TestCase {
         speeds.into_iter().find(|speed| *speed > 0.0)
     }
 
-    /// Number of equal load steps of the whole test; `None` if a step size adapts. `steps` replaces the number of load
-    /// steps of the case.
+    /// Number of equal load steps of the whole test; `None` if the step size is adaptive. `steps` replaces the number
+    /// of load steps of the case.
     pub(crate) fn load_steps(&self, steps: Option<u32>) -> Option<u32> {
         let usual = steps.or(self.steps);
         let Some(points) = self.program.as_deref() else { return usual };
@@ -190,7 +191,7 @@ impl TestCase {
         Schedule { steps, stop_below_peak, ..Schedule::fixed(self.duration_s(), 1) }
     }
 
-    /// Usual load steps of a segment of the load program.
+    /// Returns the load steps of a segment whose point does not state a number of steps.
     fn segment_steps(&self, steps: Option<u32>) -> SegmentSteps {
         match (steps.or(self.steps), self.adaptive) {
             (Some(steps), _) => SegmentSteps::Fixed(steps),

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-/// `[simulator]`: a program that computes the runs in place of the built-in compression test. Each run works in a folder
-/// of its own.
+/// `[simulator]`: a program that computes the runs instead of the built-in compression test. Each run has a separate
+/// folder.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SimulatorCase {
@@ -15,7 +15,7 @@ pub struct SimulatorCase {
     /// Template of the input file: its placeholders, such as `{k1}`, are replaced by values.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub input: Option<PathBuf>,
-    /// Further files that the program reads; the folder of each run gets a copy.
+    /// Further files that the program reads. They are copied to the folder of each run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub files: Vec<PathBuf>,
     /// Name of the file that the program writes: a curve, or a table of quantities.

@@ -89,7 +89,7 @@ impl Template {
         Ok(())
     }
 
-    /// Replaces the placeholders. A placeholder without a value is written as it is.
+    /// Replaces the placeholders. A placeholder without a value is left unchanged.
     pub(crate) fn render(&self, value: &dyn Fn(&str) -> Option<Value>) -> String {
         let mut text = String::new();
         for piece in &self.pieces {
@@ -133,7 +133,7 @@ fn placeholder(text: &str) -> Option<(&str, &str, &str)> {
     (name.split('.').all(is_word) && is_format).then_some((name, format, after))
 }
 
-/// The number in a format; `None` for an unknown format.
+/// Formats a number; returns `None` for an unknown format.
 fn formatted(x: f64, format: &str) -> Option<String> {
     if format.is_empty() {
         return Some(shortest(x));
@@ -155,7 +155,7 @@ fn formatted(x: f64, format: &str) -> Option<String> {
     Some(text)
 }
 
-/// The shortest text that reads back as the same number.
+/// Returns the shortest text that is parsed as exactly the same number.
 fn shortest(x: f64) -> String {
     let size = x.abs();
     if size != 0.0 && !(1e-5..1e15).contains(&size) { format!("{x:e}") } else { x.to_string() }

@@ -57,8 +57,9 @@ pub(super) fn remember(ranks: &Ranks, results: &Path) {
     }
 }
 
-/// Message to print at a termination signal, if the simulation runs on several ranks. If one process dies, the launcher
-/// ends all others. Ranks 0 and 1 both print the message, so that it also appears if one of the two has died.
+/// Message to print at a termination signal, if the simulation runs on several ranks. If one process dies, the
+/// launcher ends all others. Ranks 0 and 1 both print the message, so that the message also appears if one of these
+/// two processes has died.
 pub(super) fn farewell() -> Option<String> {
     let (rank, state) = STATE.get()?;
     let saved = state.is_file();

@@ -40,10 +40,11 @@ pub struct Emulated {
 }
 
 impl Emulated {
-    /// Draws a laboratory and the forward models for its calibration: the exact response; a surrogate of runs with a
-    /// separate packing each, and its shared error; and a surrogate of runs with a single packing that is assumed to be
-    /// exact, as in the paper. If the stiffness ratio is an input of the response, there are also surrogates with this
-    /// input: the ratio is known for no specimen, for the first half of the specimens, or for all specimens.
+    /// Draws a laboratory and the forward models for its calibration: (1) the exact response; (2) a surrogate of runs
+    /// that each have a separate packing, with the shared error of this surrogate; (3) a surrogate of runs with a
+    /// single packing, which is assumed to be exact, as in the paper. If the stiffness ratio is an input of the
+    /// response, there are also surrogates with this input: the ratio is known for no specimen, for the first half of
+    /// the specimens, or for all specimens.
     ///
     /// # Errors
     /// If a covariance is not positive definite, or an ensemble cannot be fitted.

@@ -1,4 +1,5 @@
-//! Coverage of intervals: the frequency with which they contain a known truth, for several forward models.
+//! Coverage of intervals: the frequency with which the intervals contain a known truth, for several
+//! forward models.
 
 mod emulated;
 mod study;

@@ -1,4 +1,5 @@
-//! Calibrates many experiments with a known truth, and counts how often the intervals contain it.
+//! Calibrates many experiments with a known truth, and counts how often the intervals contain the
+//! truth.
 
 use ppl::Nuts;
 use rayon::prelude::*;
@@ -24,9 +25,10 @@ pub struct Laboratory {
 /// Known stiffness ratios of specimens, and the distribution of the unknown ratios.
 #[derive(Clone, Debug)]
 pub struct KnownStiffness {
-    /// Number n of specimens with a known ratio; they are the first n specimens of the laboratory.
+    /// Number n of specimens with a known ratio; the first n specimens of the laboratory have known
+    /// ratios.
     pub specimens: usize,
-    /// Distribution of the stiffness ratio of the other specimens.
+    /// Distribution of the stiffness ratio of specimens whose ratio is unknown.
     pub population: Option<Population>,
 }
 

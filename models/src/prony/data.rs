@@ -23,7 +23,7 @@ const FEWEST: usize = 5;
 
 impl MeasuredModuli {
     /// Reads a table in CSV format with the columns `time_s,modulus_mpa`, or `frequency_hz,storage_mpa,loss_mpa` (or
-    /// `angular_frequency_per_s` in place of the frequency). Other columns are ignored.
+    /// `angular_frequency_per_s` instead of `frequency_hz`). Other columns are ignored.
     ///
     /// # Errors
     /// If the file cannot be read, a column is missing, there are fewer than five rows, or a value is not positive.
@@ -98,7 +98,8 @@ impl MeasuredModuli {
         })
     }
 
-    /// Returns the shortest and the longest time in s that the data cover; for a dynamic test 1/ω.
+    /// Returns the shortest and the longest time in s that the data cover. A dynamic test at the
+    /// angular frequency ω covers the time 1/ω.
     pub(super) fn times_s(&self) -> [f64; 2] {
         let times: Vec<f64> = match self {
             Self::Relaxation(rows) => rows.iter().map(|row| row[0]).collect(),

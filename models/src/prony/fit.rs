@@ -3,7 +3,8 @@
 //! 1. Non-negative least squares on a grid of relaxation times, [`PER_DECADE`] per decade. Its solution has a few groups of
 //!    neighbouring times, and each group becomes a term.
 //! 2. Moduli and times of all terms are fitted together by the method of Levenberg and Marquardt.
-//! 3. Terms are merged or removed one by one, whichever increases the residual least, and the rest is fitted again.
+//! 3. The number of terms is reduced one by one: two terms are merged or one term is removed, depending on which
+//!    change increases the residual least. The remaining terms are fitted again.
 //! 4. Of all these series, the series with the smallest Bayesian information criterion m ln(R/m) + (2n + 1) ln m is
 //!    chosen, with n terms, m measured moduli, and the sum R of the squares of the relative residuals. R/m is at least
 //!    the square of [`EXACT`].
@@ -20,8 +21,8 @@ const PER_DECADE: f64 = 10.0;
 const BEYOND: f64 = 10.0;
 /// Largest number of iterations of a fit.
 const ITERATIONS: u32 = 300;
-/// Relative residual that counts as no residual: moduli are not measured more accurately, and further terms would cost
-/// state values at each point of a simulation.
+/// Relative residual below which a better fit does not count: moduli are not measured more accurately, and further
+/// terms would need more state values at each point of a simulation.
 const EXACT: f64 = 1e-3;
 /// Smallest long-term modulus, relative to the smallest measured modulus.
 const SMALLEST: f64 = 1e-6;
@@ -69,7 +70,7 @@ impl PronyFit {
     }
 }
 
-/// Series with the sum of the squares of its relative residuals.
+/// A series, and the sum of the squares of its relative residuals.
 #[derive(Clone, Debug)]
 struct Candidate {
     long_term_mpa: f64,
@@ -181,7 +182,7 @@ fn refined(data: &MeasuredModuli, (long_term_mpa, terms): (f64, Vec<PronyTerm>))
         let step = factor.solve(&gradient);
         let mut moved = unknowns.clone();
         for (k, value) in moved.iter_mut().enumerate() {
-            // at most a factor of e in one step
+            // limit the change of each unknown to a factor of e per step
             *value -= step[k].clamp(-1.0, 1.0);
             *value = match k {
                 0 => value.max(smallest.ln()),

@@ -44,7 +44,7 @@ pub(super) fn nonnegative(a: &DMatrix<f64>, b: &DVector<f64>) -> DVector<f64> {
                 }
             }
             if free.iter().all(|&k| is_free[k]) {
-                // rounding errors leave no unknown exactly at zero
+                // set the unknown to zero explicitly: rounding errors would leave a small value
                 is_free[next] = false;
                 x[next] = 0.0;
                 break;

@@ -85,7 +85,8 @@ fn noise_adds_no_terms() {
     }
 }
 
-/// A power law, which no finite series describes, is fitted within 1 % over six decades.
+/// A power law, which no finite series describes exactly, is fitted with an error below 1 % over
+/// six decades.
 #[test]
 fn a_power_law_is_described_over_its_decades() {
     let times = spaced(1e-3, 1e3, 61).into_iter();

@@ -1,4 +1,5 @@
-//! Figures for the user's own calibrations: curves, bands and points, in the style of the report.
+//! Figures for calibrations that a user programs: curves, bands and points, in the style of the
+//! report.
 
 use std::fmt;
 use std::io;

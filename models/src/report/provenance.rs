@@ -1,6 +1,6 @@
-//! When, with what settings and from what files the results were made.
+//! Date, settings and input files of the results.
 
-/// When, with what and on what machine the results were made.
+/// Date of the results, version of the program, machine, and input files.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Provenance {
     /// Day of the newest result, UTC, as YYYY-MM-DD.
@@ -13,7 +13,7 @@ pub(crate) struct Provenance {
     pub(crate) inputs: Vec<InputFile>,
 }
 
-/// A file that the results were computed from.
+/// A file from which the results were computed.
 #[derive(Clone, Debug)]
 pub(crate) struct InputFile {
     /// Name relative to the results folder; the file name alone if the file is outside of the results folder.

@@ -52,7 +52,8 @@ pub(crate) struct Results {
     pub(crate) is_confirmed: bool,
     /// Curve of the simulation at the MAP; empty for a simulation that has quantities and no curve.
     pub(crate) map_curve: Points,
-    /// Curve of the simulation with the case's own materials; `None` in results of older versions.
+    /// Curve of the simulation with the materials of the case (not calibrated); `None` in results
+    /// of older versions.
     pub(crate) baseline_curve: Option<Points>,
     /// Damage states of the simulation at the MAP, in order of increasing damage.
     pub(crate) damage: Vec<DamageState>,
@@ -186,7 +187,7 @@ pub(crate) struct DamageState {
     pub(crate) picture: Vec<u8>,
 }
 
-/// Posterior summary of one sampled quantity.
+/// Posterior summary of one sampled quantity: moments and diagnostics.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Summarised {
     /// Name of the quantity.
@@ -206,7 +207,7 @@ pub(crate) struct Summarised {
 pub(crate) struct Picture {
     /// Caption: a sentence that describes the picture.
     pub(crate) caption: String,
-    /// What to do if the picture looks wrong.
+    /// Advice for the case that the picture looks wrong.
     pub(crate) if_wrong: &'static str,
     /// Contents of the picture file.
     pub(crate) content: PictureContent,

@@ -10,7 +10,7 @@ pub(super) const MEASURED: &str = "#3a3a3a";
 pub(super) const ENSEMBLE: &str = "#9cc3e6";
 /// Colour of the points of the ensemble in the prior box.
 pub(super) const DESIGN: &str = "#1f5f99";
-/// Colour of the simulation with the case's own materials.
+/// Colour of the simulation with the materials of the case (not calibrated).
 pub(super) const BASELINE: &str = "#d99a2b";
 /// Colour of the posterior and of quantities derived from the posterior.
 pub(super) const POSTERIOR: &str = "#c0504d";

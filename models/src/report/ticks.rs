@@ -45,7 +45,7 @@ impl Axis {
         }
         let power = 10_f64.powi(rough.log10().floor() as i32);
         let step = match rough / power {
-            // limits are geometric means of adjacent steps
+            // the limits between two step sizes are their geometric means
             part if part < 2.0_f64.sqrt() => power,
             part if part < 10.0_f64.sqrt() => 2.0 * power,
             part if part < 50.0_f64.sqrt() => 5.0 * power,
@@ -80,7 +80,8 @@ impl Axis {
 mod tests {
     use super::*;
 
-    /// For all ranges, labels are equally spaced, as the ticks are, and no two labels are equal.
+    /// For all ranges, the numbers in the labels are equally spaced, as the ticks are, and no two
+    /// labels are equal.
     #[test]
     fn equal_steps_read_as_equal_steps() {
         for (low, high) in [

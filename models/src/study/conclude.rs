@@ -6,8 +6,8 @@ use crate::report::{
 
 /// Probability with which a correct 90 % interval contains the truth.
 const NOMINAL: f64 = 0.9;
-/// Significance level. A hit is an interval that contains the truth. The intervals count as too narrow if the
-/// probability of at most the observed number of hits is below this level.
+/// Significance level. A hit is an interval that contains the truth. Intervals count as too narrow if correct
+/// intervals would have so few hits with a probability below this level.
 const CHANCE: f64 = 0.05;
 
 /// A result of the calibrations: a claim as a sentence, and the numbers that support it.
@@ -32,7 +32,7 @@ pub(super) fn conclusions(settings: &[StudyResults]) -> Vec<Conclusion> {
     first.iter().enumerate().map(conclusion).collect()
 }
 
-/// Copy of a setting without the cases with these names.
+/// Returns a copy of a setting without the cases whose names are in `names`.
 fn without(setting: &StudyResults, names: &[&String]) -> StudyResults {
     let mut kept = setting.clone();
     kept.cases.retain(|case| !names.contains(&&case.name));

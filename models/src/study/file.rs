@@ -107,7 +107,7 @@ impl StudyFile {
         }
     }
 
-    /// Like [`StudyFile::read`], but returns all mistakes.
+    /// Reads a study like [`StudyFile::read`], but returns all mistakes.
     pub(super) fn read_all(path: &Path, set: &[String]) -> ReadStudy {
         let mut read = ReadStudy::default();
         let (text, written) = match WrittenStudy::read(path) {

@@ -60,8 +60,9 @@ impl<'a> Study<'a> {
     }
 
     /// Runs everything that is not finished: tests specimens, calibrates each case, and writes the comparison to
-    /// `study.csv` and `report.html`. Laboratories and cases run concurrently and share the cores; with few cores, they
-    /// run in the order of the file. A failing part does not stop the others; the comparison omits it.
+    /// `study.csv` and `report.html`. Laboratories and cases run concurrently and share the cores; with few cores,
+    /// they run in the order of the file. A failing part does not stop the other parts; the comparison omits the
+    /// failing part.
     ///
     /// # Errors
     /// The first failure in the order of the file, after all other parts have been run.

@@ -35,8 +35,8 @@ pub(super) struct Finished {
     pub(super) failure: Option<WorkflowError>,
 }
 
-/// Reports to the waiting cases whether the specimens of a laboratory are available. When the value is dropped after a
-/// failure or a panic of the laboratory, it reports `false`.
+/// Reports to the waiting cases whether the specimens of a laboratory are available. If the value is dropped after a
+/// failure or a panic of the laboratory, the report is `false`.
 struct Tested<'a>(&'a OnceLock<bool>);
 
 impl Drop for Tested<'_> {
@@ -254,8 +254,9 @@ fn tested_for<'t>(
     tested.get(place)
 }
 
-/// Identifies the specimens of a case by the path of their table and the name of their group, for measured specimens
-/// and for specimens of a laboratory. `None` for a case with its own virtual specimens, which no other case shares.
+/// Returns a text that identifies the specimens of a case: the path of their table and the name of their group, for
+/// measured specimens and for specimens of a laboratory. `None` for a case with its own virtual specimens, which no
+/// other case shares.
 fn specimens_from(file: &CaseFile) -> Option<String> {
     let experiments = file.case.experiments.as_ref()?;
     let group = experiments.group.as_deref().unwrap_or_default();

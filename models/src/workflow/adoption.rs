@@ -1,4 +1,5 @@
-//! Results folders of versions of the program that kept no record of written files.
+//! Results folders of earlier versions of the program, which did not record the files that the
+//! program wrote.
 
 use std::path::Path;
 

@@ -27,7 +27,7 @@ const MOST_POINTS: usize = 8;
 pub struct CaseCheck {
     /// Interpreted input: subject and text of each line.
     pub understood: Vec<(&'static str, String)>,
-    /// Notes that the user should look at, as the stages print them.
+    /// Notes for the user, as the stages print them.
     pub notes: Vec<String>,
     /// Mistakes that would stop a run.
     pub mistakes: Vec<String>,
@@ -61,7 +61,7 @@ impl CaseCheck {
         check
     }
 
-    /// Checks each test of a case as a case of its own. Mistakes in the case itself have been reported before.
+    /// Checks each test of a case as a complete case. Mistakes in the case itself have been reported before.
     fn several_tests(&mut self, file: &CaseFile) {
         let names: Vec<&str> = file.case.tests.iter().map(|test| test.name.as_str()).collect();
         self.say("tests", names.join(", "));

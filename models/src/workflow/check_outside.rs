@@ -46,7 +46,7 @@ pub(super) fn source_in_words(file: &CaseFile) -> Result<Vec<(&'static str, Stri
 /// Reads the table of measured quantities and returns its specimens, which have no curves.
 ///
 /// # Errors
-/// Fails if the table cannot be used, or if the chosen group has no two specimens.
+/// Fails if the table cannot be used, or if the chosen group has fewer than two specimens.
 pub(super) fn measured_specimens(
     file: &CaseFile,
     path: &Path,

@@ -41,15 +41,15 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     Ok(told)
 }
 
-/// Runs the source outside this program at the mode and at posterior draws. A source with finished runs only has nothing
-/// to confirm.
+/// Runs the source outside this program at the mode and at posterior draws. If the source consists of finished runs,
+/// no simulation is possible.
 fn confirm_outside(task: &Task<'_>) -> Result<String, WorkflowError> {
     let source = source_of(&task.inputs)?;
     if source.points().is_some() {
         return Ok("imported runs cannot be repeated at the mode: nothing to confirm".to_owned());
     }
     let Points { names, runs } = Points::read(task)?;
-    // includes the files that the points were read from
+    // the manifest includes the files from which the points were read
     let manifest = task.inputs.manifest();
     let named = NamedRuns {
         folder: "confirm",
@@ -156,7 +156,7 @@ fn baseline(task: &Task<'_>) -> Result<(), WorkflowError> {
     task.product("curves/baseline.csv", |path| write_curve(path, &records[0].curve))
 }
 
-/// Returns the parameters with these paths.
+/// Returns the parameters with the given paths.
 fn parameters(names: &[String]) -> Result<Vec<Parameter>, WorkflowError> {
     names.iter().map(|name| name.parse().map_err(WorkflowError::Unusable)).collect()
 }

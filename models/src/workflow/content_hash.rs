@@ -3,12 +3,13 @@
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
-/// Bytes of a file that are read at a time; a file may be larger than the memory.
+/// Number of bytes that are read from a file at once. Files are read in portions because a file may
+/// be larger than the memory.
 const PORTION: usize = 1 << 20;
 
 /// FNV-1a hash of a sequence of entries, each followed by its length.
 ///
-/// It detects stale files; it is not cryptographic. Reference: Fowler, Noll & Vo,
+/// The hash detects stale files; the hash is not cryptographic. Reference: Fowler, Noll & Vo,
 /// <http://www.isthe.com/chongo/tech/comp/fnv/>.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct ContentHash(u64);

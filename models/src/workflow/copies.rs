@@ -44,7 +44,8 @@ struct Origin {
     case: PathBuf,
 }
 
-/// Command that messages about copies name. Every command writes the copies; `run` is the most common one.
+/// Command that messages about copies name. Every command writes the copies; `run` is the most common
+/// command.
 const COMMAND: &str = "run";
 
 /// A copy of an input file of a case.
@@ -90,7 +91,7 @@ impl Copies {
             copies.originals.push((dir.join("case.toml"), source.path.clone()));
         }
         if !source.case.tests.is_empty() {
-            // the folders of the tests have the copies
+            // for a case with several tests, the copies are in the folders of the tests
             copies.case = with_absolute_paths(source)?;
             return Ok(copies);
         }
@@ -107,7 +108,7 @@ impl Copies {
                 let name = format!("simulator/{}", own.file_name().unwrap_or_default().display());
                 copies.files.extend(copied(source, dir, &name, own, &mut copies.originals)?);
             }
-            // a program without a folder is sought in PATH
+            // a program without a folder is searched in PATH
             if let Some(program) = simulator.command.first_mut()
                 && Path::new(program.as_str()).components().count() > 1
             {
@@ -357,8 +358,8 @@ impl Copies {
     }
 }
 
-/// Copies the file at `path` of a case to `name` in the results folder, and makes the path that of the copy. Returns
-/// `None` if the file is already there.
+/// Copies the file at `path` of a case to `name` in the results folder, and changes the path to the path of the
+/// copy. Returns `None` if the file is already in the results folder.
 fn copied(
     source: &CaseFile,
     dir: &Path,

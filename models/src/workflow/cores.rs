@@ -27,7 +27,7 @@ struct State {
 pub(crate) struct Core(Cores);
 
 impl Cores {
-    /// A pool of `count` cores, at least one.
+    /// Creates a pool of `count` cores, at least one.
     pub(crate) fn new(count: usize) -> Self {
         let state = State { free: count.max(1), waiting: BTreeSet::new(), next: 0 };
         Self(Arc::new(Shared { state: Mutex::new(state), changed: Condvar::new() }))

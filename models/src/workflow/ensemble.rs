@@ -37,7 +37,7 @@ pub(super) struct Plan<'a> {
     prior: Vec<Input>,
     names: Vec<String>,
     runs: Vec<RunInput>,
-    /// Specimens of the runs; `None` if all runs use the case's own specimen.
+    /// Specimens of the runs; `None` if all runs use the specimen of the case.
     specimens: Option<Microstructures>,
     levels: Vec<Level<'a>>,
     /// Batches of runs that are added in the region of the posterior.
@@ -122,7 +122,7 @@ impl<'a> Plan<'a> {
     fn check_first(&self, runner: &Runner<'_>) -> Result<(), WorkflowError> {
         let task = runner.task;
         let [level, ..] = &self.levels[..] else { return Ok(()) };
-        // without a mesh there is no size to which a specimen could be scaled
+        // without a mesh, the size to which specimens are scaled is unknown
         if !task.inputs.is_built_in()
             || task.leave_to_others
             || !task.path("experiments.csv").is_file()
@@ -204,7 +204,8 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         })
 }
 
-/// Finished runs, with the looks (intermediate calibrations, see the module `sequential`) and the corrections.
+/// Finished runs, intermediate calibrations (called *looks*, see the module `sequential`), and corrections
+/// between meshes.
 struct Made {
     /// The runs of each level; runs of batches belong to the first level.
     done: Vec<LevelRuns>,
@@ -236,7 +237,7 @@ fn with_batches(
     Ok(Made { done, looks, corrected })
 }
 
-/// Builds the dataset of the surrogate from runs, with corrections between levels.
+/// Builds the dataset of the surrogate from runs, with corrections between mesh levels.
 struct Corrected {
     /// Names of the quantities' columns.
     outputs: Vec<String>,
@@ -344,7 +345,7 @@ pub(super) struct Progress {
     pub(super) ended: usize,
     pub(super) total: usize,
     pub(super) under_way: usize,
-    /// Ended runs without quantities.
+    /// Number of ended runs without quantities.
     pub(super) failed: usize,
     pub(super) damaged: usize,
     pub(super) edited: usize,
@@ -390,7 +391,7 @@ pub(super) fn progress(inputs: &Inputs<'_>, dir: &Path) -> Result<Vec<Progress>,
         total = level.repeats.min(total - progress.failed.min(total));
         found.push(progress);
     }
-    // runs of batches whose points have been chosen
+    // add the runs of batches whose points have been chosen
     if let Some((known, folder)) = plan.batches.as_ref().map(Batches::known) {
         found.push(look(folder, plan.levels[0].setup.derivatives, known)?);
     }
@@ -422,7 +423,7 @@ pub(super) fn so_far(inputs: &Inputs<'_>) -> Result<(LevelRuns, usize), Workflow
     Ok((runs, plan.levels.len()))
 }
 
-/// Warns of failed runs of a source outside this program: the surrogate knows nothing of the parameters of these runs.
+/// Warns of failed runs of a source outside this program: the surrogate has no data at the parameters of these runs.
 fn warn_of_failures(task: &Task<'_>, runs: &LevelRuns) {
     let failed = runs.failed().count();
     if let Some((record, reason)) = runs.failed().next().filter(|_| !task.inputs.is_built_in()) {

@@ -150,7 +150,8 @@ pub enum WorkflowError {
     /// An input file of the case has the path of a product, so that a stage would overwrite it.
     #[error(transparent)]
     InputInPlace(Box<InputInPlace>),
-    /// A file has the name of the record of written files, but is not such a record.
+    /// A file has the name of the program's record of written files, but does not contain such a
+    /// record.
     #[error(
         "{} is not the record of the files that breccia writes there: move the file to another place, or name \
          another folder with --out",
@@ -258,7 +259,7 @@ pub enum WorkflowError {
         /// Cause of the error.
         source: PackingError,
     },
-    /// The case's test cannot be set up.
+    /// The test of the case cannot be set up.
     #[error("{}: {source}", file.display())]
     Test {
         /// Path of the case file.

@@ -89,7 +89,7 @@ impl Comparison<'_> {
     }
 }
 
-/// Simulates the virtual specimens and writes them in the format of measured ones.
+/// Simulates the virtual specimens, and writes their curves in the format of measured specimens.
 fn test_virtual_specimens(task: &Task<'_>) -> Result<SpecimenTable, WorkflowError> {
     let inputs = &task.inputs;
     inputs.check_steps()?;
@@ -122,8 +122,8 @@ fn test_virtual_specimens(task: &Task<'_>) -> Result<SpecimenTable, WorkflowErro
         .map(|v| Ok((simulator(Some(v.packing_seed), spacing)?, v.parameters.clone())))
         .collect::<Result<_, WorkflowError>>()?;
     if spacing != spacing_mm {
-        // simulate the case's own packing with the true parameters on both meshes, to determine the bias of the coarse
-        // mesh
+        // simulate the packing of the case with the true parameters on both meshes, to determine the bias of the
+        // coarse mesh
         let truth: Vec<f64> = truth.iter().map(|(_, &value)| value).collect();
         for spacing in [spacing_mm, spacing] {
             tests.push((simulator(None, spacing)?, truth.clone()));

@@ -10,8 +10,9 @@ use crate::prior::Prior;
 const QUANTILES: u32 = 1000;
 
 /// Returns a warning for each parameter whose posterior is truncated at a bound of the prior. The warning states the
-/// entry of the case that adds `runs` runs beyond the bound to the existing runs; without `can_extend`, the source of the
-/// runs cannot make further runs. `draws` returns the posterior draws of a parameter.
+/// entry of the case that adds `runs` runs beyond the bound to the existing runs; if `can_extend` is false, the
+/// warning contains no entry, because the source of the runs cannot compute further runs. `draws` returns the
+/// posterior draws of a parameter.
 pub(super) fn offers(
     inputs: &[Input],
     priors: &[Prior],

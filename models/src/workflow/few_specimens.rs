@@ -7,8 +7,8 @@ use surrogate::{CoefficientPosterior, GroupedRuns};
 /// probability.
 const NOMINAL: f64 = 0.9;
 
-/// Error of the mean response because the runs use only n specimens. This error is common to all specimens of a
-/// laboratory.
+/// Returns the error of the mean response that arises because the runs use only n specimens. This error is
+/// common to all specimens of a laboratory.
 ///
 /// Runs on n specimens determine the mean response of these n specimens, not the mean response of all possible
 /// specimens. Let B be the covariance of the deviations of single specimens from the mean response. The error of the

@@ -13,8 +13,8 @@ use super::task::Task;
 
 /// Ratio of the quantities on a more accurate mesh to the quantities on a cheaper mesh, as a function of the inputs.
 ///
-/// The logarithm of the ratio is fitted, since mesh errors are relative. The fit is a constant or a linear function;
-/// the one with the smaller leave-one-out error is used.
+/// The logarithm of the ratio is fitted, since mesh errors are relative. Both a constant and a linear function are
+/// fitted; the function with the smaller leave-one-out error is used.
 pub(super) struct Correction {
     fit: PceFit,
 }
@@ -159,12 +159,12 @@ pub(super) fn write_corrections(
 /// - Each run has its own packing: the ratios scatter between packings and equally between specimens. The error that
 ///   all specimens share is the error of the mean ratio, s² h.
 /// - All runs share one specimen: the error is the lack of fit of the ratio.
-/// - Runs share n specimens: the error is the error of a mean over n specimens, which more repeated runs do not reduce.
-///   It is s² (h + 1/n − 1/N), if all scatter of the ratios is between specimens and the repeated runs are spread
-///   evenly over the specimens.
+/// - Runs share n specimens: the error is the error of a mean over n specimens, which more repeated runs do not
+///   reduce. The error is s² (h + 1/n − 1/N), if all scatter of the ratios is between specimens and the repeated runs
+///   are spread evenly over the specimens.
 ///
 /// # Errors
-/// Fails only for a report that this program has not written.
+/// Fails only if the report was not written by this program.
 pub(super) fn error_of(
     report: &FitReport,
     made_on: &MadeOn,

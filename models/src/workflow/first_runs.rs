@@ -36,7 +36,7 @@ pub(super) struct SpecimenSize {
 /// run or the specimens are virtual, and skips quantities without a closed form for their change over the prior box.
 ///
 /// # Errors
-/// Names the table of specimens, the quantity, its expected range and the likely unit.
+/// The error names the table of specimens, the quantity, its expected range and the likely unit.
 pub(super) fn check_first_runs(
     task: &Task<'_>,
     setup: &Setup<'_>,

@@ -13,7 +13,7 @@ use crate::fracture::{Evidence, column_means, relative_covariance};
 
 /// Writes `fit.csv`. The standard deviation of the misfit in quantity m is √((Σ/n + S)_mm), where Σ is the covariance
 /// between the n specimens and S the covariance of the errors that all specimens share. The standard deviation for a
-/// simulation also includes the scatter of microstructures, because a simulation uses a single one.
+/// simulation also includes the scatter of microstructures, because a simulation uses a single microstructure.
 ///
 /// # Errors
 /// Fails if the posterior mode is outside the surrogate's box, or if a file cannot be read or written.

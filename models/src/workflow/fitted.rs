@@ -21,7 +21,7 @@ pub(super) const BATCH: &str = "batch";
 /// Minimum number of runs in batches for an estimate of the surrogate's error in the region of the posterior.
 const LEAST_LOCAL: usize = 8;
 
-/// A surrogate with the parts of its error that a calibration includes.
+/// A surrogate, and the contributions to its error that a calibration includes.
 pub(super) struct Fitted {
     pub(super) pce: DynPce,
     pub(super) report: FitReport,
@@ -41,11 +41,11 @@ impl Fitted {
     /// Fits the surrogate to the runs. The stiffness ratio of the packing is an additional input if the ratio is known
     /// for all or some of the `specimens`.
     ///
-    /// All runs have equal weight. Weights that correct for the density of the runs would minimise the mean error over
-    /// the prior box. However, the error should be small in the region of the posterior, where the batches have added
-    /// runs. If each run has its own packing, weights would also increase the variance. The lack of fit is estimated
-    /// from the runs of batches, once there are enough of them, because it should be valid in the region of the
-    /// posterior: the corners of the box would dominate an estimate from all runs.
+    /// All runs have equal weight. Weights that correct for the density of the runs would minimise the mean error
+    /// over the prior box. However, the error should be small in the region of the posterior, where the batches have
+    /// added runs. If each run has its own packing, weights would also increase the variance. The lack of fit is
+    /// estimated from the runs of batches, once there are enough such runs, because the estimate should be valid in
+    /// the region of the posterior: the corners of the box would dominate an estimate from all runs.
     ///
     /// # Errors
     /// The errors of [`DynPce::fit`].

@@ -111,7 +111,8 @@ impl Found {
         }
     }
 
-    /// Number and volume (mm³) of each grain, measured from grey values; empty for labels of the user.
+    /// Returns number and volume (mm³) of each grain, measured from grey values; the list is empty for
+    /// labels of the user.
     pub(super) fn volumes_mm3(&self) -> Vec<(u32, f64)> {
         match self {
             Self::Grey(found) => {

@@ -84,7 +84,8 @@ impl Freshness {
         if let Some(change) = record.source_change(inputs) {
             return refuse(change);
         }
-        // a measured specimen: it is an input at the path where the stage writes virtual specimens
+        // a measured specimen, which is an input at the path where the stage writes virtual
+        // specimens
         if record.files_read().any(|read| read == name) {
             return Ok(());
         }

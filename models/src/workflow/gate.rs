@@ -36,10 +36,11 @@ pub(super) fn check_range(
     Ok(outside.iter().map(|range| format!("Data out of range: {}", range.warning())).collect())
 }
 
-/// Stops a joint calibration if the mean of a quantity over the specimens of a test is outside the range of its ensemble.
+/// Stops a joint calibration if the mean of a quantity over the specimens of a test is outside the range of the runs
+/// of this test.
 ///
 /// # Errors
-/// As [`check_range`].
+/// The errors of [`check_range`].
 pub(super) fn check_range_of_test(
     inputs: &Inputs<'_>,
     specimens: &[Vec<f64>],
@@ -47,7 +48,7 @@ pub(super) fn check_range_of_test(
     refuse_outside(&ranges(inputs, specimens)?, inputs, specimens.len())
 }
 
-/// Mean of each quantity over the specimens, and its range over the runs.
+/// Returns, for each quantity, the mean over the specimens and the range over the runs.
 fn ranges(inputs: &Inputs<'_>, specimens: &[Vec<f64>]) -> Result<Vec<Range>, WorkflowError> {
     let data = Dataset::read_csv(inputs.file("runs.csv")?)?;
     let means = column_means(specimens);

@@ -1,7 +1,7 @@
 //! Images of several specimens: names of the files that the stages `segment` and `mesh` write for each image.
 //!
-//! Images are numbered from 1. Image 1 is the case's own image, `specimen.image.stack` or `labels`; its files have the
-//! same names as in a case with a single image.
+//! Images are numbered from 1. Image 1 is the image that the case names in `specimen.image.stack` or `labels`; the
+//! files of image 1 have the same names as in a case with a single image.
 
 use std::path::PathBuf;
 
@@ -10,7 +10,7 @@ use super::inputs::Inputs;
 use super::specimen::Scanned;
 use crate::case::{Microstructure, SpecimenGeometry};
 
-/// Number of the case's own image.
+/// Number of the image that the case names in `specimen.image`; further images have larger numbers.
 pub(super) const OWN: usize = 1;
 
 /// Name of a file that the stage `segment` writes for an image.

@@ -11,7 +11,8 @@ use super::{InputInPlace, WorkflowError};
 use crate::case::{CaseFile, SimulatorCase};
 use crate::table_format::DetectedTable;
 
-/// Files that opening a results folder copies into it. If such a file is an input, it is used where it is.
+/// Files that are copied into a results folder when the folder is opened. If an input of the case already
+/// has the path of such a copy, the input is used without copying.
 const OPENING: [&str; 9] = [
     "case.toml",
     "origin.toml",

@@ -35,8 +35,8 @@ pub(super) struct Inputs<'a> {
     writer: fn(&str) -> Option<&'static str>,
     /// Rejects result files that are out of date.
     guard: Option<Guard<'a>>,
-    /// Record of everything read so far. It is a `RefCell`, which threads cannot share. Simulations that run on other
-    /// threads therefore cannot read inputs that are not part of their identity.
+    /// Record of everything read so far. The record is a `RefCell`, which threads cannot share. Simulations that run
+    /// on other threads therefore cannot read inputs that are not part of their identity.
     read: RefCell<Sources>,
 }
 
@@ -241,7 +241,7 @@ impl Inputs<'_> {
         self.reads_file(&path.to_string_lossy())
     }
 
-    /// Path of the table of measured quantities, if the case has one in place of curves.
+    /// Path of the table of measured quantities, if the case has such a table instead of curves.
     pub(super) fn measured_values(&self) -> Option<PathBuf> {
         let path = self.file.case.experiments.as_ref()?.values.as_ref()?;
         self.reads("experiments.values");
@@ -279,7 +279,8 @@ impl Inputs<'_> {
         Ok(scanned)
     }
 
-    /// Images of the further specimens of the design. They are read and segmented with the settings of the first image.
+    /// Images of the further specimens of the design. These images are read and segmented with the settings of the
+    /// first image.
     pub(super) fn further_scanned(&self) -> Result<Vec<Scanned>, WorkflowError> {
         let Some(own) = self.scanned()? else { return Ok(Vec::new()) };
         let geometry = self.file.geometry()?;
@@ -297,7 +298,7 @@ impl Inputs<'_> {
         Ok(further.into_iter().map(scanned).collect())
     }
 
-    /// The tests of a case with several tests, each as a case of its own.
+    /// The tests of a case with several tests, each as a complete case.
     pub(super) fn tests(&self) -> Result<Vec<SingleTest>, WorkflowError> {
         Ok(single_tests(self.file)?)
     }
@@ -328,7 +329,7 @@ impl Inputs<'_> {
         self.dir
     }
 
-    /// The case's file, for messages.
+    /// Path of the case file, for messages.
     pub(super) fn case_path(&self) -> &Path {
         &self.file.path
     }
@@ -375,7 +376,8 @@ impl Inputs<'_> {
         self.parameters()
     }
 
-    /// Properties of the machine that records of specimens are corrected by: those that no prior calibrates.
+    /// Properties of the machine by which the records of specimens are corrected: the properties that are
+    /// not calibrated.
     pub(super) fn known_machine(&self) -> MachineCase {
         self.machine().without(self.calibrated_machine())
     }

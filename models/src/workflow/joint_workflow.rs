@@ -94,8 +94,9 @@ impl<'a> JointWorkflow<'a> {
         others.iter().try_for_each(|stage| self.whole.make(stage))
     }
 
-    /// Runs one stage in the folder of each test, and then, if all tests have it together, in the folder of the case.
-    /// The joint calibration precedes the calibrations of the tests, because these use the draws of the joint calibration.
+    /// Runs one stage in the folder of each test, and then in the folder of the case, if the stage belongs to the
+    /// joint calibration. The joint calibration precedes the calibrations of the tests, because the calibrations of
+    /// the tests use the draws of the joint calibration.
     ///
     /// # Errors
     /// The errors of [`Workflow::run`].

@@ -27,15 +27,16 @@ use crate::prior::Prior;
 use crate::qoi::Qois;
 use crate::virtual_specimen::VirtualSpecimen;
 
-/// Result of [`simulate_laboratories`]. Specimens and ensembles are simulated on the same mesh, the cheapest of the
-/// case, so that the error of the mesh cancels.
+/// Result of [`simulate_laboratories`]. Specimens and ensembles are simulated on the same mesh (the cheapest mesh
+/// of the case), so that the error of the mesh cancels.
 #[derive(Clone, Debug)]
 pub struct SimulatedLaboratories {
-    /// Laboratories, each with the number of specimens of the case. Each specimen has its own packing.
+    /// Laboratories, each with the number of specimens of the case. Each specimen has a separate
+    /// packing.
     pub laboratories: Vec<Laboratory>,
-    /// Runs of the case's design, each on its own packing.
+    /// Runs of the design of the case, each with a separate packing.
     pub per_run: Dataset,
-    /// Runs of the case's design, all on the case's own packing, as in the paper.
+    /// Runs of the design of the case, all with the packing of the case, as in the paper.
     pub one_packing: Dataset,
     /// The runs of `per_run` with the stiffness ratio of each packing as their last input.
     pub with_stiffness: Dataset,
@@ -109,7 +110,8 @@ impl Study<'_> {
         seeds: Vec<u64>,
     ) -> Result<(Vec<RunRecord>, Vec<f64>), WorkflowError> {
         let names: Vec<String> = self.prior.iter().map(|input| input.name.clone()).collect();
-        // the keys of the case do not identify these runs: add seeds and points to the manifest
+        // the keys of the case do not identify the runs of a laboratory: add the seeds and points
+        // of the runs to the manifest
         let kept = format!("{seeds:?}\n{points:?}\n");
         let packings = self.packings(seeds)?;
         let mut levels = Level::all(&self.task.inputs, 0)?;
@@ -140,9 +142,9 @@ impl Study<'_> {
         Ok(data)
     }
 
-    /// Estimates the mean response over packings at each point. Each point has its own packing, which is simulated at
-    /// the point and at the centre of the prior box. The ratio of the two results is multiplied by the mean over all
-    /// packings at the centre.
+    /// Estimates the mean response over packings at each point. Each point has a separate packing, which is simulated
+    /// at the point and at the centre of the prior box. The ratio of the two results is multiplied by the mean over
+    /// all packings at the centre.
     ///
     /// The effect of a packing on a quantity hardly depends on the parameters, so that it cancels in the ratio. The
     /// error is therefore the error of a mean over all packings, which is smaller than the error of a fit with many

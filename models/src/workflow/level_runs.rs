@@ -26,14 +26,14 @@ pub(super) struct Runner<'a> {
     pub(super) source: &'a dyn RunSource,
     /// Names of the runs' inputs.
     pub(super) names: &'a [String],
-    /// Specimens of the runs; `None` if all runs use the case's own specimen.
+    /// Specimens of the runs; `None` if all runs use the specimen of the case.
     pub(super) specimens: Option<&'a Microstructures>,
 }
 
 impl Runner<'_> {
-    /// Computes the unfinished runs and returns the records in the order of `runs`. If `wait` is false, it returns as
-    /// soon as other processes are computing all missing runs; only the records that exist at this time are then
-    /// returned.
+    /// Computes the unfinished runs and returns the records in the order of `runs`. If `wait` is false, the function
+    /// returns as soon as other processes are computing all missing runs; only the records that exist at this time
+    /// are then returned.
     pub(super) fn run(
         &self,
         level: &Level<'_>,
@@ -66,7 +66,8 @@ pub(super) struct LevelRuns {
 /// Quantities of interest of a run.
 struct Found {
     quantities: Vec<f64>,
-    /// Quantities × parameters; empty if derivatives were not computed.
+    /// Derivatives of the quantities (rows) with respect to the parameters (columns); empty if no
+    /// derivatives were computed.
     jacobian: Vec<Vec<f64>>,
 }
 

@@ -1,4 +1,4 @@
-//! Mesh levels of an ensemble, from the cheapest mesh to the case's own mesh.
+//! Mesh levels of an ensemble, from the cheapest mesh to the mesh of the case.
 
 use fem::{Meshing, PhaseField, TetMesh, gmsh};
 
@@ -11,8 +11,8 @@ use crate::case::LevelCase;
 
 /// Mesh and load steps of a set of runs.
 pub(super) struct Level<'a> {
-    /// Text that identifies the runs: it lists everything that the runs depend on. Its hash is the name of the folder
-    /// of the runs.
+    /// Text that identifies the runs: a list of everything on which the runs depend. Its hash is the name of the
+    /// folder of the runs.
     pub(super) manifest: String,
     /// Number of runs that are repeated on the next level.
     pub(super) repeats: usize,
@@ -24,7 +24,7 @@ pub(super) struct Level<'a> {
 
 impl<'a> Level<'a> {
     /// Returns the levels of a case. `meshes` is the number of mesh files from the stage `mesh` that the runs use.
-    /// Without `[fidelity]`, the only level is the case's own mesh.
+    /// Without `[fidelity]`, the only level is the mesh of the case.
     ///
     /// Call this after reading prior, design and packings, and before reading anything else: all inputs that have been
     /// read so far become part of the identity of the runs on all levels. Adding a level does not change the identity

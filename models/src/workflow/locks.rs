@@ -1,4 +1,5 @@
-//! Locks of a results folder: they ensure that only one of several processes writes the products of a stage.
+//! Locks of a results folder, which ensure that only one of several processes writes the products of a
+//! stage.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read, Write};
@@ -15,8 +16,8 @@ const FOLDER: &str = ".locks";
 /// Time between two attempts to take a lock.
 const WAIT: Duration = Duration::from_millis(200);
 
-/// Waits for the lock `name` of the folder and takes the lock; if it has to wait, it prints a message under the name of
-/// `stage`. The lock is released when the returned file is dropped, or when the process ends for any reason.
+/// Waits for the lock `name` of the folder and takes the lock; if waiting is necessary, prints a message under the
+/// name of `stage`. The lock is released when the returned file is dropped, or when the process ends for any reason.
 ///
 /// # Errors
 /// [`WorkflowError::Interrupted`] while waiting; an error if the file system does not support locks.

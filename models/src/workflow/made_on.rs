@@ -7,7 +7,8 @@ use super::inputs::Inputs;
 /// Column of `runs.csv` with the seed of the packing; empty without a packing.
 pub(super) const SEED: &str = "packing_seed";
 
-/// Column of `runs.csv` with the number of the image, if there are several images; image 1 is the case's own image.
+/// Column of `runs.csv` with the number of the image, if there are several images; image 1 is the image that the
+/// case names in `specimen.image`.
 pub(super) const IMAGE: &str = "image";
 
 /// Minimum number of specimens for the stiffness ratio to be an input of the surrogate. Two specimens determine the
@@ -22,7 +23,7 @@ const FEW: usize = 5;
 pub(super) enum MadeOn {
     /// All runs use the same specimen.
     One,
-    /// Each run has its own specimen.
+    /// Each run has a separate specimen.
     Each,
     /// Some runs share a specimen: the specimen's index (from 0) of each run.
     Several(Vec<usize>),

@@ -19,7 +19,8 @@ const EARLY: f64 = 0.5;
 /// `fields/map-*.vtu` with their collection `fields/map.pvd` for ParaView, a picture of the damage in each state, and
 /// `fields/map.csv`.
 ///
-/// The run is repeated because runs do not store their fields, which would take too much disk space in large ensembles.
+/// The run is repeated because the fields of runs are not stored: in large ensembles, they would need too much disk
+/// space.
 pub(super) fn write_fields(
     task: &Task<'_>,
     simulator: &Simulator,

@@ -1,4 +1,4 @@
-//! Measured quantities that a table has in place of curves (`experiments.values`).
+//! Measured quantities from a table that replaces curves (`experiments.values`).
 
 use std::path::Path;
 
@@ -26,7 +26,7 @@ pub(super) struct MeasuredSpecimen {
 /// Reads the measured quantities of all specimens: the columns `id`, optionally `group`, and a column per quantity.
 ///
 /// # Errors
-/// Fails if a column is missing, a value is not a number, or two specimens have one name.
+/// Fails if a column is missing, a value is not a number, or two specimens have the same name.
 pub(super) fn read_measured(
     file: &Path,
     quantities: &[Quantity],
@@ -52,7 +52,8 @@ pub(super) fn read_measured(
     Ok(specimens)
 }
 
-/// Checks whether a calibration to these specimens is possible: it needs two specimens, and means that are not zero.
+/// Checks whether a calibration to the given specimens is possible: at least two specimens and means that are not
+/// zero are necessary.
 ///
 /// # Errors
 /// Names the file and the quantity.

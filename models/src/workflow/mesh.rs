@@ -211,7 +211,7 @@ fn labelled_grains(mesh: &TetMesh) -> f64 {
     grains.collect::<BTreeSet<u32>>().len() as f64
 }
 
-/// Rows of `mesh.csv` that are known only for meshes of the program's own mesher.
+/// Rows of `mesh.csv` that are known only for meshes that this program created.
 fn of_report(report: &MeshReport) -> Vec<(String, f64)> {
     let counted = |mode| report.grains_in(mode) as f64;
     let mut rows = [

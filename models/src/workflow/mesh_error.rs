@@ -12,9 +12,9 @@ use super::simulator::{Simulator, quantities};
 use super::task::Task;
 use crate::case::{Parameter, SpecimenGeometry};
 
-/// Error of each quantity due to the mesh, %: 100 (q_h/q − 1). q_h is the quantity of the simulation at the posterior
-/// mode. q is extrapolated to zero spacing from this simulation and a second one on a mesh with the spacing
-/// `confirm.second_spacing_mm`, by default half of the specimen's spacing.
+/// Returns the error of each quantity due to the mesh, %: 100 (q_h/q − 1). q_h is the quantity of the simulation at
+/// the posterior mode. q is extrapolated to zero spacing from this simulation and a second simulation on a mesh with
+/// the spacing `confirm.second_spacing_mm`, by default half of the specimen's spacing.
 ///
 /// Errors are assumed to be of first order in the spacing for linear elements, and of second order for quadratic
 /// elements. Returns `None` for a mesh from a file, and if the second simulation has no quantities.

@@ -63,7 +63,7 @@ impl MeshScale {
     }
 
     /// Reads the scale from a row of `experiments.csv`. Versions of the program that did not scale forces wrote no
-    /// column for the force factor; it is then 1.
+    /// column for the force factor; the factor is then 1.
     pub(super) fn of_row(row: TableRow<'_>) -> Result<Self, InputError> {
         let [displacement, force] = Self::COLUMNS;
         let force = match row.text(force).is_empty() {

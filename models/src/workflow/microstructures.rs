@@ -1,5 +1,5 @@
-//! The specimens of the runs of an ensemble, if there are several. Either each run has its own packing, or several runs
-//! share a packing or an image.
+//! The specimens of the runs of an ensemble, if there are several. Either each run has a separate packing, or several
+//! runs share a packing or an image.
 
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
@@ -34,7 +34,7 @@ enum Source {
 }
 
 impl Microstructures {
-    /// Returns the specimens for `runs` runs; `None` if all runs use the case's own specimen.
+    /// Returns the specimens for `runs` runs; `None` if all runs use the specimen of the case.
     ///
     /// # Errors
     /// Fails if the grains of a packing do not fit into the specimen.
@@ -64,7 +64,8 @@ impl Microstructures {
         }
     }
 
-    /// Generates a packing for each run with the given seeds; `None` if the case's specimen is not a packing.
+    /// Generates a packing for each run with the given seeds; `None` if the specimen of the case is not a
+    /// packing.
     ///
     /// # Errors
     /// Fails if the grains of a packing do not fit into the specimen.
@@ -85,8 +86,8 @@ impl Microstructures {
         Ok(packings.map(|packings| Self { of_run, source: Source::Packings(packings) }))
     }
 
-    /// Number of meshes from the stage `mesh` that the runs use; 0 for packings. The first mesh is the mesh of the
-    /// case's own image.
+    /// Number of meshes from the stage `mesh` that the runs use; 0 for packings. The first mesh is the mesh of
+    /// image 1, which the case names in `specimen.image`.
     pub(super) fn meshes(&self) -> usize {
         match self.source {
             Source::Packings(_) => 0,
@@ -94,7 +95,7 @@ impl Microstructures {
         }
     }
 
-    /// Seed of the case's own packing; `None` for images.
+    /// Seed of the packing of the case; `None` for images.
     pub(super) fn own_seed(&self) -> Option<u64> {
         match &self.source {
             Source::Packings(packings) => Some(packings.own_seed()),
@@ -196,7 +197,8 @@ impl Microstructures {
         }
     }
 
-    /// Returns the packings if each run has its own packing. Such a packing is meshed when its run starts.
+    /// Returns the packings if each run has a separate packing. Such a packing is meshed when its run
+    /// starts.
     pub(super) fn packing_of_each(&self) -> Option<&Packings> {
         match &self.source {
             Source::Packings(packings) if packings.seeds.len() == self.of_run.len() => {

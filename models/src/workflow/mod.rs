@@ -14,38 +14,39 @@
 //! | design | `posterior.csv`, `surrogate.json`, `experiments.csv`; runs and curves, for candidates with further quantities of existing curves | `design.csv` (`candidate,parameter,specimens,contraction,contraction_q05,contraction_q95,width90`), `design_specimens.csv` (`candidate,parameter,goal,value,specimens,limit`; `specimens` is empty if 1000 specimens do not reach the goal), `design/candidate-*.csv` (runs of each candidate, a [`surrogate::Dataset`]) |
 //! | report | the results of all other stages | `report.html` |
 //!
-//! The runs come from a source (`run_sources/`, one file each): simulations of this program, a program of the user
-//! (`[simulator]`; a run works in `ensemble/*/work/run-*`), or an imported table (`imported_runs.csv`). Without a specimen of this
-//! program, the stages `segment` and `mesh` write nothing, `confirm` writes no fields and no second mesh, and runs without a
-//! curve have no file in `curves/`. `simulator/` and `experiments/values.csv` are copies of files that the case names.
-//! A case with several tests has a results folder for each test, `tests/NAME`, and joint stages in its own folder: see
-//! `joint` and `docs/how-to/several-tests.md`.
+//! The runs come from a source (`run_sources/`, one file per source): simulations of this program, a program of the
+//! user (`[simulator]`; a run works in `ensemble/*/work/run-*`), or an imported table (`imported_runs.csv`). Without
+//! a specimen of this program, the stages `segment` and `mesh` write nothing, `confirm` writes no fields and no
+//! second mesh, and runs without a curve have no file in `curves/`. `simulator/` and `experiments/values.csv` are
+//! copies of files that the case names. A case with several tests has a results folder for each test, `tests/NAME`,
+//! and the joint stages are run in the results folder of the case: see `joint` and `docs/how-to/several-tests.md`.
 //!
 //! `breccia surfaces` writes the surface of each grain, `surfaces/grain-*.stl` and `surfaces.csv`. `breccia simulate`
-//! runs one simulation. Neither is a stage.
+//! runs one simulation. These two commands are not stages.
 //!
 //! `stages.toml` records for each finished stage the keys of the case and the files that the stage has read, and the
 //! files that it has written. A stage is run again if any of these keys and files has changed. Therefore the same
 //! command resumes after an interruption, and restores a deleted result. A stage that is run alone fails if a file that
 //! it reads is out of date. A results folder belongs to one case.
 //!
-//! The warnings of a stage are in `warnings/<stage>.txt`; rules on the results (`rules/`, one file each) are applied by
-//! the stage `verdict`. All warnings are counted on the screen and listed in `warnings.txt`, in `summary.txt` and in
-//! the report.
+//! The warnings of a stage are in `warnings/<stage>.txt`; rules on the results (`rules/`, one file per rule) are
+//! applied by the stage `verdict`. All warnings are counted on the screen and listed in `warnings.txt`, in
+//! `summary.txt` and in the report.
 //!
-//! `written.csv` lists each file that the program has written, with the hash of its content. The entry is added before
-//! the complete file is renamed to its final name. The program replaces and removes only files with a recorded content
-//! ([`ProductFolder`]). An edited product (labels, a mesh, a copied curve) is used by later stages as it is; any other
-//! file of the user at the path of a product stops the stage before it computes, unless `--replace` allows it.
+//! `written.csv` lists each file that the program has written, with the hash of its content. The entry is added
+//! before the complete file is renamed to its final name. The program replaces and removes only files with a recorded
+//! content ([`ProductFolder`]). Later stages use an edited product (labels, a mesh, a copied curve) without changing
+//! it; any other file of the user at the path of a product stops the stage before it computes, unless `--replace`
+//! allows it.
 //!
 //! The results folders of a study have a common parent. If a stage in one of these folders has already computed
-//! products from the same inputs, the same stage in another folder copies them. Runs with the same inputs are computed
-//! once, in the study's `runs/`. Each folder has its own copies of all files; a file system that can share the blocks
-//! of copies stores equal files once.
+//! products from the same inputs, the same stage in another folder copies these products. Runs with the same inputs
+//! are computed once, in the study's `runs/`. Each folder has its own copies of all files; a file system that can
+//! share the blocks of copies stores equal files once.
 //!
-//! Any number of processes may work in one results folder, on all machines that see it. They share the runs of the
-//! stage `ensemble`. One process makes all products of a stage and holds a lock in `.locks/` until the stage ends; the
-//! other processes wait. [`status`] reports the progress and changes nothing.
+//! Any number of processes may work in one results folder, on all machines that can access the folder. The processes
+//! share the runs of the stage `ensemble`. One process makes all products of a stage and holds a lock in `.locks/`
+//! until the stage ends; the other processes wait. [`status`] reports the progress and changes nothing.
 
 mod adoption;
 mod calibrate;
@@ -326,9 +327,11 @@ impl<'a> Workflow<'a> {
         let start = Instant::now();
         self.claim(stage)?;
         self.share_work(stage, &before, false)?;
-        // only one of several processes writes the products; the others wait and then find the stage finished
+        // only one of several processes writes the products; the other processes wait, and find the stage
+        // finished afterwards
         let _lock = lock(&self.dir, stage.name, stage.name, self.interrupt)?;
-        // only one of the neighbouring folders with the same specimen runs the stage; the others then copy its products
+        // the stage runs in only one of the neighbouring folders with the same specimen; its products are then copied
+        // to the other folders
         let _of_neighbours = match &self.neighbours {
             Some(neighbours) if stage.is_of_the_specimen() => {
                 Some(neighbours.lock(stage.name, &self.inputs(), self.interrupt)?)

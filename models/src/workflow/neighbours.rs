@@ -72,7 +72,7 @@ const DEPTH: usize = 3;
 #[derive(Clone, Debug)]
 pub(super) struct Neighbours {
     root: PathBuf,
-    /// Paths of the other folders of the study.
+    /// Paths of the folders of the other cases of the study.
     pub(super) folders: Vec<PathBuf>,
 }
 

@@ -11,8 +11,8 @@ const REPORT: &str = "report.html";
 
 impl Workflow<'_> {
     /// Runs one stage, unless it is finished and nothing that it has read or written has changed. The stage `report`
-    /// can be run while other stages are unfinished: it then shows the results that exist, and has to be run again at
-    /// the end.
+    /// can be run while other stages are unfinished: the report then shows the existing results, and the stage has to
+    /// be run again at the end.
     ///
     /// # Errors
     /// The error that ended the stage; an error if an earlier stage has not been run or has to be run again.

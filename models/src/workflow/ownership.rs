@@ -25,7 +25,8 @@ impl Workflow<'_> {
         }
     }
 
-    /// Removes files that earlier runs of the stage have written but its last run has not.
+    /// Removes files that earlier runs of the stage wrote and that the last run of the stage did
+    /// not write.
     pub(super) fn remove_leftovers(
         &self,
         stage: &Stage,

@@ -20,7 +20,8 @@ pub(super) struct Packings {
 }
 
 impl Packings {
-    /// Generates packings with the given seeds; `None` if the case's specimen is not a packing.
+    /// Generates packings with the given seeds; `None` if the specimen of the case is not a
+    /// packing.
     ///
     /// # Errors
     /// Fails if the grains of a packing do not fit into the specimen.
@@ -51,13 +52,13 @@ impl Packings {
         Ok(Some(Self { seeds, grains, size_mm, meshing, own }))
     }
 
-    /// The seed of the case's own packing.
+    /// Returns the seed of the packing of the case.
     pub(super) fn own_seed(&self) -> u64 {
         self.own.seed
     }
 
-    /// Checks materials and test of a level on the case's own packing, for the parameter `values`, before the first
-    /// run.
+    /// Checks materials and test of a level on the packing of the case, for the parameter `values`, before the
+    /// first run.
     ///
     /// # Errors
     /// Fails if the case cannot be simulated.

@@ -62,7 +62,7 @@ pub(super) fn write_predicted_curves(
     Ok(None)
 }
 
-/// Reason why the predicted band ends where it ends; `None` if the curves cannot be read.
+/// Reason for the end of the predicted band; `None` if the curves cannot be read.
 pub(super) fn band_end(inputs: &Inputs<'_>) -> Option<BandEnd> {
     let curves = Curves::read(inputs).ok()?;
     let (reach, name) = curves.shortest().ok()??;
@@ -194,7 +194,8 @@ impl Curves {
         Ok(percentages(self.shortest()?.map_or(f64::INFINITY, |(reach, _)| reach)))
     }
 
-    /// The curve that ends first, relative to its displacement at peak: its end in % of it, and its name.
+    /// Returns the curve that ends first relative to its displacement at peak: the end of the curve in %
+    /// of its displacement at peak, and the name of the curve.
     fn shortest(&self) -> Result<Option<(f64, &str)>, Reason> {
         let better = self.better.iter().flat_map(BTreeMap::values);
         let mut shortest: Option<(f64, &str)> = None;
@@ -229,7 +230,7 @@ fn specimens(inputs: &Inputs<'_>) -> Result<Vec<Named>, WorkflowError> {
 /// Notes of a run that identify its specimen.
 const NOTES: [&str; 3] = [SEED, IMAGE, STIFFNESS_RATIO];
 
-/// Surrogate of the curve shape as a function of the parameters, on the case's own mesh.
+/// Surrogate of the curve shape as a function of the parameters, on the mesh of the case.
 struct ShapeModel {
     pce: DynPce,
     report: FitReport,

@@ -10,7 +10,7 @@ use crate::machine::Machine;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Preparation {
     toe: Toe,
-    /// Whether the test has a load program, so that hold and unloading are kept.
+    /// Whether the test has a load program, so that readings of hold and unloading are not removed.
     follows_program: bool,
     /// Whether the test has a load program and a quantity needs the peak of the curve.
     needs_peak: bool,
@@ -31,7 +31,7 @@ impl Preparation {
         }
     }
 
-    /// Whether displacement is counted from the point where the curve begins to carry load.
+    /// Whether displacements are measured from the displacement at which the force begins to rise.
     pub(super) fn corrects_toe(&self) -> bool {
         self.toe == Toe::Correct
     }
@@ -42,8 +42,8 @@ impl Preparation {
     }
 
     /// Returns the curve from which quantities are computed, and the findings. At constant speed the curve ends where
-    /// loading ends; with `experiments.toe = "correct"`, it begins where the load begins. With a load program it has all
-    /// branches.
+    /// loading ends; with `experiments.toe = "correct"`, the curve begins where the load begins. With a load program,
+    /// the curve has all branches.
     pub(super) fn apply(
         &self,
         record: &TestCurve,

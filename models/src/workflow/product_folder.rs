@@ -61,8 +61,8 @@ impl ProductFolder {
         Self::new(dir, &self.replaceable)
     }
 
-    /// Adds a product to the record of written files, for folders from a version of the program that kept no such
-    /// record.
+    /// Adds a product to the record of written files, for folders of earlier versions of the program, which did
+    /// not write such a record.
     ///
     /// # Errors
     /// Fails if the record cannot be written.
@@ -134,8 +134,8 @@ impl ProductFolder {
         })
     }
 
-    /// Checks all paths that a command may write, before the command computes anything. A pattern covers the names that
-    /// match it and for which `may_write` is true.
+    /// Checks all paths that a command may write, before the command computes anything. A pattern covers the names
+    /// that match the pattern and for which `may_write` is true.
     ///
     /// # Errors
     /// The errors of [`Self::claim`].
@@ -307,7 +307,7 @@ impl ProductFolder {
         std::fs::rename(&whole, &path).map_err(failed)
     }
 
-    /// Whether the file has exactly these bytes.
+    /// Whether the content of the file equals the given bytes.
     pub(super) fn has_bytes(&self, name: &str, content: &[u8]) -> bool {
         self.has_content(name, ContentHash::of_bytes(content))
     }

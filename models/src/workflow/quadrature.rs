@@ -19,8 +19,8 @@ const WORTH_TELLING: f64 = 1.0;
 
 /// Returns the quadrature of the damage terms on a mesh, and an alternative. `None` if the crack width ℓ₀ is at least
 /// two node distances: both quadratures then give nearly equal results. (Below two node distances, `auto` means
-/// `vertex`.) Also `None` if no material can break, and for AT1 with quadratic elements, which have only one
-/// quadrature.
+/// `vertex`.) Also `None` if no material can break, and for AT1 with quadratic elements, for which only one
+/// quadrature is possible.
 fn choice(
     field: &PhaseField,
     order: Order,

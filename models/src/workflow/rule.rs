@@ -4,7 +4,7 @@ use super::WorkflowError;
 use super::inputs::Inputs;
 use crate::report::Qualifier;
 
-/// Warning about a result, which its reader must know before using the result.
+/// Warning that a reader of a result must know before using the result.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Warning {
     /// Text of the warning: consequence for the result, cause and remedy.
@@ -13,7 +13,7 @@ pub(super) struct Warning {
     pub(super) qualifier: Option<Qualifier>,
 }
 
-/// Condition on the results of stages. If it is violated, it gives warnings.
+/// Condition on the results of stages. If the condition is violated, warnings are issued.
 pub(super) struct Rule {
     /// Stages whose files the rule reads.
     pub(super) reads: &'static [&'static str],

@@ -9,8 +9,8 @@ use super::microstructures::Microstructures;
 use super::runs::NamedRuns;
 use super::task::Task;
 
-/// Source of the runs of a case. A source returns a record for each point of the parameters. The record has a curve, from
-/// which quantities are computed, or quantities by name.
+/// Source of the runs of a case. A source returns a record for each point of the parameters. The record contains
+/// either a curve, from which quantities are computed, or the quantities themselves by name.
 pub(super) trait RunSource: Sync {
     /// Returns the points of finished runs; `None` if the source can compute a run at any point. The design of the case
     /// then chooses the points.

@@ -22,9 +22,9 @@ use crate::progress::{Bar, speaker};
 /// Computes the unfinished runs of an ensemble and stores them in `folder/<fingerprint>`. `simulator` returns the
 /// simulator of a run.
 ///
-/// The fingerprint is the hash of everything that the stage has read so far. Thus each ensemble has its own folder.
-/// After a change of the case, a new ensemble is started in a new folder. If the change is undone, the runs in the old
-/// folder are reused.
+/// The fingerprint is the hash of everything that the stage has read so far. Thus each ensemble has a separate
+/// folder. After a change of the case, a new ensemble is started in a new folder. If the change is undone, the runs
+/// in the old folder are reused.
 pub(super) fn run_ensemble<'s>(
     task: &Task<'_>,
     folder: &str,
@@ -90,7 +90,7 @@ pub(super) fn run_named<'s>(
     })
 }
 
-/// Computes the unfinished runs of `named`, and the failed ones that meet the condition `retry`.
+/// Computes the unfinished runs of `named`, and the failed runs that meet the condition `retry`.
 pub(super) fn run_jobs(
     task: &Task<'_>,
     named: NamedRuns<'_>,
@@ -101,10 +101,11 @@ pub(super) fn run_jobs(
     let own = place(&task.path(""), None, folder, manifest);
     let directory = place(&task.path(""), task.neighbours.as_ref(), folder, manifest);
     if directory != own {
-        // reuse runs from the time before the folder had neighbours
+        // reuse runs that were computed before the folder had neighbouring folders
         copy_records(&own, &directory)?;
     }
-    // another version of the program may compute other results, so that its runs are not mixed with these runs
+    // another version of the program may compute other results: the version is part of the fingerprint, so
+    // that the runs of two versions are not mixed
     let fingerprint = format!("program = breccia {}\n{manifest}", env!("CARGO_PKG_VERSION"));
     let ensemble = Ensemble::open(&directory, &fingerprint).map_err(|error| match error {
         // the folder name already identifies everything but the program version
@@ -142,7 +143,8 @@ pub(super) fn run_jobs(
 /// Progress bar that appears when the first run starts.
 struct EnsembleBar {
     title: &'static str,
-    /// Name of the part of a study that messages show, if any. It is stored because any thread may start the bar.
+    /// Name of the part of a study that messages show, if any. The name is stored because any thread may start
+    /// the bar.
     of: Option<String>,
     bar: OnceLock<Bar>,
 }

@@ -108,7 +108,8 @@ fn further(
         segmentation: scanned.segmentation.clone(),
         size_mm: [None; 2],
     };
-    // errors name the path of this image, because the case's own image was segmented without error
+    // errors name the path of this image, because image 1, which the case names in
+    // `specimen.image`, was segmented without error
     let mut look = |image: &Image| {
         report_reading(task, image.header());
         Ok(())

@@ -193,8 +193,8 @@ struct SimulationFiles<'a> {
     folder: &'a ProductFolder,
     interrupt: &'a AtomicBool,
     bar: Bar,
-    /// Curve so far. `curve.csv` is first written after the first step, so that a run that fails in its first step does
-    /// not replace the curve of an earlier run.
+    /// Points of the curve so far. The file `curve.csv` is first written after the first step, so that a run that
+    /// fails in its first step does not replace the curve of an earlier run.
     curve: Vec<CurvePoint>,
     effort: EffortFile,
     /// Time (s) and file of each step whose fields are written.

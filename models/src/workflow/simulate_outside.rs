@@ -1,4 +1,4 @@
-//! A single run of a program of the user, to try it out before the runs of the design.
+//! A single run of a program of the user, to try the program before the runs of the design.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;

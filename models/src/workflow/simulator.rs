@@ -20,7 +20,7 @@ use crate::qoi::{Qois, Quantity};
 /// Parts of a case that define a simulation, except for the mesh.
 #[derive(Clone, Copy)]
 pub(super) struct Setup<'a> {
-    /// The case's file, for messages.
+    /// Path of the case file, for messages.
     pub(super) path: &'a Path,
     pub(super) order: Order,
     pub(super) homogenisation: Homogenisation,
@@ -28,8 +28,8 @@ pub(super) struct Setup<'a> {
     pub(super) interface: &'a BTreeMap<String, InterfaceCase>,
     pub(super) phase_field: Option<&'a PhaseField>,
     pub(super) test: &'a TestCase,
-    /// Number of equal load steps: of the test, or of each segment of a load program that has no steps of its own. `None`
-    /// for the load steps of the test.
+    /// Number of equal load steps: of the test, or of each segment of a load program for which the program does not
+    /// state a number of steps. `None`: the load steps of the test are used.
     pub(super) steps: Option<u32>,
     pub(super) conditions: Option<&'a ConditionsCase>,
     pub(super) solver: SolverOptions,
@@ -81,7 +81,7 @@ pub(super) fn radius_mm(mesh: &TetMesh) -> f64 {
 #[derive(Clone, Debug)]
 pub(super) struct Simulator {
     problem: Problem,
-    /// The case's own parts, in which the parameters are set.
+    /// Parts of the case in which the parameters are set.
     parts: SimulationParts,
     parameters: Vec<Parameter>,
     rest: Rest,
@@ -151,7 +151,7 @@ impl Simulator {
         Ok(Self { problem, parts, parameters, rest, derivatives: setup.derivatives })
     }
 
-    /// Returns the test with these parameter values.
+    /// Returns the test with the given parameter values.
     pub(super) fn at(&self, values: &[f64]) -> Result<Problem, FemError> {
         let parts = self.parts_at(values)?;
         let regions = &self.problem.mesh().regions;
@@ -192,7 +192,7 @@ impl Simulator {
         problem.with_sensitivities(parameters)
     }
 
-    /// Returns the case's parts with these parameter values.
+    /// Returns the parts of the case with the given parameter values.
     fn parts_at(&self, values: &[f64]) -> Result<SimulationParts, FemError> {
         let mut parts = self.parts.clone();
         for (parameter, &value) in self.parameters.iter().zip(values) {
@@ -203,8 +203,8 @@ impl Simulator {
         Ok(parts)
     }
 
-    /// Checks that the materials and derivatives are valid at these parameter values. Errors name the case file of
-    /// `setup`.
+    /// Checks that the materials and derivatives are valid at the given parameter values. Errors name the case
+    /// file of `setup`.
     pub(super) fn check(&self, setup: &Setup<'_>, values: &[f64]) -> Result<(), WorkflowError> {
         let plain = Self { derivatives: false, ..self.clone() };
         let file = setup.path.to_owned();
@@ -214,7 +214,7 @@ impl Simulator {
         })
     }
 
-    /// Runs the test with these parameter values.
+    /// Runs the test with the given parameter values.
     pub(super) fn run(
         &self,
         values: &[f64],
@@ -223,7 +223,7 @@ impl Simulator {
         Ok(self.at(values)?.run(observer))
     }
 
-    /// Returns the test with the case's own parameter values.
+    /// Returns the test with the parameter values of the case.
     pub(super) fn problem(&self) -> &Problem {
         &self.problem
     }
@@ -264,8 +264,8 @@ fn problem(rest: &Rest, parts: &SimulationParts, mesh: TetMesh) -> Result<Proble
         .build()
 }
 
-/// Displacements of a simulation that differ by at most this fraction of the largest displacement count as equal. They
-/// are piecewise linear up to rounding errors.
+/// Displacements of a simulation that differ by at most this fraction of the largest displacement count as equal.
+/// Displacements of a simulation are piecewise linear in time up to rounding errors.
 const EQUAL: f64 = 1e-6;
 
 /// Converts a simulated curve to the form that a testing machine records: the first point is the unloaded start. Hold and

@@ -20,7 +20,7 @@ pub(super) struct Origin<'a> {
 impl<'a> Origin<'a> {
     pub(super) fn of(case: &Case, dir: &'a Path) -> Self {
         let mut values = toml::Table::try_from(case).unwrap_or_default();
-        // the key `prior` stands for all priors, those of `[parameters]` too
+        // the key `prior` stands for all priors, including the priors in `[parameters]`
         for (name, parameter) in &case.parameters {
             let prior = toml::Value::try_from(parameter.prior);
             let priors = values.entry("prior").or_insert_with(|| toml::Table::new().into());

@@ -1,4 +1,4 @@
-//! Builds the mesh of a case's specimen from a packing, from an image, or from a mesh file.
+//! Builds the mesh of the specimen of a case from a packing, from an image, or from a mesh file.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -260,7 +260,7 @@ pub(super) struct Measured<'a> {
 }
 
 /// Builds the mesh of labelled voxels. `measured` is `None` if the user supplied or edited the labels, because
-/// measurements exist only for the grains of the program's own segmentation.
+/// measurements exist only for grains that the program has segmented.
 pub(super) fn labelled_mesh(
     case: &Path,
     labels: &Volume<u32>,

@@ -19,8 +19,8 @@ use crate::progress::say;
 
 /// Largest plausible ratio between the heights of specimen and mesh; the larger height is the numerator.
 const HEIGHTS: f64 = 3.0;
-/// Largest plausible ratio between the radii of specimen and mesh. It is smaller than the ratio of the heights, because
-/// forces are proportional to the square of the radius.
+/// Largest plausible ratio between the radii of specimen and mesh. This limit is smaller than the limit for the
+/// heights, because forces are proportional to the square of the radius.
 const RADII: f64 = 1.5;
 
 /// Result of the checks of specimens.

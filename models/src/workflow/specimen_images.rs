@@ -17,7 +17,8 @@ use crate::experiment::{Specimen, SpecimenTable};
 use crate::progress::Bar;
 use crate::virtual_specimen::VirtualSpecimen;
 
-/// Generates the scans of virtual specimens in a cylinder [radius, height] (mm), each with its own noise.
+/// Generates the scans of virtual specimens in a cylinder [radius, height] (mm), each with independent
+/// noise.
 ///
 /// # Errors
 /// Fails for a case without a scanner or without grains.
@@ -96,7 +97,8 @@ pub(super) fn stiffness_ratios(
             segmentation: segmentation.clone(),
             size_mm: [None; 2],
         };
-        // errors name this image, because the case's own image may be correct
+        // errors name this image, because image 1, which the case names in `specimen.image`, may be
+        // correct
         let (grey, found) = scanned.found(&image, &mut |_| Ok(()), &mut |_| ())?;
         drop(grey);
         let mesh = found_mesh(&image, &found, &meshing)?.mesh;

@@ -188,7 +188,8 @@ pub(super) fn check_rates(
     table.specimens.iter().filter_map(|own| case.other_rate(own, curve)).collect()
 }
 
-/// The test of the case: displacement, duration, and height of the mesh. They give the strain rate.
+/// The test of the case: displacement, duration, and height of the mesh. The strain rate follows
+/// from these three values.
 #[derive(Clone, Copy)]
 struct CaseRate {
     displacement_mm: f64,

@@ -1,5 +1,5 @@
-//! Stiffness ratios of runs and specimens. The ratio is an input of the surrogate. It is known for specimens with an
-//! image; the unknown ratios of other specimens have the distribution of a population.
+//! Stiffness ratios of runs and specimens. The ratio is an input of the surrogate. The ratio is known for specimens
+//! with an image; the unknown ratios of other specimens have the distribution of a population.
 
 use surrogate::{Dataset, DynPce, Input, SurrogateError};
 
@@ -131,10 +131,10 @@ fn unlike_design(runs: &Dataset, specimens: &[Option<f64>]) -> Option<String> {
 }
 
 /// Returns the runs with the stiffness ratio as an additional input. Returns `None` unless the ratio is known for all
-/// specimens, or for some specimens if there is a population for the others. Also returns `None` if the runs share too
-/// few specimens: with two specimens, a function of the ratio would fit both exactly, and the scatter about the
-/// response could not be estimated. Without the ratio as an input, the scatter of packings is part of the surrogate's
-/// residuals and of the scatter of the specimens.
+/// specimens, or for some specimens if there is a population for the other specimens. Also returns `None` if the runs
+/// share too few specimens: with two specimens, a function of the ratio would fit both specimens exactly, and the
+/// scatter about the response could not be estimated. Without the ratio as an input, the scatter of packings is part
+/// of the surrogate's residuals and of the scatter of the specimens.
 ///
 /// # Errors
 /// Fails if all ratios are equal.

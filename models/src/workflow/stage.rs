@@ -8,7 +8,7 @@ pub(super) type Share = fn(&Task<'_>) -> Result<(), WorkflowError>;
 
 /// A step of the workflow; [`STAGES`](super::STAGES) lists all stages in order.
 ///
-/// The inputs of a stage are not listed here. They are recorded when the stage runs.
+/// The inputs of a stage are not listed here. The inputs are recorded while the stage runs.
 #[derive(Debug)]
 pub struct Stage {
     /// Name of the subcommand that runs the stage.

@@ -44,17 +44,18 @@ pub enum StageState {
 /// Counts of the runs of an ensemble, on all meshes together.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RunCounts {
-    /// Runs that are finished or have failed.
+    /// Number of runs that are finished or have failed.
     pub ended: usize,
     /// Total number of runs, finished and planned.
     pub total: usize,
-    /// Runs that processes are making now.
+    /// Number of runs that processes are computing now.
     pub under_way: usize,
-    /// Runs that ended without quantities of interest.
+    /// Number of runs that ended without quantities of interest.
     pub failed: usize,
-    /// Runs whose files cannot be read; they are made again.
+    /// Number of runs whose files cannot be read; such runs are computed again.
     pub damaged: usize,
-    /// Runs whose checksum is missing or does not match their content; the stage stops at them.
+    /// Number of runs whose checksum is missing or does not match their content; the stage stops at
+    /// such a run.
     pub edited: usize,
     /// Runs per hour, computed from the number of runs under way and the mean time of ended runs; `None` if no run is
     /// under way.
@@ -121,7 +122,7 @@ fn state(
 ) -> StageState {
     let change = records.get(stage.name).map(|record| {
         record.change(inputs, dir).or_else(|| {
-            // also check whether the stages that wrote these files have to be run again
+            // also check whether the stages that wrote the files which this stage read have to be run again
             let of_others =
                 |name: &&str| inputs.writer_of(name) != Some(stage.name) && dir.join(name).exists();
             record.files_read().filter(of_others).find_map(|name| {

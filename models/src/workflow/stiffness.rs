@@ -13,8 +13,9 @@ pub(super) const STIFFNESS_RATIO: &str = "stiffness_ratio";
 /// Compression at which the stiffness is computed, as a fraction of the height.
 const SMALL: f64 = 1e-4;
 
-/// Stiffness of a mesh between sliding platens with the case's own undamaged materials, divided by its stiffness with
-/// the material `matrix` everywhere. The size of the specimen and most of the error of the mesh cancel in the ratio.
+/// Returns the stiffness of a mesh between sliding platens with the undamaged materials of the case, divided by the
+/// stiffness of the same mesh with the material `matrix` everywhere. The size of the specimen and most of the error
+/// of the mesh cancel in the ratio.
 ///
 /// # Errors
 /// Fails if the materials do not fit the mesh or if a solve fails.
@@ -25,8 +26,8 @@ pub(super) fn stiffness_ratio(setup: &Setup<'_>, mesh: TetMesh) -> Result<f64, F
     Ok(with_grains / stiffness(setup, mesh, &grainless)?)
 }
 
-/// Force / displacement (N/mm) of a mesh. `materials` are the names of the case's materials for the regions of the
-/// mesh, in the order of the regions.
+/// Force / displacement (N/mm) of a mesh. `materials` are the names of materials of the case for the regions of
+/// the mesh, in the order of the regions.
 fn stiffness(setup: &Setup<'_>, mesh: TetMesh, materials: &[&str]) -> Result<f64, FemError> {
     let displacement_mm = SMALL * height_mm(&mesh);
     let problem = CompressionTest::new(displacement_mm, Schedule::fixed(1.0, 1))
@@ -44,7 +45,7 @@ fn stiffness(setup: &Setup<'_>, mesh: TetMesh, materials: &[&str]) -> Result<f64
     }
 }
 
-/// The materials with these names, without damage and viscosity.
+/// Returns the materials with the given names, without damage and viscosity.
 fn elastic(
     materials: &BTreeMap<String, MaterialCase>,
     names: &[&str],

@@ -45,7 +45,8 @@ impl StageRecord {
             .or_else(|| damaged().map(|name| format!("{name} is missing or was changed")))
     }
 
-    /// Editable products that the user has edited; later stages use them as they are.
+    /// Editable products that the user has edited; later stages use these products without changing
+    /// them.
     pub(super) fn edited(&self, dir: &Path) -> Vec<&str> {
         let editable = self.products().filter(|name| is_editable(name));
         editable.filter(|name| dir.join(name).exists() && !self.wrote(name, dir)).collect()
@@ -118,7 +119,7 @@ pub(super) struct Task<'a> {
 }
 
 impl<'a> Task<'a> {
-    /// Creates a task with its own pool of `threads` cores.
+    /// Creates a task with a separate pool of `threads` cores.
     pub(super) fn new(
         stage: &'static str,
         inputs: Inputs<'a>,
@@ -171,8 +172,8 @@ impl<'a> Task<'a> {
         self.stage
     }
 
-    /// Releases the stage's own core while `work` is executed, because the runs in `work` take cores from the pool
-    /// themselves.
+    /// Releases the core of the stage while `work` is executed, because each run in `work` takes a core from the
+    /// pool.
     pub(super) fn while_others_compute<T>(
         &self,
         work: impl FnOnce(Box<dyn Fn() -> Core + Send + Sync>) -> T,
@@ -198,7 +199,8 @@ impl<'a> Task<'a> {
     /// Writes a product with the function `write`. The complete product is then renamed to its final name.
     ///
     /// # Errors
-    /// Fails if a file of the user has the path of the product. Also the errors of the function `write`.
+    /// Fails if a file of the user has the path of the product. Returns the errors of the function
+    /// `write`, too.
     pub(super) fn product<E>(
         &self,
         name: &str,

@@ -1,4 +1,5 @@
-//! Tests of the conditions under which stages are run again, refuse files, or fail for missing files.
+//! Tests of the conditions under which stages are run again, reject files, or fail because files are
+//! missing.
 
 use std::sync::atomic::AtomicBool;
 
@@ -36,7 +37,7 @@ fn a_result_that_was_deleted_is_made_again_and_one_that_was_changed_is_not_repla
         let half = &whole[..whole.len() / 2];
         std::fs::write(&path, half).unwrap();
         if product == "mesh.msh" {
-            // later stages use an edited mesh as it is
+            // later stages use an edited mesh without changing it
             assert_eq!(workflow.due(stage("mesh")), None);
             workflow.run(stage("mesh")).unwrap();
         } else {
@@ -50,7 +51,8 @@ fn a_result_that_was_deleted_is_made_again_and_one_that_was_changed_is_not_repla
     }
 }
 
-/// Opens a results folder of a version of the program that kept no record of written files.
+/// Opens a results folder of an earlier version of the program, which did not record the files that
+/// it wrote.
 #[test]
 fn a_folder_without_a_record_of_files_is_taken_over_by_its_stages() {
     let dir = tempfile::tempdir().unwrap();

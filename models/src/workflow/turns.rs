@@ -4,7 +4,8 @@ use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// Constant that makes these random numbers independent of the random numbers of the design, which have the same seed.
+/// Constant that makes the random order of the specimens independent of the random numbers of the design, which have the
+/// same seed.
 const STREAM: u64 = 0x7475_726e;
 
 /// Returns the specimen of each run, counted from 0. In each round every specimen gets one run, in a new random order.

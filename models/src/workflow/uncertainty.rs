@@ -41,8 +41,9 @@ impl SharedError {
     /// the model as specified in `[calibration.discrepancy]`.
     ///
     /// The error of the surrogate depends on the specimens of the runs:
-    /// - Each run has its own packing: the residuals with variance s² are scatter between packings, which the specimens
-    ///   have too. The shared error is the error of the mean response, s² h(θ), where h is the leverage of the fit.
+    /// - Each run has a separate packing: the residuals with variance s² are scatter between packings, which the
+    ///   specimens have too. The shared error is the error of the mean response, s² h(θ), where h is the leverage of
+    ///   the fit.
     /// - All runs use the same specimen: the shared error is the lack of fit of the polynomial.
     /// - The runs share a few specimens: the shared error is W + W h(θ) + B g(θ). W is the scatter of runs on the same
     ///   specimen. B g(θ) is the error of a mean response estimated from few specimens ([`of_few`]).
@@ -108,8 +109,8 @@ impl SharedError {
         self.of_runs().filter_map(|part| part.constant.as_ref()).chain(others)
     }
 
-    /// Returns the evidence for a calibration: the quantities `qois` of the specimens, these errors, and the known
-    /// stiffness ratios.
+    /// Returns the evidence for a calibration: the quantities `qois` of the specimens, the errors in `self`, and
+    /// the known stiffness ratios.
     pub(super) fn evidence(&self, qois: Vec<Vec<f64>>, known: &KnownStiffness) -> Evidence {
         let size = qois.first().map_or(0, Vec::len);
         let zeros = vec![vec![0.0; size]; size];
@@ -158,7 +159,8 @@ const MOST_DRAWS: usize = 500;
 pub(super) struct Budget {
     pub(super) parameters: Vec<String>,
     pub(super) sources: Vec<&'static str>,
-    /// Parameters × sources; the shares of each parameter sum to 1.
+    /// For each parameter, the share of each source of error in the posterior variance; the shares
+    /// of a parameter sum to 1.
     pub(super) shares: Vec<Vec<f64>>,
     /// 1 − (posterior variance)/(prior variance) of each parameter.
     pub(super) contractions: Vec<f64>,
@@ -177,7 +179,8 @@ pub(super) struct TestSources {
     /// Derivatives of the quantities of each group of specimens with respect to the parameters, relative to the means
     /// of the specimens.
     pub(super) jacobian: Vec<Vec<f64>>,
-    /// Covariance of each source for the means of all groups.
+    /// For each source of error: its name, and the covariance of the error that it causes in the
+    /// means of all groups.
     pub(super) sources: Vec<(&'static str, DMatrix<f64>)>,
     /// Covariance of the error of surrogate and corrections together, quantities × quantities.
     of_runs: Vec<Vec<f64>>,
@@ -186,8 +189,8 @@ pub(super) struct TestSources {
 /// Computes the covariance of the means of the quantities of a test that each source contributes:
 ///
 /// - surrogate: the error of the surrogate that all specimens share, averaged over the posterior;
-/// - mesh: the error of the correction from cheaper meshes. No interval includes the discretisation error of the
-///   specimen's own mesh, which is in `confirm.csv`;
+/// - mesh: the error of the correction from cheaper meshes. The discretisation error of the mesh of the specimen
+///   is not included in any interval, and is reported in `confirm.csv`;
 /// - discrepancy: the error of the model itself, as specified in the case;
 /// - geometry: the scatter between packings divided by n, if runs show this scatter; the error of a mean response
 ///   estimated from few specimens; and the unknown stiffness of specimens without an image;
@@ -371,7 +374,8 @@ struct Group<'a> {
     size: f64,
     /// Last inputs of the surrogate (the stiffness ratio), averaged over the group.
     inputs: Vec<f64>,
-    /// Population of these inputs, if the inputs of the specimens are unknown.
+    /// Distribution of the inputs over all possible specimens, if the inputs of the specimens are
+    /// unknown.
     population: Option<&'a Population>,
 }
 

@@ -16,7 +16,7 @@ use crate::report::{CalibratedParameter, Qualifier};
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let inputs = &task.inputs;
     let of_rules = of_rules(inputs, &|_| true)?;
-    // the stages have already printed their own warnings
+    // the stages have already printed their warnings
     of_rules.iter().for_each(|warning| say("warning", &warning.text));
     let qualifiers: BTreeSet<Qualifier> = of_rules.iter().filter_map(|w| w.qualifier).collect();
     let mut warnings = of_rules;

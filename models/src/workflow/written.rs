@@ -30,7 +30,7 @@ pub(super) struct Written {
     known: Arc<Mutex<Known>>,
 }
 
-/// Contents of the record read so far.
+/// The part of the record that has been read so far.
 #[derive(Debug, Default)]
 struct Known {
     bytes: u64,

@@ -20,7 +20,7 @@ use crate::walk::{self, Walk};
 pub(crate) struct Activity {
     /// Names that may hold values which depend on unknowns.
     active: HashSet<Ident>,
-    /// Names of variables that a statement changes to a value which may depend on unknowns.
+    /// Names of variables to which a statement assigns a value that may depend on unknowns.
     changed: HashSet<Ident>,
 }
 
@@ -52,12 +52,12 @@ impl Activity {
         holds(expr, &|name| self.is_active(name))
     }
 
-    /// Whether a statement changes the variable to a value that may depend on unknowns.
+    /// Whether a statement assigns to the variable a value that may depend on unknowns.
     pub(crate) fn is_changed(&self, name: &Ident) -> bool {
         self.changed.contains(name)
     }
 
-    /// Whether the statements after a declaration change the declared variable to a value that may depend on
+    /// Whether the statements after a declaration assign to the declared variable a value that may depend on
     /// unknowns.
     pub(super) fn begins(&self, pat: &Pat, after: &[Statement]) -> bool {
         let Pat::Ident(PatIdent { ident: name, .. }) = pat else { return false };

@@ -12,7 +12,8 @@ use crate::syntax::tokens::{mentions, says};
 use crate::walk::{self, Walk};
 
 /// Whether the model runs the same statements and uses the same data at every point of the parameter space. The
-/// statements of called submodels are not included: the library checks at run time whether they are the same.
+/// statements of called submodels are not considered: the library checks at run time whether each submodel runs
+/// the same statements at every point.
 pub(super) fn is_static(body: &Block, activity: &Activity) -> bool {
     let mut branches = Branches { activity, is_static: true };
     branches.block(body);
@@ -35,7 +36,7 @@ impl Branches<'_> {
 impl<'a> Walk<'a> for Branches<'_> {
     fn block(&mut self, block: &'a Block) {
         for (i, statement) in block.statements.iter().enumerate() {
-            // skip statements on which no density depends
+            // skip these statements: no density depends on them
             let is_unread = statement.mark == Mark::Predict
                 || is_only_recorded(statement, &block.statements[i + 1..]);
             if !is_unread {
@@ -81,7 +82,8 @@ impl<'a> Visit<'a> for Branches<'_> {
             }
             Expr::While(_) | Expr::Loop(_) | Expr::ForLoop(_) => self.decides(expr),
             Expr::Binary(binary) if is_comparison(&binary.op) => self.decides(expr),
-            // `value` returns a plain number, whose uses cannot be tracked
+            // the method `value` returns a plain number, and the analysis cannot follow the uses of
+            // this number
             Expr::MethodCall(call) if call.method == "value" => self.is_static = false,
             Expr::Path(path) if ends_with(&path.path, &["value"]) => self.is_static = false,
             Expr::Macro(call) if says(call.mac.tokens.clone(), "value") => self.is_static = false,

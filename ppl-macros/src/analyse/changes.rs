@@ -13,8 +13,8 @@ use crate::syntax::places::root;
 use crate::syntax::tokens::says;
 use crate::walk::{self, Walk};
 
-/// The names that a part of the body binds, and the variables that this part may change. An entry `None` in `changed`
-/// is a change of a variable that cannot be identified.
+/// The names that a section of the body binds, and the variables that this section may change. An entry `None` in
+/// `changed` is a change of a variable that cannot be identified.
 #[derive(Default)]
 pub(super) struct Changes {
     pub(super) bound: HashSet<Ident>,
@@ -79,7 +79,7 @@ impl<'a> Visit<'a> for Changes {
     }
 }
 
-/// Whether a method whose result is used may change its receiver too.
+/// Whether a method may change its receiver even though its result is used.
 fn changes(method: &Ident) -> bool {
     method.to_string().ends_with("_mut") || method == "insert" || method == "replace"
 }

@@ -17,14 +17,15 @@ use crate::errors::{self, about, at};
 use crate::syntax::patterns::{bound_by_condition, bound_names, is_constant, only_name};
 use crate::syntax::places::{Place, parse_place, plain_name, root};
 
-/// Results of the analysis. Each table has the number of the statement as its key.
+/// Results of the analysis. The key of each table is the number of a statement.
 #[derive(Default)]
 pub(crate) struct Facts {
     /// The sites of the statements: their positions and names in the model.
     pub(crate) sites: BTreeMap<Id, Site>,
     /// The errors of invalid statements.
     pub(crate) errors: HashMap<Id, Error>,
-    /// Declarations of variables that later statements change to a value that may depend on unknowns.
+    /// Declarations of variables to which later statements assign a value that may depend on
+    /// unknowns.
     pub(crate) begins: HashSet<Id>,
     /// Declarations `let name = arithmetic;` whose value can stay a symbolic formula until it is used, instead of
     /// being evaluated to a number.
@@ -240,8 +241,8 @@ impl Reader<'_> {
     }
 }
 
-/// Checks that this kind of statement may have its mark (`#[track]` or `#[predict]`) and its dimensions. Also checks
-/// that a statement that adds to the density is not inside a prediction.
+/// Checks that a statement of this kind may have the mark (`#[track]` or `#[predict]`) and the dimensions that the
+/// user gave it. Also checks that a statement that adds to the density is not inside a prediction.
 fn check(statement: &Statement, is_predicted: bool) -> Result<()> {
     let Statement { mark, dims, kind, span, .. } = statement;
     let takes_mark = match kind {

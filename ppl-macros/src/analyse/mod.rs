@@ -1,4 +1,5 @@
-//! Analyses of the syntax tree. Their results are tables whose key is the number of a statement.
+//! Analyses of the syntax tree. The results of the analyses are tables whose key is the number of a
+//! statement.
 
 mod activity;
 mod branches;
@@ -23,8 +24,8 @@ pub(crate) use plates::Plate;
 /// The results of all analyses of a body.
 pub(crate) struct Analysis {
     pub(crate) activity: Activity,
-    /// Whether the model runs the same statements and uses the same data at every point of the parameter space, if the
-    /// submodels that it calls do.
+    /// Whether the model runs the same statements and uses the same data at every point of the parameter space,
+    /// provided that this is true of each submodel that it calls.
     pub(crate) is_static: bool,
     pub(crate) facts: Facts,
 }

@@ -20,25 +20,29 @@ pub(crate) struct Site {
     /// Names of the dimensions along which the enclosing plates (`for` loops of the model) stack the values, the
     /// innermost last.
     pub(crate) plates: Vec<String>,
-    /// Names of the dimensions of the value itself.
+    /// Names of the dimensions that the value of the statement has in a single iteration.
     pub(crate) dims: Vec<String>,
 }
 
-/// The names in the results that statements on the execution paths to the current statement use.
+/// The names of quantities in the results that are already taken: the names of all statements on
+/// the execution paths to the current statement.
 #[derive(Clone, Default)]
 pub(super) struct Names(HashMap<String, Taken>);
 
-/// The uses of one name by statements.
+/// Describes the statements that declare or observe the quantity with one name.
 #[derive(Clone, Default)]
 struct Taken {
-    /// Whether a statement declares or observes the name without an index: `y ~ …`, not `y[i] ~ …`.
+    /// Whether a statement declares or observes the quantity with this name without an index: `y ~
+    /// …`, not `y[i] ~ …`.
     is_whole: bool,
-    /// The observed entries of the name, such as `y[i]`: the expression as written, and the innermost plate (`for`
-    /// loop of the model) that contains the statement.
+    /// The observed entries of the quantity with this name, such as `y[i]`: each entry is given by its
+    /// expression as written, and by the innermost plate (`for` loop of the model) that contains the
+    /// statement.
     entries: HashSet<(String, Option<Id>)>,
-    /// The statements that observe an entry of the name, such as `y[i] ~ …`.
+    /// The statements that observe an entry of the quantity with this name, such as `y[i] ~ …`.
     observed: BTreeSet<Id>,
-    /// Whether several statements on one execution path observe entries of the name.
+    /// Whether several statements on one execution path observe entries of the quantity with this
+    /// name.
     is_shared: bool,
 }
 
@@ -59,8 +63,8 @@ impl Names {
     }
 
     /// Registers the name of a place that a statement observes. `innermost` is the innermost plate (`for` loop of the
-    /// model) around the statement. Several statements may observe different entries of one name, but not the same
-    /// entry.
+    /// model) around the statement. Several statements may observe different entries of one quantity, but not the
+    /// same entry.
     pub(super) fn observe(
         &mut self,
         statement: Id,
@@ -83,7 +87,7 @@ impl Names {
         }
     }
 
-    /// Adds the names that another arm of the same branch uses.
+    /// Adds the names that another arm of the same `if` or `match` uses.
     pub(super) fn merge(&mut self, other: Self) {
         for (name, theirs) in other.0 {
             let taken = self.0.entry(name).or_default();
@@ -94,9 +98,10 @@ impl Names {
         }
     }
 
-    /// Sets the sites of statements that observe entries of one name. The entries of all these statements form one
-    /// array in the results, in the order in which the statements run. The dimensions of the array have the names of
-    /// the plates' dimensions if these names are the same for all statements; otherwise the dimensions have no names.
+    /// Sets the sites of statements that observe entries of one quantity. The entries of all these statements form
+    /// one array in the results, in the order in which the statements run. The dimensions of the array have the names
+    /// of the plates' dimensions if these names are the same for all statements; otherwise the dimensions have no
+    /// names.
     pub(super) fn stack(&self, sites: &mut BTreeMap<Id, Site>) {
         for Taken { observed, .. } in self.0.values().filter(|taken| taken.is_shared) {
             let named_sites = observed.iter().filter_map(|id| sites.get(id));

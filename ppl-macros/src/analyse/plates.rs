@@ -15,10 +15,11 @@ use crate::walk::Walk;
 
 /// Properties of a plate (a `for` loop of the model).
 pub(crate) struct Plate {
-    /// Whether the body is only `y ~ D` with the loop variable `y` and the same `D` in all iterations.
+    /// Whether the body consists only of `y ~ D`, with the loop variable `y` and the same distribution
+    /// `D` in all iterations.
     pub(crate) is_pooled: bool,
-    /// Whether the body changes no variable that exists before the iteration, so that operations of an iteration can
-    /// be removed from the tape at its end.
+    /// Whether the body changes no variable that exists before the iteration, so that the operations of an iteration
+    /// can be removed from the tape at the end of the iteration.
     pub(crate) unwinds: bool,
     /// The names that the plate binds; None if the plate may change variables that are bound outside the plate.
     pub(crate) bound: Option<HashSet<Ident>>,
@@ -40,7 +41,8 @@ impl Plate {
     }
 }
 
-/// Whether the body is only `y ~ D`, where `y` is the loop variable and does not occur in `D`.
+/// Whether the body consists only of `y ~ D`, where `y` is the loop variable and does not occur in
+/// `D`.
 fn observes_all_alike(plate: &For) -> bool {
     let Pat::Ident(pat) = &plate.pat else { return false };
     let [statement] = plate.body.statements.as_slice() else { return false };
@@ -48,7 +50,8 @@ fn observes_all_alike(plate: &For) -> bool {
         return false;
     };
     let tokens = right.to_token_stream();
-    // a `D` with `?` can end the evaluation, so it must be evaluated for every datum
+    // a distribution `D` that contains `?` can end the evaluation, so `D` must be evaluated for
+    // every datum
     place.path.is_ident(&pat.ident)
         && !mentions(tokens.clone(), &|name| *name == pat.ident)
         && !tokens.to_string().contains('?')

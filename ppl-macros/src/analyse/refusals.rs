@@ -81,7 +81,7 @@ impl Refusals<'_> {
         holds(expr, &|name| self.activity.is_active(name) || self.derived.contains(name))
     }
 
-    /// Returns the error of the expression itself; its subexpressions are not checked.
+    /// Returns the error in an expression, without checking the subexpressions of the expression.
     fn refused(&self, expr: &Expr) -> Option<Error> {
         match expr {
             Expr::Return(_) if self.closures == 0 => Some(at(expr, errors::RETURN)),
@@ -147,8 +147,8 @@ impl<'a> Walk<'a> for Refusals<'_> {
     // nested statements are analysed separately
     fn block(&mut self, _: &'a Block) {}
 
-    // labels of a dimension are emitted inside a closure: the labels are only recorded, and their code cannot reject
-    // the point
+    // the code that computes the labels of a dimension is emitted inside a closure, so that it cannot reject the
+    // point; the labels are only recorded
     fn labels(&mut self, labels: &'a Expr) {
         let is_recorded = std::mem::replace(&mut self.is_recorded, true);
         self.closures += 1;

@@ -79,7 +79,7 @@ pub(crate) fn function(model: &Model, analysis: &Analysis) -> TokenStream {
             Apart as _, At as _, Number as _, Of as __Of, Other as _, Together as _,
         };
     };
-    // a submodel compiles to the code of its body in place
+    // the body of a submodel is compiled into the code of the calling model
     let inline = model.value.is_some().then(|| quote!(#[inline(always)]));
     let (cx, this) = (cx(), Ident::new("self", span));
     let (statements, sites) = statements(model, analysis);
@@ -89,7 +89,7 @@ pub(crate) fn function(model: &Model, analysis: &Analysis) -> TokenStream {
     quote_spanned! {span=>
         #(#errors)*
         #(#attrs)*
-        // silence lints about emitted code: bounds in two places, braces around a loop
+        // silence lints about emitted code: bounds that are written twice, braces around a loop
         #[allow(
             clippy::multiple_bound_locations,
             clippy::too_many_arguments,

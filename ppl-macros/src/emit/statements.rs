@@ -33,8 +33,8 @@ impl Emitter<'_> {
         tokens
     }
 
-    /// Emits the statements of a block. Statements from the first `#[predict]` on form the prediction, which
-    /// runs on finished draws only, unless the block itself is part of a prediction.
+    /// Emits the statements of a block. The first `#[predict]` statement and all following statements form
+    /// the prediction, which runs on finished draws only; a block inside a prediction is not divided.
     fn statements(&mut self, block: &Block) -> TokenStream {
         let [mut always, mut predicted, mut end] = [(); 3].map(|()| TokenStream::new());
         let outer = self.is_predicted;
@@ -152,7 +152,8 @@ impl Emitter<'_> {
                 let right = self.plan.written(right, Plan::distribution);
                 let datum = quote_spanned!(place.span()=> &#place);
                 if let Left::Missing(_) = left {
-                    // after this statement, the name refers to the completed data
+                    // after this statement, the name of the place refers to the data in which the
+                    // missing values have been replaced by unknowns
                     let names = statement.declared();
                     return quote_spanned! {span=>
                         #(#[allow(unused_variables)] let #names =)*
@@ -282,7 +283,7 @@ fn sum_of(site: usize) -> Ident {
     format_ident!("terms_{site}", span = Span::mixed_site())
 }
 
-/// Emits a compile error in place of a statement. Also declares the names of the statement, so that later uses of
+/// Emits a compile error instead of a statement. Also declares the names of the statement, so that later uses of
 /// these names cause no further errors.
 fn broken(names: &[Ident], error: &Error) -> TokenStream {
     let mut errors = error.clone().into_iter().map(|error| error.to_compile_error());

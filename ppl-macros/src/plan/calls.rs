@@ -72,7 +72,7 @@ pub(crate) fn step(name: &Expr, op: syn::BinOp, sum: &Expr) -> Expr {
 }
 
 /// Rewrites a statement such as `h[t] += a * h[t - 1]` so that its right side is evaluated first, as Rust does for
-/// `f64`. On a vector of unknowns `+=` is a call that borrows `h` mutably before the right side reads `h`. Side
+/// `f64`. For a vector of unknowns, `+=` is a call that borrows `h` mutably before the right side reads `h`. Side
 /// effects of the index expression occur after side effects of the right side, as for `f64`. The rewritten code uses
 /// a `match`, because a `match` keeps temporaries of the right side alive until the end of the statement; a `let`
 /// would drop them.

@@ -3,7 +3,7 @@
 //!
 //! `a + b * x` is rewritten as `operand(a) + operand(b) * x`. The types of the operands determine which derivatives
 //! are computed, so treating a plain number as an unknown is safe. A formula that is a parameter of a distribution
-//! stays a formula; any other formula is evaluated to a number (`closed`).
+//! stays a formula; any other formula is evaluated to a number (function `closed`).
 
 use quote::ToTokens;
 use syn::spanned::Spanned;
@@ -81,7 +81,7 @@ impl Plan<'_> {
                 self.formula(&mut call.receiver);
                 call.args.iter_mut().for_each(|argument| self.formula(argument));
             }
-            // the receiver is data; only the arguments may depend on unknowns
+            // the receiver of this method is data; only the arguments may depend on unknowns
             Expr::MethodCall(call) if is_function(call) => {
                 self.visit_expr_mut(&mut call.receiver);
                 call.args.iter_mut().for_each(|argument| self.visit_expr_mut(argument));
@@ -114,7 +114,7 @@ impl Plan<'_> {
     }
 
     /// Rewrites `dot(data, &numbers)` and `dot(data, numbers)`. `numbers` can be a variable that all iterations of a
-    /// plate share; without `&` it is a reference.
+    /// plate share; if it is written without `&`, the variable itself is a reference.
     fn dot(&mut self, expr: &mut Expr) {
         let Expr::Call(call) = &mut *expr else { return };
         let last = call.args.len().saturating_sub(1);

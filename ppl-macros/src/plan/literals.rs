@@ -72,7 +72,7 @@ const ARRAY: &str = "[]";
 const TUPLE: &str = "(";
 
 /// Returns a description of the form of an expression with parts: constructor and number of arguments, tuple length,
-/// or array. The parts of expressions with the same form correspond. None for expressions without parts.
+/// or array. The parts of expressions with the same form correspond. Returns None for an expression without parts.
 fn shape(expr: &Expr) -> Option<String> {
     match expr {
         Expr::Call(call) if is_type(&call.func) => {

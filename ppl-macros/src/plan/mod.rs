@@ -17,11 +17,13 @@ pub(crate) use calls::{here, shared_name, site};
 /// Rewrites the Rust code of the statements, in source order.
 pub(crate) struct Plan<'a> {
     analysis: &'a Analysis,
-    /// Whether arithmetic is rewritten as formulas. False in an observed or assigned place.
+    /// Whether arithmetic is rewritten as formulas. False while the left side of an observation or
+    /// of an assignment is rewritten.
     formulas: bool,
     /// The sites to which emitted statements refer. A site is the position and the name of a statement.
     pub(crate) sites: Vec<Site>,
-    /// Indices into `sites`, by statement. A statement whose emitted code does not refer to its site has no entry.
+    /// Index into `sites` for each statement. A statement whose emitted code does not refer to its site has no
+    /// entry.
     numbers: HashMap<Id, usize>,
     /// The current statement.
     pub(crate) at: Id,
@@ -34,10 +36,11 @@ pub(crate) struct Plan<'a> {
     closures: usize,
 }
 
-/// Sums over a loop, in local variables that the outermost loop declares and that all nested loops use.
+/// Sums over a loop. The emitted code keeps them in local variables that it declares before the
+/// outermost loop and uses in all nested loops.
 #[derive(Default)]
 pub(crate) struct Sums {
-    /// Names from outside the loop whose adjoints are summed.
+    /// Variables from outside the loop whose adjoints are summed.
     pub(crate) names: BTreeSet<Ident>,
     /// Sites of the observations in the loop whose log density terms are summed.
     pub(crate) terms: Vec<usize>,
@@ -82,7 +85,8 @@ impl<'a> Plan<'a> {
         self.analysis.facts.plates.get(&statement)
     }
 
-    /// Starts new sums if the loop `plate` is not inside another loop. Returns whether the sums were started.
+    /// Starts empty sums of adjoints and log density terms if the loop `plate` is not inside another loop.
+    /// Returns whether the sums were started.
     pub(crate) fn begin_sums(&mut self, plate: &Plate) -> bool {
         let is_outermost = self.sums.is_none();
         if is_outermost {
@@ -101,7 +105,7 @@ impl<'a> Plan<'a> {
         self.sums.is_some()
     }
 
-    /// Ends the outermost loop and returns its sums.
+    /// Ends the outermost loop and returns its sums of adjoints and log density terms.
     pub(crate) fn end_sums(&mut self) -> Sums {
         self.shared.clear();
         self.sums.take().unwrap_or_default()
@@ -120,8 +124,8 @@ impl<'a> Plan<'a> {
         value
     }
 
-    /// Rewrites the labels of a dimension. The labels are emitted inside a closure, where `?` returns from the
-    /// closure and not from the model.
+    /// Rewrites the code that computes the labels of a dimension. This code is emitted inside a closure, where
+    /// `?` returns from the closure and not from the model.
     pub(crate) fn labels(&mut self, labels: &mut Expr) {
         self.closures += 1;
         self.visit_expr_mut(labels);

@@ -151,7 +151,7 @@ pub(crate) fn keeps_its_length(iter: &Expr) -> bool {
     }
 }
 
-/// Whether a loop may take its data from an iterator that is used again after the loop.
+/// Whether a loop may consume items of an iterator that the model uses again after the loop.
 pub(crate) fn is_consumed(iter: &Expr) -> bool {
     ["by_ref", "mut"].iter().any(|word| says(iter.to_token_stream(), word))
 }

@@ -11,7 +11,7 @@ pub(crate) struct Place {
     pub(crate) root: Ident,
     /// Name of the place in the results: the variable with its fields, without indices.
     pub(crate) name: String,
-    /// Whether the place is written with an index, such as `y[i]`.
+    /// Whether the place is written with an index, as in `y[i]`.
     pub(crate) is_entry: bool,
 }
 

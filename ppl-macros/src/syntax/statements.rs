@@ -56,7 +56,7 @@ pub(crate) fn starts_item(input: ParseStream) -> bool {
     starts_with(input, &ITEMS) && !input.peek2(token::Brace)
 }
 
-/// Whether the next token is one of these words.
+/// Whether the next token is one of the given words.
 pub(crate) fn starts_with(input: ParseStream, words: &[&str]) -> bool {
     input.cursor().ident().is_some_and(|(name, _)| words.iter().any(|word| name == word))
 }

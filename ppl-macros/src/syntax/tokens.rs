@@ -35,7 +35,7 @@ pub(crate) fn mentions(tokens: TokenStream, is_wanted: &impl Fn(&Ident) -> bool)
     occurs
 }
 
-/// Whether an identifier occurs in the tokens, as a variable or in any other role.
+/// Whether an identifier occurs in the tokens, as a variable, a field, a method or anything else.
 pub(crate) fn says(tokens: TokenStream, word: &str) -> bool {
     tokens.into_iter().any(|tree| match tree {
         TokenTree::Ident(name) => name == word,

@@ -6,8 +6,8 @@ use rayon::prelude::*;
 use super::order::quantile_of_sorted;
 use crate::special::normal_upper_quantile;
 
-/// Largest number of unknowns for which combinations are searched; for more, the eigenvectors would take longer than
-/// the rest of a summary.
+/// Largest number of unknowns for which combinations are searched; for more unknowns, the computation of the
+/// eigenvectors would take longer than the rest of a summary.
 pub(crate) const MOST_COMBINED: usize = 200;
 /// Posterior variance, relative to the prior variance, above which the data do not inform a direction in parameter
 /// space. The limit is below 1 by the sampling error of a few hundred effective draws.
@@ -73,7 +73,7 @@ pub(crate) fn combinations(columns: &[BeforeAndAfter]) -> Vec<Combination> {
     groups.filter_map(|members| judge(members, &prior, &posterior)).collect()
 }
 
-/// Returns `members` as a combination if the data inform some directions in the space of these parameters well and
+/// Returns `members` as a combination if the data inform some directions in the space of the `members` well and
 /// all other directions not at all; otherwise returns `None`.
 fn judge(
     members: Vec<usize>,
@@ -148,7 +148,8 @@ impl BeforeAndAfter {
     fn scaled(&self) -> [Vec<f64>; 2] {
         let mut sorted = self.prior.clone();
         sorted.sort_unstable_by(f64::total_cmp);
-        // normal scores of the sorted prior draws; values between two draws are interpolated linearly
+        // each sorted prior draw gets its normal score; the scores of values between two draws are
+        // interpolated linearly
         let n = sorted.len() as f64;
         let scores: Vec<f64> =
             (0..sorted.len()).map(|i| -normal_upper_quantile((i as f64 + 0.5) / n)).collect();

@@ -58,8 +58,8 @@ fn of_transformed(chains: &[&[f64]], f: impl Fn(f64) -> f64) -> f64 {
 }
 
 /// Effective sample size S/τ of S draws, with the autocorrelation time τ from Geyer's initial monotone sequence. Lags
-/// are summed in pairs while the pair sum is positive, and each pair sum is limited to the previous one. τ is at
-/// least 1/log₁₀ S, because for antithetic chains a smaller estimate would be unreliable.
+/// are summed in pairs while the pair sum is positive, and no pair sum is allowed to exceed the previous pair sum. τ
+/// is at least 1/log₁₀ S, because for antithetic chains a smaller estimate would be unreliable.
 fn effective_size(chains: &[&[f64]]) -> f64 {
     let draws = chains[0].len();
     if draws < 2 {

@@ -234,7 +234,7 @@ fn mean_and_sd(draws: &[f64]) -> [f64; 2] {
     [mean, variance.sqrt()]
 }
 
-/// Whether the relative standard error of the variance of these draws exceeds [`LARGEST_ERROR`]. Also true if the
+/// Whether the relative standard error of the variance of `draws` exceeds [`LARGEST_ERROR`]. Also true if the
 /// variance overflows.
 pub(super) fn has_heavy_tails(draws: &[f64]) -> bool {
     let [centre, sd] = mean_and_sd(draws);

@@ -97,7 +97,7 @@ pub struct Loo {
     pub p_loo: f64,
     /// Largest Pareto shape k for which the estimate is reliable: min(1 − 1/log₁₀ S, 0.7), for S draws.
     pub threshold: f64,
-    /// Results of the observations.
+    /// One result per observation.
     pub points: Vec<LooPoint>,
     /// Hash of the observed data, by which a comparison detects models that were fitted to different data. `None` if
     /// the data are unknown.
@@ -158,7 +158,8 @@ impl Loo {
     /// Returns the indices of the observations with an unreliable estimate, that is, with a Pareto k above the
     /// threshold or NaN.
     ///
-    /// Refit the model without each of these observations, or use a more robust likelihood.
+    /// Refit the model without each observation whose Pareto k is too large, or use a more robust
+    /// likelihood.
     pub fn unreliable(&self) -> Vec<usize> {
         let bad = |p: &LooPoint| p.pareto_k.is_nan() || p.pareto_k > self.threshold;
         (0..self.points.len()).filter(|&i| bad(&self.points[i])).collect()

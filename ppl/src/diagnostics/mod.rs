@@ -31,7 +31,7 @@ pub use rhat::rhat;
 pub(crate) use combinations::{BeforeAndAfter, Combination, MOST_COMBINED, combinations};
 pub(crate) use power_scaling::{PowerScaled, power_scaled};
 
-/// Mean of the values; NaN if there are none.
+/// Mean of the values; NaN if there are no values.
 pub(crate) fn mean(values: impl Iterator<Item = f64>) -> f64 {
     let (n, sum) = values.fold((0.0, 0.0), |(n, sum), x| (n + 1.0, sum + x));
     sum / n

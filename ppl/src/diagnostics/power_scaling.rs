@@ -5,7 +5,7 @@ use super::{ess_mean, pareto_smooth};
 /// Relative change of the power: the powers are 1 + `STEP` and 1/(1 + `STEP`).
 const STEP: f64 = 0.01;
 
-/// Response of one quantity to power-scaling of one part of the density.
+/// Change of one quantity when one factor of the density, such as the prior, is raised to a power.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PowerScaled {
     /// Change of the distribution per doubling of the power, as cumulative Jensen–Shannon distance.
@@ -77,7 +77,7 @@ fn cjs_distance(draws: &[f64], weights: &[f64]) -> f64 {
         below_q += weights[pair[0]] / total;
         let width = draws[pair[1]] - draws[pair[0]];
         sums[0].add(below_p, below_q, width);
-        // distribution functions of −x on the same interval
+        // the same sum for the distribution functions of −x
         sums[1].add(1.0 - below_p, (1.0 - below_q).max(0.0), width);
     }
     let [upward, downward] = sums.map(|s| s.distance());

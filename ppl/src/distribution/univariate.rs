@@ -170,7 +170,8 @@ fn far_quantile(distribution: &impl Univariate, interval: Interval, below: f64, 
     while first < last {
         let middle = first + (last - first) / 2;
         let reached = ln_tail(from_order(middle), tail);
-        // the lower tail is an increasing function of x, the upper tail a decreasing one
+        // the lower tail is an increasing function of x, and the upper tail is a decreasing
+        // function of x
         if if is_lower { reached >= target } else { reached <= target } {
             last = middle;
         } else {

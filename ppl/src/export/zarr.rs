@@ -60,7 +60,8 @@ impl ZarrArray {
     }
 }
 
-/// A store that is being written. The metadata of all nodes are collected for the root.
+/// A store to which groups and arrays are written. Their metadata are collected and finally written
+/// to the root of the store.
 pub(super) struct ZarrStore {
     root: PathBuf,
     metadata: Map<String, Value>,

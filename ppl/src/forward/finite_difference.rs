@@ -78,7 +78,7 @@ where
                 point[d] += offset;
                 (point[d], (self.function)(&point))
             };
-            // divide by the difference of the rounded points
+            // divide by the difference of the points after rounding, which can differ from 2h
             let ((high, above), (low, below)) = (at(step), at(-step));
             let (high, above, low, below) = match (above, below) {
                 (Ok(above), Ok(below)) => (high, above, low, below),

@@ -123,7 +123,7 @@ impl<F, const N: usize> OdeSolution<F, N> {
                     return Err(failure(&format!("needs more than {steps} steps"), t));
                 }
                 steps += 1;
-                // a step that would end just before the output time is extended to it
+                // a step that would end just before the output time is extended to the output time
                 let lands = t + step * (1.0 + 1e-10) >= time;
                 let length = if lands { time - t } else { step };
                 let (next, last, error) = self.attempt(&rate, t, length, &y, &first);
@@ -334,8 +334,8 @@ mod tests {
         assert!(drift([1.4, 0.7], [1e-12; 2]).0 < 1e-9);
     }
 
-    /// Checks a prey population that nearly vanishes: its logarithm is accurate without an absolute tolerance, and
-    /// inaccurate with one.
+    /// Checks a prey population that nearly vanishes: the logarithm of the population is accurate if the solver
+    /// has no absolute tolerance, and inaccurate if it has an absolute tolerance.
     #[test]
     fn states_that_nearly_vanish() {
         let (change, least) = drift([1.0, 30.0], [1e-9, 0.0]);

@@ -46,7 +46,7 @@ pub enum Sensitivity {
     None,
     /// Prior and likelihood both have an effect, which indicates that they conflict.
     PriorDataConflict,
-    /// The prior has an effect, and the likelihood has little.
+    /// The prior has an effect, and the likelihood has little effect.
     StrongPrior,
 }
 
@@ -186,7 +186,8 @@ impl Posterior {
     }
 }
 
-/// Sum over all numbers of the given quantities at each draw, with the chains concatenated.
+/// Returns, for each draw, the sum of all numbers of the given quantities; the chains are
+/// concatenated.
 fn sum_by_draw(group: &Group, parts: &[&Values]) -> Result<Vec<f64>, PowerScalingError> {
     let mut sums = vec![0.0; group.chains * group.draws];
     for values in parts {

@@ -20,7 +20,7 @@ pub struct Summary {
     /// omitted, such as the zeros of a Cholesky factor.
     pub rows: Vec<SummaryRow>,
     /// One row per number of the `#[predict]` quantities, in the order of the model. Draws at which a prediction was
-    /// rejected are left out.
+    /// rejected are omitted.
     pub predictions: Vec<PredictionRow>,
     /// Warnings with advice; empty if no problem was found.
     pub warnings: Vec<Warning>,

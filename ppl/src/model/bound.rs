@@ -132,8 +132,8 @@ impl<M: Model> Bound<M> {
     /// and of the sufficient statistics that were computed when the data were bound.
     ///
     /// # Errors
-    /// [`Rejection`] if the density is zero or undefined, or if a derivative is not finite; it contains the first
-    /// such statement.
+    /// [`Rejection`] if the density is zero or undefined, or if a derivative is not finite; the rejection names
+    /// the first statement for which this is true.
     pub fn forward_gradient(&self, y: &[f64], gradient: &mut [f64]) -> Result<f64, Rejection> {
         let (mut value, mut sums) = (0.0, Vec::new());
         for (i, g) in gradient.iter_mut().enumerate() {

@@ -195,7 +195,8 @@ pub trait Context: ContextHooks {
     }
 }
 
-/// Methods that generated code calls besides those of [`Context`]; users need not call or implement them.
+/// Methods that generated code calls in addition to the methods of [`Context`]; users need not call or
+/// implement them.
 pub trait ContextHooks {
     /// Adds the terms of an observation whose sufficient statistics were computed when the data were bound. Returns
     /// false if the observation has no such statistics; the caller must then use the data.

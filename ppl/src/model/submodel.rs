@@ -202,7 +202,7 @@ impl<C: Context> Context for Predicting<'_, C> {
 
 impl<C: Context> ContextHooks for Predicting<'_, C> {
     fn enter(&mut self, site: &'static Site, _: bool) {
-        // predictions do not affect the density
+        // the submodel counts as static, because predictions do not affect the density
         self.0.enter(site, true);
     }
 

@@ -30,7 +30,7 @@ pub(crate) enum UnknownsFrom<'y> {
 /// Reader of coordinates in order.
 pub(crate) struct CoordinateReader<'y> {
     coordinates: std::slice::Iter<'y, f64>,
-    /// Whether the model has requested more coordinates than the point has.
+    /// Whether the model has requested more coordinates than the point contains.
     short: bool,
 }
 
@@ -113,8 +113,8 @@ impl<'y> Trace<'y> {
         let mut at = self.label(site);
         let missing = format!("{}.missing", at.name);
         if at.stacked {
-            // neither quantity has all entries of the loop, so that the named dimension of the loop cannot be the
-            // dimension of either
+            // each of the two quantities has only some of the entries of the loop, so that the named dimension of
+            // the loop is a dimension of neither quantity
             let plates = std::mem::take(&mut at.plates);
             let plate = if let [plate] = plates[..] { Some(plate) } else { None };
             let entries = &self.record.entries;

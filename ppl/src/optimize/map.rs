@@ -279,7 +279,8 @@ fn newton_gain(density: &mut dyn Evaluator, y: &[f64]) -> Result<(f64, bool), Op
     let eigen = negative_hessian(density, y).map_err(Box::new)?.symmetric_eigen();
     let largest = eigen.eigenvalues.amax();
     let along = eigen.eigenvectors.transpose() * gradient;
-    // curvatures below the resolution of the finite differences are replaced by this resolution
+    // a curvature that is smaller than the resolution of the finite differences is replaced by this
+    // resolution
     let floor = 1e-8 * largest;
     let terms = along.iter().zip(&eigen.eigenvalues);
     let gain = terms.map(|(g, h)| 0.5 * g * g / h.abs().max(floor).max(f64::MIN_POSITIVE)).sum();

@@ -33,8 +33,8 @@ impl Column {
         };
         column.len = column.pick(entry).len();
         if let Aspect::LogLikelihood = part {
-            // the log-likelihood has only the dimensions of the loops around the statement; their number follows from
-            // its length
+            // the log-likelihood has only the dimensions of the loops around the statement; the number of its
+            // elements shows how many dimensions these are
             let mut lengths = column.shape.iter().scan(1, |all, &length| {
                 *all *= length;
                 Some(*all)

@@ -150,8 +150,8 @@ impl Posterior {
             }
         }
 
-        // long jumps of the generator make these random streams independent of the sampler's streams, which are
-        // separated by short jumps
+        // long jumps of the generator make the random streams of predictions and prior draws independent of the
+        // sampler's streams, which are separated by short jumps
         let mut prior_rng = Xoshiro256PlusPlus::seed_from_u64(seed);
         prior_rng.long_jump();
         let mut streams = prior_rng.clone();

@@ -3,7 +3,8 @@
 
 /// A value on which a statement `place ~ D` can condition, convertible to the value type of `D`.
 ///
-/// Implemented for data (`f64`, counts, flags), unknowns, and arrays, slices and vectors of these.
+/// Implemented for data (`f64`, counts, flags), unknowns, and arrays, slices and vectors of data or
+/// unknowns.
 ///
 /// A datum of a scalar type is also a linear form: its value, with its derivatives with respect to the scalars on which
 /// it depends. Formulas, linear predictors and intercepts of regressions are such data.

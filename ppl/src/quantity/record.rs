@@ -65,29 +65,30 @@ pub struct Record {
     pub unconstrained: Vec<f64>,
     /// Labels of the entries along dimensions, by the name of the dimension.
     pub coordinates: Coordinates,
-    /// Sum of all `factor` terms; `None` if there are none.
+    /// Sum of all `factor` terms; `None` if there are no `factor` terms.
     pub(crate) factors: Option<f64>,
     /// Names of observations that were not executed because their plates (loops of the model) were empty.
     pub(crate) without_data: Vec<String>,
 }
 
 impl Record {
-    /// Entry of the named quantity.
+    /// Returns the entry of the named quantity.
     pub fn get(&self, name: &str) -> Option<&Entry> {
         self.entries.iter().find(|entry| entry.variable.name == name)
     }
 
-    /// Values of the named quantity.
+    /// Returns the values of the named quantity.
     pub fn values(&self, name: &str) -> Option<&[f64]> {
         self.get(name).map(|entry| entry.values.as_slice())
     }
 
-    /// Replicate of the named observed quantity, that is, data simulated at this point.
+    /// Returns the replicate of the named observed quantity, that is, data simulated at this point.
     pub fn replicate(&self, name: &str) -> Option<&[f64]> {
         self.get(name).map(|entry| entry.replicate.as_slice())
     }
 
-    /// Log likelihood at this point: the sum over all observations and `factor` terms.
+    /// Returns the log likelihood at this point: the sum of the log densities of all observations
+    /// and of all `factor` terms.
     pub(crate) fn log_likelihood(&self) -> f64 {
         let observed = self.entries.iter().flat_map(|entry| &entry.log_likelihood);
         observed.sum::<f64>() + self.factors.unwrap_or(0.0)

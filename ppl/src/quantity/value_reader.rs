@@ -15,7 +15,8 @@ impl<'y> ValueReader<'y> {
         Self { values: values.collect(), problem: None }
     }
 
-    /// Overwrites `value` with the next numbers of the named quantity; no effect if the name has no values.
+    /// Overwrites `value` with the next numbers of the named quantity. Has no effect if no values were
+    /// given for this name.
     pub(crate) fn overwrite<V: Recordable>(&mut self, name: &str, value: &mut V) {
         let Some((_, numbers, read)) = self.values.iter_mut().rev().find(|(key, ..)| *key == name)
         else {

@@ -5,7 +5,7 @@ use super::logistic::logistic;
 use super::root::tail_quantile;
 use super::{HALF_LN_2PI, Tail, deviance};
 
-/// Combination δ(a) + δ(b) − δ(a + b) of Stirling errors δ, see [`stirling_error`].
+/// The sum δ(a) + δ(b) − δ(a + b) of Stirling errors δ, see [`stirling_error`].
 fn stirling_part(a: f64, b: f64) -> f64 {
     stirling_error(a) + stirling_error(b) - stirling_error(a + b)
 }
@@ -13,7 +13,7 @@ fn stirling_part(a: f64, b: f64) -> f64 {
 /// ln B(a, b) = ln Γ(a) + ln Γ(b) − ln Γ(a + b) for a, b > 0, without cancellation of large terms.
 pub fn ln_beta(a: f64, b: f64) -> f64 {
     let powers = a * (b / a).ln_1p() + b * (a / b).ln_1p();
-    // ½ ln((a + b)/(a b)) = ½ ln(1/a + 1/b)
+    // the term ½ ln((a + b)/(a b)) is computed as ½ ln(1/a + 1/b)
     stirling_part(a, b) - powers + 0.5 * (a.recip() + b.recip()).ln() + HALF_LN_2PI
 }
 

@@ -21,7 +21,7 @@ pub struct Share {
 }
 
 impl Share {
-    /// Share from x and its complement 1 − x.
+    /// Creates the pair from x and its complement 1 − x.
     pub fn new(x: f64, complement: f64) -> Self {
         let ln = |x: f64, complement: f64| if x > 0.5 { (-complement).ln_1p() } else { x.ln() };
         Self { x, complement, ln_x: ln(x, complement), ln_complement: ln(complement, x) }
@@ -36,7 +36,7 @@ impl Share {
         ln_beta_power(a, b, self.x, self.complement)
     }
 
-    /// Share with x and 1 − x exchanged.
+    /// The pair with x and 1 − x exchanged.
     fn reversed(self) -> Self {
         let Self { x, complement, ln_x, ln_complement } = self;
         Self { x: complement, complement: x, ln_x: ln_complement, ln_complement: ln_x }

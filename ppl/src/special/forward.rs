@@ -49,5 +49,6 @@ impl<const N: usize> Forward<N> {
     }
 }
 
-/// Largest number of terms of a continued fraction or series, far above the number that a convergent one needs.
+/// Largest number of terms of a continued fraction or series, far above the number of terms that a convergent
+/// fraction or series needs.
 pub(super) const MOST_TERMS: f64 = 1e7;

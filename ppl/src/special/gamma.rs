@@ -108,7 +108,8 @@ pub fn stirling_error(x: f64) -> f64 {
     inverse * (STIRLING_ERROR[0] + u * even.0 - even.1 + odd)
 }
 
-/// ln x − ψ(x) > 0 for x > 0, the form in which the digamma function occurs in derivatives of densities.
+/// The positive function ln x − ψ(x) for x > 0. The digamma function ψ occurs in this form in
+/// derivatives of densities.
 pub fn ln_minus_digamma(x: f64) -> f64 {
     if x.is_nan() || x <= 0.0 {
         return f64::NAN;

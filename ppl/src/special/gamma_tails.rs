@@ -48,7 +48,8 @@ fn gamma_lower(a: f64, x: f64, ln_x: f64) -> LnProbability<1> {
         true => a * ln_x - ln_gamma(a + 1.0),
         false => ln_gamma_power(a, x),
     };
-    // derivative ln x − ψ(a + 1) of the logarithm of the factor before the sum
+    // the logarithm of the factor before the sum has the derivative ln x − ψ(a + 1) with respect to
+    // a
     let in_power = match a < 1.0 || x < f64::MIN_POSITIVE {
         true => ln_x - digamma(a + 1.0),
         false => ln_ratio(x, a) + ln_minus_digamma(a) - a.recip(),

@@ -15,11 +15,11 @@ pub struct LnProbability<const N: usize> {
 }
 
 impl<const N: usize> LnProbability<N> {
-    /// Probability 0 for all values of the parameters.
+    /// The probability 0, for all values of the parameters.
     pub const IMPOSSIBLE: Self = Self { ln: f64::NEG_INFINITY, slopes: [0.0; N] };
-    /// Probability 1 for all values of the parameters.
+    /// The probability 1, for all values of the parameters.
     pub const CERTAIN: Self = Self { ln: 0.0, slopes: [0.0; N] };
-    /// Result for invalid parameters: NaN.
+    /// NaN, the result for invalid parameters.
     pub(super) const UNDEFINED: Self = Self { ln: f64::NAN, slopes: [f64::NAN; N] };
 
     /// Creates a log probability. A logarithm that is positive because of rounding is set to 0.
@@ -27,7 +27,7 @@ impl<const N: usize> LnProbability<N> {
         Self { ln: if ln > 0.0 { 0.0 } else { ln }, slopes }
     }
 
-    /// Probability 1 − P of the complement.
+    /// Returns the probability 1 − P of the complement.
     pub fn complement(self) -> Self {
         if self.ln == f64::NEG_INFINITY {
             return Self::CERTAIN;

@@ -123,7 +123,7 @@ pub(crate) struct Hyperbolic {
     pub(crate) sech: f64,
     /// |y|.
     pub(crate) size: f64,
-    /// (1 + e^{−2|y|})/2, so that ln cosh y = `size` + ln `shrink`.
+    /// The number (1 + e^{−2|y|})/2, so that ln cosh y = `size` + ln `shrink`.
     pub(crate) shrink: f64,
 }
 

@@ -128,7 +128,8 @@ pub fn half_normal_quantile(p: f64) -> f64 {
     z - (normal_from_zero(z) - 0.5 * p) / density(z)
 }
 
-/// Probability P of α < Z < β for a standard normal Z, and the terms of its derivatives.
+/// Probability P of α < Z < β for a standard normal Z, and the two terms from which its derivatives
+/// are computed.
 #[derive(Clone, Copy, Debug)]
 pub struct NormalInterval {
     /// ln P(α < Z < β).
@@ -156,7 +157,7 @@ impl NormalInterval {
     /// Computes the probability for β ≥ |α|.
     fn right(alpha: f64, beta: f64) -> Self {
         let width = beta - alpha;
-        // decrease of the log density over the interval, ln φ(α) − ln φ(β)
+        // ln φ(α) − ln φ(β), the decrease of the log density over the interval
         let drop = if beta == f64::INFINITY { f64::INFINITY } else { 0.5 * width * (beta + alpha) };
         // `relative` is the probability divided by φ(α)
         let ln_density = -0.5 * alpha * alpha - HALF_LN_2PI;

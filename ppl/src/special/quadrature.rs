@@ -2,8 +2,8 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-/// Computes the integral of f from 0 to `length`, for a function f that is smooth between these limits. For an
-/// infinite length, `scale` is the length scale on which f decays.
+/// Computes the integral of f from 0 to `length`, for a function f that is smooth between 0 and `length`. For
+/// an infinite length, `scale` is the length scale on which f decays.
 ///
 /// The relative accuracy is about 1e-12 if f does not change its sign, and if f behaves like a power of the distance
 /// or decays faster at both ends.

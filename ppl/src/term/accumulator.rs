@@ -60,7 +60,7 @@ impl<R: Scalar> Joined<R> {
         (value, terms.number())
     }
 
-    /// Returns the sum of the added terms; 0 if there are none.
+    /// Returns the sum of the added terms; 0 if no terms were added.
     #[inline(always)]
     pub(crate) fn number(self) -> R {
         self.0.unwrap_or_else(|| R::from(0.0))

@@ -233,7 +233,8 @@ impl<A: Formula> Neg for Expression<A> {
     }
 }
 
-/// Implements an operator between formulas, and between a formula and a datum, a scalar, or a reference to one.
+/// Implements an operator between formulas, and between a formula and a datum, a scalar, or a reference to a
+/// scalar.
 macro_rules! arithmetic {
     ($Op:ident, $op:ident, |$a:ident, $b:ident| $rule:expr) => {
         impl<A: Formula, B: Formula<Number = A::Number>> $Op<Expression<B>> for Expression<A> {

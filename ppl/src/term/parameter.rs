@@ -3,7 +3,8 @@
 use crate::number::real::Real;
 use crate::number::scalar::Scalar;
 
-/// A parameter of a distribution, convertible to `f64`: `f64`, any [`Scalar`], or a reference to one.
+/// A parameter of a distribution, convertible to `f64`: an `f64`, any [`Scalar`], or a reference to
+/// an `f64` or a scalar.
 pub trait Parameter: Copy {
     /// Value of the parameter.
     fn number(self) -> f64;

@@ -165,8 +165,8 @@ impl<S: Scalar, const N: usize> Sums<S, N> {
         self.part(i)
     }
 
-    /// Element `i` in a formula, where `i` differs between iterations. Since the sum of the adjoint is not on the
-    /// tape, the compiler knows that a write to the sum does not change the data.
+    /// Element `i` in a formula, where `i` differs between iterations. The sum of the adjoint is not stored on
+    /// the tape. The compiler therefore knows that an addition to the sum does not change the data of the loop.
     #[inline(always)]
     pub fn __own(&self, i: usize) -> Expression<Summed<'_, Real<S>, false>> {
         self.part(i)

@@ -6,8 +6,8 @@
 //! | [`Ascending`] | ordered values in an interval | ordered coordinates of the interval, by exponential gaps |
 //! | [`Simplex`] | shares whose sum is 1 | stick-breaking |
 //!
-//! [`Domain`] and [`SmoothDomain`] are the traits of these sets of values; a user-defined distribution names its
-//! domain.
+//! [`Domain`] and [`SmoothDomain`] are the traits of sets of values; a user-defined distribution names its set
+//! of values, the domain.
 //!
 //! [`LkjCholesky`](crate::LkjCholesky) documents the map of the Cholesky factors of correlation matrices.
 //!

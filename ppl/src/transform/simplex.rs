@@ -10,8 +10,8 @@ const ROUNDING: f64 = 1e-8;
 ///
 /// The map from K − 1 coordinates y breaks a stick of length 1: zₖ = σ(yₖ − ln(K − 1 − k)) is the fraction of the
 /// remaining stick that share k takes, for k = 0, …, K − 2, and the last share is the rest. At y = 0 all shares are
-/// 1/K. The log-Jacobian is that of the first K − 1 shares, Σₖ [ln zₖ + ln(1 − zₖ) + ln restₖ]. The map is computed with
-/// logarithms, so that shares far below 1e-300 have finite log densities.
+/// 1/K. The log-Jacobian belongs to the first K − 1 shares and is Σₖ [ln zₖ + ln(1 − zₖ) + ln restₖ]. The map is
+/// computed with logarithms, so that shares far below 1e-300 have finite log densities.
 ///
 /// # References
 /// Stan Reference Manual, "Unit simplex".

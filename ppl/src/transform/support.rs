@@ -28,7 +28,7 @@ pub enum Support<R> {
 }
 
 impl<R: Scalar> Support<R> {
-    /// Point at the unconstrained coordinate `y`, and the log-Jacobian.
+    /// Returns the constrained value for the unconstrained coordinate `y`, and the log-Jacobian.
     #[inline(always)]
     pub fn constrain(&self, y: R) -> (R, R) {
         let log_jacobian = match *self {
@@ -42,7 +42,7 @@ impl<R: Scalar> Support<R> {
         (self.point(y), log_jacobian)
     }
 
-    /// Point at the unconstrained coordinate `y`.
+    /// Returns the constrained value for the unconstrained coordinate `y`.
     #[inline(always)]
     pub(crate) fn point(&self, y: R) -> R {
         self.replace(y, &mut Joined::default())
@@ -93,7 +93,7 @@ impl<R: Scalar> Support<R> {
         self.replace(y, terms)
     }
 
-    /// Unconstrained coordinate of the value `x`; infinite at an end of the support.
+    /// Returns the unconstrained coordinate of the value `x`; infinite at an end of the support.
     pub fn unconstrain(&self, x: f64) -> f64 {
         match self {
             Self::Real => x,
@@ -103,7 +103,7 @@ impl<R: Scalar> Support<R> {
         }
     }
 
-    /// Lower and upper end of the support; ±∞ if the support has no such end.
+    /// Returns the lower and the upper end of the support; ±∞ if the support has no such end.
     pub fn bounds(&self) -> (f64, f64) {
         match self {
             Self::Real => (f64::NEG_INFINITY, f64::INFINITY),

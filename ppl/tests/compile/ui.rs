@@ -75,7 +75,7 @@ fn shown(error: &Value) -> (u64, u64, String) {
     (line, column, shown)
 }
 
-/// Every mistake gives one error, in its own line, with the expected message.
+/// Every mistake gives one error, in the line of the mistake, with the expected message.
 #[test]
 fn one_mistake_is_one_error() {
     let version = rustc().arg("--version").output();

@@ -263,7 +263,8 @@ ppl::model! {
     }
 }
 
-/// Checks readings on the tape: no operation may begin while the arguments of another operation are written.
+/// Checks that entries can be read on the tape: no operation may begin while the arguments of another
+/// operation are written.
 #[test]
 fn readings_on_the_tape() {
     let data = [[0.3, -0.2, 0.9], [1.0, 0.4, -0.7]];

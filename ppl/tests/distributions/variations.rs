@@ -1,4 +1,5 @@
-//! Arrays and vectors of independent values: density, gradient and draws equal those of the elements.
+//! Arrays and vectors of independent values: density, gradient and draws equal the results for
+//! separate elements.
 
 use ppl::Dual;
 use ppl::prelude::*;

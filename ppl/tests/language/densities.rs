@@ -142,7 +142,8 @@ fn ln_normal(x: f64, mean: f64, sd: f64) -> f64 {
     -0.5 * ((x - mean) / sd).powi(2) - sd.ln() - 0.5 * std::f64::consts::TAU.ln()
 }
 
-/// A factor adds to the log-density, with and without unknowns; a sum over components is a mixture.
+/// A `factor` statement adds to the log-density, with and without unknowns; a sum over components
+/// is a mixture.
 #[test]
 fn factors_in_closed_form() {
     let ys = [-1.0, 0.5, 2.0];
@@ -211,7 +212,7 @@ fn wide<S: Scalar>(mean: S, y: S) -> S {
     Normal(mean, 10.0).ln_density(&y)
 }
 
-/// Φ in a user's function, in place of the method of the crate.
+/// A function of the user that computes Φ instead of calling the method of the crate.
 fn ndtr<S: Scalar>(x: S) -> S {
     x.normal_cdf()
 }
@@ -248,7 +249,7 @@ fn formulas_are_numbers_in_functions() {
     assert_gradient("probit", &model);
 }
 
-/// A density that a model computes with includes the constants that a statement may omit.
+/// A density with which a model computes includes the constants that a statement may omit.
 #[test]
 fn densities_by_hand_are_complete() {
     let ys = [0.3, -0.2];

@@ -8,7 +8,8 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use crate::densities::{assert_gradient, assert_same};
 
 ppl::model! {
-    /// The autoregression of Stan's manual: the first value is stationary, each later one depends on its predecessor.
+    /// The autoregression of Stan's manual: the first value has the stationary distribution, and each later value
+    /// depends on the previous value.
     fn autoregression(y: &[f64]) {
         let phi ~ Uniform(-1.0, 1.0);
         let sd ~ HalfNormal(1.0);

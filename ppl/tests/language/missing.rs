@@ -90,7 +90,7 @@ fn density_in_closed_form() {
     for (r, f) in reverse.iter().zip(forward) {
         approx::assert_relative_eq!(*r, f, max_relative = 1e-12);
     }
-    // ∂/∂a: its own density, and the regression on it
+    // ∂/∂a: contributions of the density of `a`, and of the regression on `a`
     let by_hand = -(a - 1.0) / 0.25 + slope * (1.0 - slope * a) / 0.04;
     approx::assert_relative_eq!(reverse[1], by_hand, max_relative = 1e-12);
 

@@ -134,7 +134,7 @@ ppl::model! {
         }
     }
 
-    /// A mixture by hand, in addition to a factor without unknowns and one with unknowns.
+    /// A mixture by hand, in addition to a factor without unknowns and a factor with unknowns.
     pub(crate) fn mixture(ys: &[f64], weight: f64) {
         let share ~ Beta(2.0, 2.0);
         let centre ~ Normal(0.0, 1.0).array::<2>();
@@ -182,7 +182,8 @@ ppl::model! {
         factor(-value.square());
     }
 
-    /// An inner loop that continues the outer loop, which carries a state.
+    /// An inner loop that continues the outer loop; the outer loop passes a state from iteration to
+    /// iteration.
     pub(crate) fn jumps(rows: &[[f64; 3]]) {
         let mu ~ Normal(0.0, 1.0);
         let sd ~ HalfNormal(1.0);
@@ -210,7 +211,7 @@ ppl::model! {
         }
     }
 
-    /// A state that a loop carries from datum to datum.
+    /// A state that a loop passes from datum to datum.
     pub(crate) fn walk(ys: &[f64]) {
         let phi ~ Uniform(-1.0, 1.0);
         let sd ~ HalfNormal(1.0);

@@ -2,7 +2,7 @@
 
 use ppl::prelude::*;
 
-/// A type with the name of a const parameter; no value of it exists.
+/// A type with the name of a const parameter; the type has no values.
 #[expect(dead_code)]
 struct V;
 

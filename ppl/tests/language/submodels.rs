@@ -14,7 +14,7 @@ ppl::model! {
         offset
     }
 
-    /// A submodel that calls another twice and has an unknown `level` itself.
+    /// A submodel that calls another submodel twice and declares an unknown `level`.
     fn two_ways(rows: usize, columns: usize) -> (Vec<Real>, Vec<Real>) {
         let level ~ Normal(0.0, 5.0);
         let row ~ offsets(level, 1.0, rows);
@@ -165,7 +165,8 @@ fn names_have_those_of_the_submodels_in_front() {
     assert_eq!(names(&by_function(1.0))[0], ("x", &[][..], Parameter));
 }
 
-/// A submodel has the density of its statements written out, and the same gradient by tape and by dual numbers.
+/// A submodel has the same density as its statements written in the calling model, and the same gradient by
+/// tape and by dual numbers.
 #[test]
 fn densities_are_those_of_the_statements() {
     let (parts, whole) = (table(2, 3, &CELLS), table_at_length(2, 3, &CELLS));
@@ -380,7 +381,8 @@ ppl::model! {
     }
 }
 
-/// Formulas, plates and linear predictors of a submodel have the derivatives of its body in place.
+/// Formulas, plates and linear predictors of a submodel have the same derivatives as the statements
+/// of the submodel written in the calling model.
 #[test]
 fn plates_of_a_submodel_are_those_of_its_body() {
     let x = [[0.3, 1.0], [-0.7, 2.0], [1.1, -1.0], [0.2, 0.4]];

@@ -143,7 +143,7 @@ ppl::model! {
     }
 }
 
-/// Data that count how often a model reads one of them.
+/// Data that count how often a model reads a datum.
 struct Counted {
     values: Vec<f64>,
     looks: AtomicUsize,
@@ -237,7 +237,8 @@ fn data_are_gone_through_when_they_are_bound() {
     assert_eq!(data.looks.load(Ordering::Relaxed), bound);
 }
 
-/// Every datum keeps its own log-likelihood and its own replicate.
+/// With sufficient statistics too, every datum has a separate log-likelihood and a separate
+/// replicate.
 #[test]
 fn records_are_not_pooled() {
     let y = [1.3, -0.4];
@@ -292,7 +293,8 @@ ppl::model! {
     }
 }
 
-/// Rows whose length is known only at run time are summed up once, too; rows of different lengths are refused.
+/// Sums over rows whose length is known only at run time are also computed once; rows of different lengths are
+/// rejected.
 #[test]
 fn rows_of_a_size_known_at_run_time_are_summed_up() {
     let data: Vec<Vec<f64>> = (0..7)

@@ -1,4 +1,4 @@
-//! Invalid input is refused with an error that names it, before any work is lost.
+//! Invalid input is rejected with an error that names the input, before any work is lost.
 
 use ppl::prelude::*;
 use ppl::{Bound, Map, Model, OptimizeError, Posterior, WarningKind, Workspace};

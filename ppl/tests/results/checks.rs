@@ -50,8 +50,8 @@ fn failures_tell_all_numbers() {
     Estimate::of_mean("mu", &chains, 0.5).reference_error(1.0).within_mcse(4.0);
 }
 
-/// Chains in two modes fail the check of a mean, an sd and a median, whatever value is expected; so does a short chain
-/// with strong autocorrelation.
+/// Chains in two modes fail the check of a mean, an sd and a median, whatever value is expected; a short chain with
+/// strong autocorrelation fails the check too.
 #[test]
 fn chains_that_do_not_mix_confirm_nothing() {
     let mut owned = normal_chains(2);

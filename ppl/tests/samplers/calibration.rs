@@ -12,7 +12,8 @@ const FALSE_ALARMS: f64 = 1e-4;
 const FOUND: f64 = 1e-6;
 
 ppl::model! {
-    /// A level and a scale; the scale's prior is not normal, so that the posterior is skewed and correlated.
+    /// A level and a scale. The prior of the scale is not normal, so that the posterior is skewed and
+    /// correlated.
     fn measured(y: &[f64]) {
         let level ~ Normal(0.5, 1.0);
         let sd ~ LogNormal(-0.3, 0.5);

@@ -151,8 +151,8 @@ fn a_good_screen_saves_expensive_evaluations() {
     assert!(many < 0.6 * one, "{many} and {one} expensive evaluations per effective draw");
 }
 
-/// If the screening density has lighter tails than the target, chains stick far out; raised to a power that widens it,
-/// it releases them.
+/// If the screening density has lighter tails than the target, chains stick far out; a screening density that is
+/// widened by an exponent releases the chains.
 #[test]
 fn a_narrow_screen_is_widened_by_a_power() {
     let target = Gaussian::autoregressive(4, 0.5, 1.0, 2.0);
@@ -220,7 +220,7 @@ ppl::model! {
 }
 
 ppl::model! {
-    /// The same unknowns as the expensive model, with another likelihood.
+    /// A model with the same unknowns as the expensive model and another likelihood.
     fn cheap(centre: f64, error: f64) {
         let mu ~ Normal(0.0, 2.0);
         let sd ~ HalfNormal(2.0);

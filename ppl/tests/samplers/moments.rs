@@ -1,4 +1,5 @@
-//! Means and variances within four standard errors; a right sampler fails one such check in 16 000.
+//! Means and variances within four standard errors; a correct sampler fails one of 16 000 such
+//! checks.
 
 use ppl::check::{CheckFailure, Estimate};
 use ppl::{Metropolis, Nuts};
@@ -128,7 +129,7 @@ fn a_funnel_diverges_in_its_neck() {
 }
 
 /// Of two modes 20 standard deviations apart every chain visits one: the check of the mean fails for every expected
-/// value, although the standard error would allow each of them.
+/// value, although the standard error would allow each expected value.
 #[test]
 fn chains_in_separate_modes_confirm_no_mean() {
     let target = two_modes(1, 10.0, 0.5);

@@ -56,8 +56,8 @@ fn kinds(chains: &Chains) -> Vec<StartKind> {
     chains.chains.iter().map(|chain| chain.warmup.start_kind).collect()
 }
 
-/// With loads in kilonewtons the uniform starts have a density above zero, in newtons none has; both runs have the same
-/// posterior.
+/// With loads in kilonewtons the uniform starts have a density above zero, with loads in newtons no uniform start has
+/// a positive density; both runs have the same posterior.
 #[test]
 fn chains_start_at_prior_draws_where_uniform_starts_have_no_density() {
     let in_kn: Vec<f64> = LOADS.iter().map(|load| load / 1000.0).collect();

@@ -18,7 +18,7 @@ fn acceptance(stats: &[DrawStats]) -> f64 {
     stats.iter().map(|s| s.acceptance).sum::<f64>() / stats.len() as f64
 }
 
-/// The chains of runs with four seeds; an assertion about the adaptation must hold for each of them.
+/// The chains of runs with four seeds; an assertion about the adaptation must hold for each run.
 fn each_seed(run: impl Fn(u64) -> Result<Chains, RunError>) -> Vec<Chain> {
     (1..=4).flat_map(|seed| run(seed).expect("runs").chains).collect()
 }
@@ -133,8 +133,8 @@ fn late_divergences_raise_the_target() {
     assert!(chains.iter().any(|c| c.warmup.target_raised.is_some()));
 }
 
-/// The decisions of the warmup at every switch: (draw, kind of map or `=` if the previous map was kept, whether the
-/// step size was restarted).
+/// The decisions of the warmup at every update of the mass matrix: the draw, the kind of the new matrix (`=` if the
+/// previous matrix was kept), and whether the step size was restarted.
 fn decisions(nuts: Nuts<'_>, target: &Gaussian) -> Vec<(usize, char, bool)> {
     let chains = nuts.chains(1).draws(1).seed(3).run(target).expect("runs").chains;
     let report = &chains[0].warmup;
@@ -197,8 +197,8 @@ fn many_coordinates_get_a_low_rank_map() {
     assert!(4.0 * ours < stan, "{ours:.1} against {stan:.1}");
 }
 
-/// Gradient evaluations per effective draw, without the warmup (0) or with it (1); the mean over three seeds, as the
-/// result of one seed varies by a fifth.
+/// Gradient evaluations per effective draw, without the warmup (0) or with it (1); the mean over three seeds,
+/// because the results of single seeds vary by a fifth.
 fn cost(nuts: &Nuts<'_>, density: &impl LogDensity, with_warmup: usize) -> f64 {
     let of = |seed| {
         let chains = nuts.clone().seed(seed).run(density).expect("runs");

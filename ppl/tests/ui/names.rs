@@ -1,4 +1,4 @@
-//! Names: one rule, one meaning each. Every model has one mistake, marked by `//~`.
+//! Mistakes in names. Every model has one mistake, marked by `//~`.
 use ppl::prelude::*;
 
 ppl::model! {

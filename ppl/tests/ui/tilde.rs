@@ -1,4 +1,4 @@
-//! Mistakes around `~`. Every model has one, marked by `//~`.
+//! Mistakes around `~`. Every model has one mistake, marked by `//~`.
 use ppl::prelude::*;
 
 ppl::model! {

@@ -1,5 +1,5 @@
-//! Statements as they stand while they are written: what they declare is there for the others.
-//! Every model has one mistake, marked by `//~`.
+//! Incomplete statements, as they occur while code is typed: other statements can still use the
+//! names that these statements declare. Every model has one mistake, marked by `//~`.
 use ppl::prelude::*;
 
 ppl::model! {

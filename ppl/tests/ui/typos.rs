@@ -1,4 +1,4 @@
-//! Misspelt names are rustc's errors, at the user's token, once. Marked by `//~`.
+//! Misspelt names: rustc reports one error for each name, at the user's token. Marked by `//~`.
 use ppl::prelude::*;
 
 ppl::model! {

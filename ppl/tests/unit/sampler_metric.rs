@@ -159,7 +159,8 @@ fn the_better_kind_is_chosen() {
     assert!(condition < 8.0, "condition {condition}, 50 with the best diagonal");
 }
 
-/// The current matrix is kept if it is better than every matrix that the window gives; otherwise it is replaced.
+/// The current matrix is kept if it is better than every matrix that is fitted to the window; otherwise it is
+/// replaced.
 #[test]
 fn a_good_map_is_kept() {
     let (sample, covariance) = normal(8, 50.0, 12, 6);

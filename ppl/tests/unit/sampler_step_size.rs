@@ -30,8 +30,8 @@ fn golden_sequence() {
     }
 }
 
-/// With a smooth function in place of the acceptance of HMC, the tuned step approaches the target. The bias decreases
-/// as t^(−1/4), the rate at which the average forgets its first values.
+/// With a smooth function of the step size instead of the acceptance probability of HMC, the tuned step approaches
+/// the target. The bias decreases as t^(−1/4), the rate at which the average forgets its first values.
 #[test]
 fn solves_for_the_target() {
     let acceptance = |step: f64| (-step * step).exp();

@@ -15,11 +15,11 @@ const MOST_POINTS: usize = 1 << 14;
 
 /// Intervals of Sobol indices, each as `[lower, upper]`.
 ///
-/// A Sobol index is a sum of squares of coefficients, which is biased upwards by errors of the coefficients. The index
-/// of the estimated expansion contains these errors once. The index of an expansion that is drawn from the posterior
-/// contains them twice. The interval is therefore the basic interval (Davison & Hinkley, *Bootstrap Methods and their
-/// Application*, 1997, section 5.2): the estimate minus the quantiles of draw − estimate, clamped to [0, 1]. An upward
-/// bias of the estimate moves the interval down.
+/// A Sobol index is a sum of squares of coefficients, which is biased upwards by errors of the coefficients. The
+/// index of the estimated expansion contains these errors once. The index of an expansion that is drawn from the
+/// posterior contains these errors twice. The interval is therefore the basic interval (Davison & Hinkley, *Bootstrap
+/// Methods and their Application*, 1997, section 5.2): the estimate minus the quantiles of draw − estimate, clamped
+/// to [0, 1]. An upward bias of the estimate moves the interval down.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SobolIntervals {
     /// `first[m][i]`: first-order index of output m and input i.

@@ -11,12 +11,12 @@ impl CoefficientPosterior {
     ///
     /// A run at x reduces the leverage ψᵀAψ at another point by (ψᵀAψ_x)²/(1 + h(x)), with A = (ΨᵀΨ)⁻¹, where ψ and
     /// ψ_x are the values of the basis polynomials at the other point and at x (Cohn, *Neural networks* 9 (1996)
-    /// 1071, doi:10.1016/0893-6080(95)00137-9). If the places are draws from a posterior, the average is over the
+    /// 1071, doi:10.1016/0893-6080(95)00137-9). If the points are draws from a posterior, the average is over the
     /// posterior: runs are chosen where the posterior has most of its mass. The chosen points are not close to each
-    /// other, because a run makes a second run near it less useful.
+    /// other, because, after a run, a second run at a nearby point is less useful.
     ///
     /// # Errors
-    /// If a place lies outside the box by more than the tolerance.
+    /// If a point lies outside the box by more than the tolerance.
     ///
     /// ```
     /// use surrogate::{Dataset, DynPce, FitOptions, Input, OrderRule};

@@ -108,7 +108,7 @@ impl CoefficientPosterior {
         Stored { estimate: estimate.clone(), factor, scatter, freedom }.try_into()
     }
 
-    /// The expansion of the least squares estimate.
+    /// Returns the expansion with the coefficients of the least squares estimate.
     pub fn estimate(&self) -> &DynPce {
         &self.estimate
     }
@@ -119,8 +119,8 @@ impl CoefficientPosterior {
         self.freedom
     }
 
-    /// The leverage h(x) = ψ(x)ᵀ(ΨᵀΨ)⁻¹ψ(x): ratio of the variance of the fit at `x` to the variance of the error of
-    /// a single run. ψ(x) contains the values of the basis polynomials at `x`.
+    /// Returns the leverage h(x) = ψ(x)ᵀ(ΨᵀΨ)⁻¹ψ(x), which is the ratio of the variance of the fit at `x` to the
+    /// variance of the error of a single run. ψ(x) contains the values of the basis polynomials at `x`.
     ///
     /// # Errors
     /// If `x` lies outside the box by more than the tolerance, contains NaN, or has the wrong length.
@@ -129,12 +129,12 @@ impl CoefficientPosterior {
         Ok(self.leverage_at_unit(&self.unit(x)))
     }
 
-    /// Covariance s² h(x) of the fit at `x` (outputs × outputs, in the outputs' units): the covariance s² of the error
-    /// of a single run times the leverage h(x). `at` are the values of the outputs at `x`.
+    /// Returns the covariance s² h(x) of the fit at `x` (outputs × outputs, in the outputs' units): the covariance s²
+    /// of the error of a single run times the leverage h(x). `at` are the values of the outputs at `x`.
     ///
-    /// If each run has its own specimen, this is the error of the mean response over specimens. This covariance does
-    /// not include the lack of fit of the polynomial to the response of a single specimen. [`FitReport::lack_of_fit`]
-    /// includes the lack of fit and the scatter between specimens.
+    /// If each run has a separate specimen, this covariance is the error of the mean response over specimens. This
+    /// covariance does not include the lack of fit of the polynomial to the response of a single specimen.
+    /// [`FitReport::lack_of_fit`] includes the lack of fit and the scatter between specimens.
     ///
     /// # Errors
     /// The errors of [`Self::leverage`], and an error if `at` does not have one value per output.

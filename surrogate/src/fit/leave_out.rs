@@ -16,12 +16,13 @@ pub(crate) struct Prefix {
     /// Block H_bb = Q_b Q_bᵀ of the hat matrix for each run b, where Q_b contains the rows of run b of the orthonormal
     /// factor Q of the basis matrix. Within a block, the derivatives are first and the value is last.
     pub(crate) hat: Vec<f64>,
-    /// Trace of (ΨᵀΨ)⁻¹ for the basis matrix Ψ. With the factorisation Ψ = Q R it equals |R⁻¹|²_F.
+    /// Trace of (ΨᵀΨ)⁻¹ for the basis matrix Ψ. With the factorisation Ψ = Q R, the trace equals
+    /// |R⁻¹|²_F.
     pub(crate) trace: f64,
 }
 
-/// Returns the index, among all rows, of row `place` of a run. A run has `block` rows; the value is the last row of
-/// the run.
+/// Returns the index, among all rows, of one row of a run. A run has `block` rows: the rows of its derivatives, and
+/// last the row of its value. `place` is the position of the row among the rows of the run.
 #[inline]
 pub(crate) fn row_of(runs: usize, block: usize, run: usize, place: usize) -> usize {
     if place + 1 == block { run } else { runs + run * (block - 1) + place }
@@ -33,21 +34,21 @@ impl Prefix {
         self.residuals.nrows() / self.runs
     }
 
-    /// Sum over all runs of the leverage of row `place` of the run.
+    /// Returns the sum, over all runs, of the leverage of row `place` of the run.
     pub(crate) fn leverage_at(&self, place: usize) -> f64 {
         let block = self.block();
         self.hat.chunks(block * block).map(|hat| hat[place * (block + 1)]).sum()
     }
 
-    /// Leverages h_i of the values.
+    /// Iterates over the leverages h_i of the value rows, one per run.
     pub(crate) fn leverages(&self) -> impl Iterator<Item = f64> {
         let size = self.block().pow(2);
         self.hat.chunks(size).map(move |hat| hat[size - 1])
     }
 
-    /// Degrees of freedom of the residuals of the values: N − P for N runs and P terms without derivatives. With
-    /// derivatives, the degrees of freedom are N minus the sum of the leverages of the values, because the derivatives
-    /// determine a part of the coefficients.
+    /// Degrees of freedom of the residuals of the value rows (not of the derivatives): N − P for N runs and P terms
+    /// without derivatives. With derivatives, the degrees of freedom are N minus the sum of the leverages of the
+    /// values, because the derivatives determine a part of the coefficients.
     pub(crate) fn freedom(&self) -> f64 {
         match self.block() {
             1 => (self.runs - self.terms) as f64,
@@ -55,7 +56,7 @@ impl Prefix {
         }
     }
 
-    /// Residuals of the values, runs × outputs.
+    /// Returns the residuals of the value rows, runs × outputs.
     pub(crate) fn value_residuals(&self) -> Mat<f64> {
         self.residuals.get(..self.runs, ..).to_owned()
     }
@@ -87,7 +88,7 @@ impl Prefix {
         Some(left_out)
     }
 
-    /// Leave-one-run-out residuals of the values only, runs × outputs.
+    /// Returns the leave-one-run-out residuals of the value rows, runs × outputs.
     pub(crate) fn loo_residuals(&self) -> Option<Mat<f64>> {
         Some(self.left_out()?.get(..self.runs, ..).to_owned())
     }

@@ -19,7 +19,7 @@ use crate::fit::weights::{WeightedFit, fit_weighted};
 pub(crate) struct Orders {
     /// Errors of order 0, 1, ….
     pub(crate) reports: Vec<OrderReport>,
-    /// Fits of the orders that the runs determine.
+    /// Fits of all orders for which the number of runs is sufficient.
     pub(crate) fitted: Vec<Fitted>,
     /// Number of training rows of the split.
     pub(crate) train: usize,

@@ -69,8 +69,8 @@ impl FitReport {
     /// outputs, in the outputs' units).
     ///
     /// For a deterministic model this is the lack of fit: the difference between model and polynomial. If the
-    /// specimens differ between runs, it also includes the scatter of the specimens; for the error of the mean
-    /// response over specimens see [`Self::mean_error`].
+    /// specimens differ between runs, this covariance also includes the scatter of the specimens; for the
+    /// error of the mean response over specimens see [`Self::mean_error`].
     ///
     /// On a logarithmic scale residuals are relative: entry (j, k) of the covariance of the logarithms is multiplied by
     /// the output values `at[j]` and `at[k]`.
@@ -84,7 +84,8 @@ impl FitReport {
     /// Scatter of the runs about the surrogate: s² = RᵀR/(N − P) (outputs × outputs, in the outputs' units), for the
     /// residuals R of N runs and P terms. The output values `at` are needed to convert from a logarithmic scale.
     ///
-    /// If each run has its own specimen, this is the scatter between specimens at equal inputs.
+    /// If each run has a separate specimen, this covariance is the scatter between specimens at
+    /// equal inputs.
     ///
     /// # Errors
     /// If `at` does not have one value per output.
@@ -92,9 +93,9 @@ impl FitReport {
         self.in_units(&self.residual_covariance, 1.0, at)
     }
 
-    /// Error of the surrogate as the mean response over specimens, if each run has its own specimen: s² times the mean
-    /// leverage (outputs × outputs, in the outputs' units). The output values `at` are needed to convert from a
-    /// logarithmic scale.
+    /// Error of the surrogate as an estimate of the mean response over specimens, if each run has a separate
+    /// specimen: s² times the mean leverage (outputs × outputs, in the outputs' units). The output values `at` are
+    /// needed to convert from a logarithmic scale.
     ///
     /// This error estimate assumes that the residuals are scatter between specimens and not lack of fit of the
     /// polynomial. If derivatives were fitted too, this is the jackknife covariance instead, because the errors

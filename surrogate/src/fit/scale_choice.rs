@@ -17,16 +17,16 @@ const WORTHWHILE: f64 = 0.9;
 /// almost linear.
 const LEAST_RATIO: f64 = 1.1;
 
-/// Rule by which the scales of inputs and outputs are chosen; see [`Scale`].
+/// Method by which a linear or logarithmic [`Scale`] is chosen for each input and output.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scales {
-    /// Chosen by the corrected leave-one-out error of the outputs in their own units, which is comparable between
-    /// scales. The search starts from linear scales. Each step changes one input to a logarithmic scale, namely the
-    /// input whose change reduces the error most. The search stops when no such change reduces the error by a tenth.
-    /// At each order, an output is on a logarithmic scale if this reduces the error of the output by a tenth.
-    /// Candidates are inputs with a lower bound above 0 and an upper bound at least a tenth larger, and outputs that
-    /// are above 0 in all rows.
+    /// The scales are chosen by the corrected leave-one-out error of the outputs in the units of the outputs. In
+    /// these units, errors are comparable between scales. The search starts from linear scales. Each step changes
+    /// one input to a logarithmic scale, namely the input whose change reduces the error most. The search stops when
+    /// no such change reduces the error by a tenth. At each order, an output is on a logarithmic scale if the
+    /// logarithmic scale reduces the error of the output by a tenth. Candidates are inputs with a lower bound above
+    /// 0 and an upper bound at least a tenth larger, and outputs that are above 0 in all rows.
     #[default]
     Auto,
     /// All scales are linear.

@@ -14,8 +14,8 @@ pub enum OrderRule {
     /// The order with the least corrected leave-one-out error.
     #[default]
     CorrectedLoo,
-    /// The lowest order whose validation error is within a tolerance of the least validation error: see
-    /// [`Holdout`].
+    /// The lowest order whose validation error exceeds the smallest validation error by at most a
+    /// tolerance, see [`Holdout`].
     Split,
     /// The given order.
     Fixed(usize),
@@ -111,7 +111,8 @@ pub(crate) fn by_loo(orders: &[OrderReport]) -> Option<usize> {
     Some(errors.min_by(|a, b| a.1.total_cmp(&b.1))?.0)
 }
 
-/// The lowest order whose validation error is within the tolerance of the least validation error.
+/// Returns the lowest order whose validation error exceeds the smallest validation error by at most
+/// the tolerance.
 pub(crate) fn by_split(orders: &[OrderReport], tolerance: f64) -> Option<usize> {
     let errors: Vec<_> = orders
         .iter()
@@ -135,7 +136,7 @@ pub(crate) fn mean(x: &[f64]) -> f64 {
     x.iter().sum::<f64>() / x.len() as f64
 }
 
-/// Reference for residuals: values, scales and variances of the outputs.
+/// Data to which a fit is compared: values, scales and variances of the outputs.
 pub(crate) struct Truth<'a> {
     /// Values of the outputs in their units, rows × outputs.
     pub(crate) y: &'a Mat<f64>,

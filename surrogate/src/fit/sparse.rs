@@ -15,8 +15,8 @@ use crate::fit::select::{Holdout, LeaveOneOutError, OrderReport, OrderRule, Trut
 use crate::fit::weights::fit_weighted;
 use crate::multi_index::Truncation;
 
-/// Exponents of the hyperbolic truncations that are tried in addition to the requested truncation. A smaller
-/// exponent gives fewer interaction terms among the candidates.
+/// Exponents q of the hyperbolic truncations that are tried in addition to the requested truncation. A
+/// smaller exponent gives fewer candidate terms with interactions of inputs.
 const EXPONENTS: [f64; 3] = [0.4, 0.6, 0.8];
 
 /// Largest number of candidate terms; with more candidates, a fit would take minutes.

@@ -31,7 +31,7 @@ const RANGE: std::ops::RangeInclusive<f64> = 1e-3..=1e3;
 /// The fits of all orders to all runs.
 pub(crate) struct WeightedFit {
     pub(crate) fit: NestedLeastSquares,
-    /// Fits of the orders that the runs determine.
+    /// Fits of all orders for which the number of runs is sufficient.
     pub(crate) prefixes: Vec<Prefix>,
     /// Weight σ_v/σ_j of the derivatives with respect to the coordinate of each input j on [−1, 1]: standard deviation
     /// of the errors of the values, divided by the standard deviation of the errors of the derivatives. Empty without

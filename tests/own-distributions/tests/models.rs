@@ -79,7 +79,7 @@ fn the_normal_posterior_of_a_walk() {
     check::gradient(&model, 4);
     check::gradient(&walk_of_unknown_step(&[0.3, 0.1, -0.8]), 5);
     let posterior = Nuts::default().chains(2).seed(5).sample(&model).expect("a posterior");
-    // precision [[2 + 4, −1], [−1, 1 + 4]], right-hand side 4 · seen
+    // the precision matrix is [[2 + 4, −1], [−1, 1 + 4]], and the right-hand side is 4 · seen
     let determinant = 6.0 * 5.0 - 1.0;
     let (first, second) = (4.0 * seen[0], 4.0 * seen[1]);
     let mean = [(5.0 * first + second) / determinant, (first + 6.0 * second) / determinant];

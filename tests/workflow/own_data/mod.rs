@@ -1,4 +1,5 @@
-//! A user's own curves, from the shipped example to the posterior, and possible mistakes.
+//! Curves that a user has measured, from the shipped example to the posterior, and possible
+//! mistakes.
 
 mod refused;
 mod verdicts;
@@ -57,7 +58,8 @@ fn readings(text: &str, change: impl Fn(f64, f64) -> (f64, f64)) -> String {
     text.lines().map(line).collect()
 }
 
-/// The steps of the README: `init --own-data`, own curves in place of the examples, `run`.
+/// The steps of the README: `init --own-data`, the curves of the user instead of the examples,
+/// `run`.
 #[test]
 fn a_folder_of_curves_becomes_a_posterior() {
     let dir = tempfile::tempdir().unwrap();
@@ -193,7 +195,7 @@ fn edited_products_are_used_and_never_replaced() {
         rows.iter().map(|row| number(row, "peak_force_N")).collect()
     };
 
-    // the edited copy of a curve in the results is used in place of the original
+    // the edited copy of a curve in the results is used instead of the original
     let (before, copy) = (peaks(), "experiments/curves/S-02.csv");
     let whole = read(copy);
     edit(&out.join(copy), |text| readings(text, |u, f| (u, 1.1 * f)));

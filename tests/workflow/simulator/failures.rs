@@ -8,8 +8,8 @@ use std::time::{Duration, Instant};
 use super::super::{breccia, start, table, without_seconds};
 use super::{CASE, SOLVER, check_posterior, folder, run, solved, work};
 
-/// Runs that fail, hang or write nothing useful are recorded with their reasons, and the others are calibrated. Other limits
-/// repeat the failed runs alone.
+/// Runs that fail, hang or write nothing useful are recorded with their reasons, and the calibration uses all other
+/// runs. If the limits change, only the failed runs are repeated.
 #[test]
 fn failing_and_hanging_runs_are_left_out_and_tried_again_under_other_limits() {
     let bad = "case $2 in 3) echo 'no convergence in step 7'; exit 3;; 4) sleep 60;; 5) exit 0;; \

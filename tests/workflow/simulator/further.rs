@@ -24,7 +24,7 @@ fn processes_and_studies_share_the_runs_of_a_program() {
     std::fs::write(dir.path().join("study.toml"), study).unwrap();
     let (code, _, err) = breccia(dir.path(), &["study", "study.toml", "--out", "study"]);
     assert_eq!(code, Some(0), "{err}");
-    // the cases have the same runs of the design; each has two runs of its own to confirm its mode
+    // the cases have the same runs of the design; each case also has two runs that confirm its mode
     assert_eq!((3..=10).map(|run| solved(dir.path(), run)).sum::<usize>(), 8);
     assert!(dir.path().join("study/report.html").is_file());
 }

@@ -27,7 +27,8 @@ const STILL: f64 = 0.002;
 /// Number of steps of a fit; each step fits first the brightness of the two classes (matrix, grain) and then the
 /// profiles.
 const STEPS: usize = 20;
-/// Means over fewer voxels of a class (matrix or grain) in a ring of a layer are not used.
+/// Smallest number of voxels of a class (matrix or grain) in a ring of a layer. Means over fewer
+/// voxels are not used.
 const LEAST: u64 = 5;
 
 /// Factor by which the grey value minus the grey value of air is dimmed, as a function of the position.
@@ -52,7 +53,8 @@ struct Factors<'a> {
     axial: f64,
 }
 
-/// Mean brightness above air of one class (matrix or grain) in a ring of a layer.
+/// Mean brightness (grey value minus the grey value of air) of one class (matrix or grain) in a
+/// ring of a layer.
 struct Mean {
     s: f64,
     t: f64,

@@ -21,7 +21,7 @@ use crate::volume::{Volume, neighbour_steps};
 const BAND: usize = 2;
 /// Edge length, in voxels, of the blocks over which grey values are averaged.
 const BLOCK: usize = 24;
-/// In a block with this number of voxels, the mean of the block and the global value have equal weights.
+/// Number of voxels at which the mean of a block gets the same weight as the global value.
 const ENOUGH: f64 = 300.0;
 /// Integer that represents the volume of one voxel; volumes are summed as integers.
 const UNIT: f64 = 65536.0;

@@ -1,11 +1,12 @@
 //! Correction of grey values at the wall of a cylinder, as if matrix instead of air surrounded the cylinder.
 //!
-//! The blur of the image mixes air into the voxels at the wall, so that a grain at the wall is as dark as matrix. Blur
-//! also mixes grain into the voxels just outside the wall. The grey value minus the grey value of air is m (k ∗ C) + c
-//! (k ∗ S). Here C is the set of voxels in the cylinder, S the set of grain voxels, k the kernel of the blur, m the
-//! grey value of the matrix minus that of air, and c the contrast between grain and matrix. The blur of the wall
-//! determines k ∗ C, and the correction adds m (1 − k ∗ C). The result is the image of grains in an unbounded matrix,
-//! in which each grain is complete. The error of the cylinder's surface is subtracted ([`WallError`]).
+//! The blur of the image mixes air into the voxels at the wall, so that a grain at the wall is as dark as matrix.
+//! Blur also mixes grain into the voxels just outside the wall. The grey value minus the grey value of air is m (k ∗
+//! C) + c (k ∗ S). Here C is the set of voxels in the cylinder, S the set of grain voxels, k the kernel of the blur,
+//! m the difference between the grey values of matrix and air, and c the contrast between grain and matrix. The blur
+//! of the wall determines k ∗ C, and the correction adds m (1 − k ∗ C). The result is the image of grains in an
+//! unbounded matrix, in which each grain is complete. The error of the cylinder's surface is subtracted
+//! ([`WallError`]).
 
 use rayon::prelude::*;
 

@@ -1,9 +1,9 @@
 //! Error of the correction at the wall.
 //!
-//! The position of the wall is known to some hundredths of a voxel. This error, times the difference between matrix and
-//! air, remains in the corrected image at the wall. If the contrast of the grains is much smaller than that difference,
-//! the error looks like grain. Where the wall is intact matrix without grains, the corrected image minus the matrix's
-//! grey value is this error. The error depends only on the depth below the wall, the bottom or the top.
+//! The position of the wall is known to some hundredths of a voxel. This error, times the difference between matrix
+//! and air, remains in the corrected image at the wall. If the contrast of the grains is much smaller than this
+//! difference, the error looks like grain. Where the wall is intact matrix without grains, the corrected image minus
+//! the matrix's grey value is this error. The error depends only on the depth below the wall, the bottom or the top.
 
 use rayon::prelude::*;
 

@@ -36,10 +36,12 @@ pub(super) struct RawHeader {
 }
 
 impl RawHeader {
-    /// Creates the stack of a header; checks the length of the file of values against the header.
+    /// Creates the stack that a header describes, and checks that the file of values has the length
+    /// that follows from the header.
     ///
     /// # Errors
-    /// [`ImageError`]: the file of values does not exist, or has more or fewer bytes than the header declares.
+    /// [`ImageError`] if the file of values does not exist, or has more or fewer bytes than the header
+    /// declares.
     pub(super) fn stack(self, header: &Path) -> Result<Stack, ImageError> {
         let RawHeader { format, shape, sample, order, size, data, begin, packing } = self;
         let meta =

@@ -160,7 +160,7 @@ fn region(voxel_mm: f64, id: usize, sums: &Sums, neighbours: Vec<u32>, volume: f
         // the numerator is computed with integers, so that only the division causes a rounding error
         let n = i128::from(sums.voxels);
         let numerator = n * i128::from(sum) - i128::from(sums.first[a]) * i128::from(sums.first[b]);
-        // 1/12 is the second moment of a unit cube, which a voxel is
+        // a voxel is a unit cube, and the second moment of a unit cube is 1/12
         numerator as f64 / (count * count) + if a == b { 1.0 / 12.0 } else { 0.0 }
     };
     let (xy, xz, yz) = (moment(xy, 0, 1), moment(xz, 0, 2), moment(yz, 1, 2));

@@ -156,8 +156,8 @@ impl Locating<'_> {
         })
     }
 
-    /// Adds warnings if the fitted cylinder does not describe the specimen well; For [`SpecimenForm::Auto`], returns an
-    /// error if the specimen does not fill the sections of the cylinder.
+    /// Adds warnings if the fitted cylinder does not describe the specimen well. For [`SpecimenForm::Auto`], returns
+    /// an error if the specimen does not fill the sections of the cylinder.
     fn doubts(
         &self,
         image: &Volume<u16>,

@@ -267,7 +267,7 @@ mod tests {
                 vec!["z+1.tif", "z-1.tif", "z0.tif", "z-2.tif"],
                 vec!["z-2.tif", "z-1.tif", "z0.tif", "z+1.tif"],
             ),
-            // the `-` is a dash, because all names have it
+            // the `-` is a dash and not a sign, because all names contain a `-`
             (vec!["z-3.tif", "z-1.tif", "z-2.tif"], vec!["z-1.tif", "z-2.tif", "z-3.tif"]),
             (vec!["a_64-127.tif", "a_0-63.tif"], vec!["a_0-63.tif", "a_64-127.tif"]),
             // each name has a counter and a time of day; the steps of the time vary

@@ -47,7 +47,8 @@ pub(crate) fn label_values(
     stack: &Stack,
     options: &ReadOptions,
 ) -> Result<Reading<i64>, ImageError> {
-    /// 2⁵³. A 64-bit floating-point number represents all integers below this value exactly.
+    /// The number 2⁵³. A 64-bit floating-point number represents all integers below this number
+    /// exactly.
     const LARGEST: f64 = 9_007_199_254_740_992.0;
     let header = unaveraged(stack, options)?;
     let label = |value: f64| {

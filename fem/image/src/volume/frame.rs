@@ -4,8 +4,8 @@ use rayon::prelude::*;
 
 use crate::Volume;
 
-/// The value of the frame must be rare within this share of the radius of the field of view, a circle that touches the
-/// nearest sides of the image.
+/// Share of the radius of the field of view (a circle that touches the nearest sides of the image) within which the
+/// value of the frame must be rare.
 const INNER_RADIUS: f64 = 0.9;
 /// Width (voxels) of the ring inside the edge of the field of view whose grey values determine the grey value of air.
 const AIR: usize = 2;

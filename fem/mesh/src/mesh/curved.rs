@@ -213,7 +213,7 @@ mod tests {
 
     #[test]
     fn an_element_with_a_negative_coefficient_and_a_positive_determinant_is_not_folded() {
-        // (edge, shift of the midpoint of this edge); each test shape is bent by a fraction of these shifts
+        // shifts of the midpoints of three edges; each test shape is bent by a fraction of these shifts
         const SHIFTS: [(usize, Point); 3] =
             [(2, [0.04, 0.09, -0.38]), (3, [0.54, 0.11, 0.07]), (4, [-0.01, 0.6, -0.01])];
         let bent = |share: f64| {

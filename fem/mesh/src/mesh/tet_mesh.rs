@@ -104,7 +104,7 @@ impl TetMesh {
     /// tetrahedron, or `None` if all edges are straight.
     ///
     /// # Panics
-    /// Same as [`TetMesh::corners`].
+    /// The panics of [`TetMesh::corners`].
     pub fn middles(&self, tet: usize) -> Option<[[f64; 3]; 6]> {
         if self.edge_points.is_empty() {
             return None;
@@ -125,7 +125,7 @@ impl TetMesh {
     /// inverted.
     ///
     /// # Panics
-    /// Same as [`TetMesh::corners`].
+    /// The panics of [`TetMesh::corners`].
     pub fn tet_volume(&self, tet: usize) -> f64 {
         match self.middles(tet) {
             Some(middles) => Jacobian::of(&self.corners(tet), &middles).mean / 6.0,

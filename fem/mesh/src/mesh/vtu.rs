@@ -112,7 +112,7 @@ pub fn write(
 /// Writes a mesh as linear tetrahedra, even if it has curved edges.
 ///
 /// # Errors
-/// Same as [`write()`].
+/// The errors of [`write()`].
 pub fn write_straight(
     path: impl AsRef<Path>,
     mesh: &TetMesh,
@@ -175,7 +175,7 @@ impl ExtendedValues {
 /// indices into `points`: the four corners, then the middles of the edges 01, 12, 20, 03, 13, 23.
 ///
 /// # Errors
-/// Same as [`write()`]; point fields have one value per row of `points`.
+/// The errors of [`write()`]; here, point fields have one value per row of `points`.
 pub fn write_quadratic(
     path: impl AsRef<Path>,
     mesh: &TetMesh,

@@ -18,8 +18,8 @@ fn file(text: &str) -> (tempfile::TempDir, PathBuf) {
     (dir, path)
 }
 
-/// Returns a MSH 4.1 file of second-order tetrahedra in one volume with one group; `bent` holds the mid-edge nodes of
-/// curved edges.
+/// Returns a MSH 4.1 file of second-order tetrahedra in one volume with one group; `bent` contains the mid-edge nodes
+/// of curved edges.
 fn second_order(nodes: &[Point], tets: &[[u32; 4]], bent: &BTreeMap<[u32; 2], Point>) -> String {
     let mut points = nodes.to_vec();
     let mut middles = BTreeMap::new();

@@ -94,7 +94,8 @@ fn mixtures_are_divided_by_their_fraction() {
     let mesh_with = |mixture| TetMesh { mixture: Some(mixture), ..mesh.clone() };
     let plane = mesh_with(towards);
     let surface = InterfaceSurface::new(&plane, [0, 1]);
-    // each tetrahedron is divided for itself, so that the planes of neighbours differ
+    // each tetrahedron is divided independently of its neighbours, so that the planes of neighbours
+    // do not meet
     let matrix: f64 = band_mm3(&plane, &surface, [0.05, 0.0]);
     assert!((matrix / (0.05 * surface.area_mm2()) - 1.0).abs() < 0.3, "{matrix}");
     assert!((band_mm3(&plane, &surface, [9.0, 0.0]) - 1.75).abs() < 1e-6);

@@ -18,7 +18,8 @@ fn scan(scanner: Scanner) -> Scan {
     scanner.scan(RADIUS, HEIGHT, &grains()).unwrap()
 }
 
-/// Returns the mean grey value of the voxels whose point in the specimen (and label) satisfies `holds`.
+/// Returns the mean grey value of the voxels for whose point in the specimen and label `holds` returns
+/// true.
 fn mean(scan: &Scan, holds: impl Fn([f64; 3], u32) -> bool) -> f64 {
     let [nx, ny, _] = scan.grey.shape;
     let [cx, cy] = scan.cylinder.centre_mm;

@@ -21,7 +21,7 @@ fn two_touching_balls_shrink_as_calculated_by_hand() {
         for factor in &found.factors[..2] {
             assert!((factor - expected).abs() < 1e-6, "{factor}, not {expected}");
         }
-        // the third ball is far from the other two balls and does not change
+        // the third ball is far from the first two balls and does not change
         assert_eq!((found.factors[2], &found.surfaces[2]), (1.0, &surfaces[2]));
         let (gap, pair) = least_gap_mm(&found.surfaces).unwrap();
         assert!(gap >= least_mm * (1.0 - 1e-12) && gap < least_mm * (1.0 + 1e-6), "{gap}");

@@ -55,7 +55,7 @@ pub(crate) struct Contact {
     nodes: Vec<(u32, f64, Vector3<f64>)>,
     /// Face size: square root of the mean nodal area, mm.
     size: f64,
-    /// Index of each node in the list of the contact nodes of all ranks.
+    /// Index of each node of this contact surface in the list of the contact nodes of all ranks.
     pub(crate) places: Vec<u32>,
     /// Number of contact nodes, summed over all ranks.
     pub(crate) all: usize,
@@ -364,8 +364,9 @@ impl ContactStep {
         square
     }
 
-    /// Returns two numbers for an estimate of rounding errors: the sum of the squared nodal penalties γ A over the
-    /// nodes that belong to this rank, N²/mm², and the length whose rounding error the gaps contain, mm.
+    /// Returns two quantities from which the rounding error of the contact forces is estimated: the sum of the
+    /// squared nodal penalties γ A over the nodes that belong to this rank, N²/mm², and the length (mm) to which
+    /// the rounding errors of the gaps are proportional.
     pub(crate) fn stiffness(&self) -> (f64, f64) {
         let owned = self.nodes.iter().filter(|node| node.owned);
         let squares = owned.map(|node| (self.penalty * node.area).powi(2)).sum();

@@ -136,8 +136,8 @@ impl Platen {
         )
     }
 
-    /// Returns the length (mm) whose rounding error a gap contains, in addition to the rounding errors of the
-    /// displacements. The length is zero for a plane.
+    /// Returns the length (mm) to which the rounding error of a gap is proportional, in addition to the
+    /// rounding errors of the displacements. The length is zero for a plane.
     pub(super) fn rounded_mm(&self) -> f64 {
         match self.shape {
             Shape::Plane { .. } => 0.0,

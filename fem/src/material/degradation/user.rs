@@ -107,7 +107,8 @@ impl<T: Scalar, L: DegradationFunction> Derivatives<T> for L {
     }
 }
 
-/// Evaluation of a degradation function with the processor instructions of the number type.
+/// Evaluation of a degradation function, compiled with the processor instructions (such as AVX2)
+/// for the number type `T`.
 struct Evaluation<'a, T, L> {
     function: &'a L,
     phi: T,

@@ -38,7 +38,8 @@ pub enum Hardening {
     },
     /// Linear interpolation between the points of a table; the hardening is constant beyond the last point.
     Table(
-        /// Points in increasing order of the strain; the first has the strain zero and the hardening zero.
+        /// Points in increasing order of plastic strain. The first point has zero plastic strain and zero
+        /// hardening.
         Vec<HardeningPoint>,
     ),
 }
@@ -212,8 +213,8 @@ impl PlasticRate {
     }
 }
 
-/// Returns both ends of each segment of a table, and a last segment of zero width, from which on the hardening is
-/// constant.
+/// Returns the two end points of each segment of a table. A last segment of zero width represents the constant
+/// hardening beyond the table.
 fn segments(points: &[HardeningPoint]) -> impl Iterator<Item = [HardeningPoint; 2]> + '_ {
     let last = points.last().map(|&point| [point; 2]);
     points.windows(2).map(|ends| [ends[0], ends[1]]).chain(last)

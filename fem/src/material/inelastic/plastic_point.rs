@@ -22,13 +22,13 @@ pub(super) const STATE: usize = 8;
 const ALPHA: usize = 6;
 const WORK: usize = 7;
 
-/// Point of a plastic material, with its moduli without damage.
+/// Plastic material at one point, with the moduli of the undamaged material.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::material) struct PlasticPoint<'a, T> {
     pub law: &'a Plasticity,
     pub bulk: T,
     pub shear: T,
-    /// 1 if damage degrades the volumetric energy, 0 if damage does not.
+    /// 1 if damage degrades the volumetric energy, else 0.
     pub volume_share: T,
     pub energies: &'a DamageEnergies,
     /// Degradation.
@@ -48,7 +48,8 @@ struct FlowEquation<'a, T> {
     alpha: T,
 }
 
-/// Yield stress at α + x. A function of its own, so that it is compiled once for each number type.
+/// Yield stress at α + x. This computation is a separate function, so that it is compiled once for
+/// each number type.
 struct YieldStress<'a, T> {
     equation: FlowEquation<'a, T>,
     x: T,
@@ -57,7 +58,7 @@ struct YieldStress<'a, T> {
 }
 
 impl<T: Scalar> Computation for YieldStress<'_, T> {
-    /// Yield stress, its derivative with respect to x, and the factor of the rate.
+    /// Yield stress, its derivative with respect to x, and the factor r of the strain rate.
     type Output = [T; 3];
 
     #[inline(always)]
@@ -123,7 +124,7 @@ impl<T: Scalar> Computation for FlowEquation<'_, T> {
                 break;
             }
         }
-        // the last step carries the derivatives of dual numbers through the converged solution
+        // one more step after convergence: if T is a dual number, this step gives x its derivatives
         let [stress, slope, factor] = self.yield_stress(x, fast);
         x += (t - k * x - degradation * stress) / (k + degradation * slope);
         let flows = zero.less_than(t - degradation * self.yield_stress(zero, zero)[0]);
@@ -145,7 +146,8 @@ struct Flow<T> {
     factor: T,
 }
 
-/// Response of a point in an increment. A function of its own, so that it is compiled once for each number type.
+/// Response of a point in an increment. This computation is a separate function, so that it is compiled once for
+/// each number type.
 struct Increment<'a, T> {
     point: PlasticPoint<'a, T>,
     trial: &'a Principal<T>,
@@ -235,16 +237,18 @@ impl<T: Scalar> PlasticPoint<'_, T> {
         let left_theta = theta - volume_flow;
         let [degradation, degradation_slope] = self.yield_degradation();
         let hardening = degradation * flow.slope;
-        // derivative of Δγ with respect to g; at the apex, derivative of the volume flow
+        // derivative of Δγ with respect to g; at the apex, derivative of the volumetric plastic
+        // strain
         let bulk_slope = volume_share * self.bulk;
-        // not zero, also without stiffness and hardening
+        // lower bound of a denominator that is zero without stiffness and hardening
         let least = one.constant(1e-150);
         let cone_stiffness = shear + bulk * (eta * eta_bar) + hardening * (xi * xi);
         let cone_stiffness = cone_stiffness.max(least);
         let push = left_j + bulk_slope * left_theta * eta - degradation_slope * flow.stress * xi;
         let gamma_slope = flows * on_cone * push / cone_stiffness;
         let mut volume_slope = gamma_slope * eta_bar;
-        // derivative of α with respect to the volumetric strain, behind the apex
+        // derivative of α with respect to the volumetric strain, for a stress that returns to the
+        // apex
         let mut apex_slope = zero;
         let mut apex_bulk = zero;
         if eta_bar > 0.0 {
@@ -297,7 +301,7 @@ impl<T: Scalar> PlasticPoint<'_, T> {
             (true, false) => T::select(zero.less_than(above), one, zero),
             (false, true) => -one,
         };
-        // ∂τ/∂g contains the derivative of the plastic work if damage degrades it
+        // ∂τ/∂g contains the derivative of the plastic work if damage degrades the plastic work
         for i in 0..3 {
             let on_cone = (shear * axis[i] * root + bulk * eta) * compliance;
             let work_slope = flow.stress * (on_cone * xi + apex * flows * apex_slope);

@@ -27,7 +27,7 @@ pub struct Plasticity {
     /// Yield criterion.
     #[serde(default)]
     pub criterion: YieldCriterion,
-    /// Initial yield stress Y₀, MPa; the cohesion of [`YieldCriterion::DruckerPrager`].
+    /// Initial yield stress Y₀, MPa; for [`YieldCriterion::DruckerPrager`], the initial cohesion.
     pub yield_mpa: f64,
     /// Hardening h(α).
     #[serde(default)]

@@ -26,25 +26,25 @@ use crate::error::FemError;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Viscoelasticity {
-    /// Meaning of the moduli of the elastic law.
+    /// Whether the moduli of the elastic law are the instantaneous or the long-term moduli.
     pub moduli: PronyModuli,
-    /// Terms of the shear modulus.
+    /// Prony terms of the shear modulus.
     pub shear: Vec<PronyTerm>,
-    /// Terms of the bulk modulus.
+    /// Prony terms of the bulk modulus.
     pub bulk: Vec<PronyTerm>,
     /// Shift of the relaxation times with the temperature.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shift: Option<TimeShift>,
 }
 
-/// Meaning of the moduli of an elastic law with Prony series.
+/// The time to which the moduli of an elastic law with Prony series refer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum PronyModuli {
     /// The moduli at time zero.
     #[default]
     Instantaneous,
-    /// The moduli after infinite time.
+    /// The elastic law has the moduli after infinite time.
     LongTerm,
 }
 

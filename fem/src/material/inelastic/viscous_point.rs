@@ -26,7 +26,8 @@ pub(in crate::material) struct ViscousPoint<'a, T> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Spatial<T>(pub [T; 6]);
 
-/// e^(−x) and (1 − e^(−x))/x; a function of its own, so that it is compiled once for each number type.
+/// Computation of e^(−x) and (1 − e^(−x))/x. It is a separate function, so that it is compiled once
+/// for each number type.
 struct Decay<T>(T);
 
 impl<T: Scalar> Computation for Decay<T> {
@@ -55,7 +56,8 @@ impl<T: Scalar> ViscousPoint<'_, T> {
         if self.law.shear.is_empty() { 0 } else { 6 * (1 + self.law.shear.len()) }
     }
 
-    /// Writes the state of the bulk terms; `pressure` is the elastic pressure at the end of the increment, MPa.
+    /// Writes the state values of the bulk terms at the end of the increment. `pressure` is the elastic
+    /// pressure at the end of the increment, MPa.
     #[inline(always)]
     pub(super) fn update_pressure(&self, pressure: T, old: &[T], new: &mut [T]) {
         if self.law.bulk.is_empty() {
@@ -70,7 +72,8 @@ impl<T: Scalar> ViscousPoint<'_, T> {
         new[first] = pressure;
     }
 
-    /// Writes the state of the shear terms. `stress` is the elastic deviatoric stress in the principal axes.
+    /// Writes the state values of the shear terms at the end of the increment. `stress` is the elastic
+    /// deviatoric stress in the principal axes.
     #[inline(always)]
     pub(super) fn update_shear(
         &self,
@@ -118,8 +121,8 @@ impl<T: Scalar> Spatial<T> {
     }
 }
 
-/// Map of a tensor from the material frame to the principal axes of the strain. A function of its own, so that it is
-/// compiled once for each number type.
+/// Map of a tensor from the material frame to the principal axes of the strain. This computation is a separate
+/// function, so that it is compiled once for each number type.
 struct Moved<'a, T> {
     trial: &'a Principal<T>,
     a: &'a [T; 6],

@@ -1,9 +1,9 @@
 //! Response of a viscoelastic material at a point: elastic law, Prony terms, damage and mixtures.
 //!
-//! s is the deviatoric elastic stress: for Hencky's law divided by the shear modulus, for other laws the stress of the
-//! law. The deviatoric stress is m_∞ s + Σ m_i dev h_i with the normalised stresses h_i of `viscous_point`. A material
-//! of one phase has m_∞ = g γ_∞ μ and m_i = d γ_i μ (for other laws than Hencky's, with one in place of μ), where d is
-//! g if damage degrades the viscous stress, else 1.
+//! s is the deviatoric elastic stress: for Hencky's law divided by the shear modulus, for other laws the stress of
+//! the law. The deviatoric stress is m_∞ s + Σ m_i dev h_i with the normalised stresses h_i of `viscous_point`. A
+//! material of one phase has m_∞ = g γ_∞ μ and m_i = d γ_i μ (for other laws than Hencky's, with 1 instead of μ),
+//! where d is g if damage degrades the viscous stress, else 1.
 //!
 //! In a mixture of matrix and grain, M(c) is the homogenised shear modulus for a matrix with the modulus g c μ
 //! (`mixture.rs`). The terms are in the order of increasing relaxation times, and c_i = 1 − γ_1 − … − γ_i is the
@@ -23,7 +23,7 @@ use crate::material::response::{ElasticResponse, Response, packed};
 /// Elastic law at a point, as a sum of a deviatoric and a volumetric part, without damage and relaxation.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::material) struct DecoupledLaw<T> {
-    /// Deviatoric part, divided by `factor`.
+    /// Response of the deviatoric part, divided by `factor`.
     pub deviatoric: ElasticResponse<T>,
     /// Factor of the deviatoric part: the shear modulus μ (MPa) or one.
     pub factor: T,
@@ -39,13 +39,13 @@ pub(in crate::material) struct DecoupledLaw<T> {
 #[derive(Clone, Copy, Debug)]
 pub(in crate::material) struct ViscousDamage<'a, T> {
     pub g: T,
-    /// 1 if damage degrades the volumetric energy, 0 if damage does not.
+    /// 1 if damage degrades the volumetric energy, else 0.
     pub volume_share: T,
     pub energies: &'a DamageEnergies,
 }
 
-/// Response of a viscoelastic point in an increment. A function of its own, so that it is compiled once for each number
-/// type.
+/// Response of a viscoelastic point in an increment. This computation is a separate function, so that it is compiled
+/// once for each number type.
 pub(in crate::material) struct ViscousIncrement<'a, T> {
     pub point: ViscousPoint<'a, T>,
     pub elastic: DecoupledLaw<T>,
@@ -56,20 +56,23 @@ pub(in crate::material) struct ViscousIncrement<'a, T> {
     pub new: &'a mut [T],
 }
 
-/// Modulus of a part of the law as a function of g: value, first and second derivative.
+/// Modulus as a function of the degradation g: value, first and second derivative.
 type Modulus<T> = [T; 3];
 
 /// Sums over the terms of the shear modulus.
 struct Shear<T> {
     /// Equilibrium modulus m_∞.
     equilibrium: Modulus<T>,
-    /// Σ m_i f_i, and its derivative with respect to g.
+    /// Coefficient Σ m_i f_i of the elastic stress s, and the derivative of this coefficient with
+    /// respect to g.
     viscous: [T; 2],
-    /// Σ m_i a_i, and its derivative with respect to g.
+    /// Stress Σ m_i a_i, which depends only on F and the state at the start of the increment, and
+    /// the derivative of this stress with respect to g.
     known: [Spatial<T>; 2],
-    /// Stored energy Σ m_i |dev h_i|²/(4 μ) with the modulus μ of the elastic stress, MPa. It is exact at small strain.
+    /// Stored energy Σ m_i |dev h_i|²/(4 μ) with the modulus μ of the elastic stress, MPa. This expression is exact
+    /// at small strain.
     energy: T,
-    /// Driving energy of the terms, MPa: `energy` with ∂m_i/∂g in place of m_i if damage degrades the viscous
+    /// Driving energy of the terms, MPa: `energy` with ∂m_i/∂g instead of m_i if damage degrades the viscous
     /// stress.
     driving: T,
     /// Derivative of `driving` with respect to the strain.
@@ -78,7 +81,7 @@ struct Shear<T> {
     dissipation: T,
 }
 
-/// Sums over the terms of the bulk modulus; factors are relative to the elastic law.
+/// Sums over the terms of the bulk modulus; each factor multiplies a term of the elastic law.
 struct Bulk<T> {
     equilibrium: f64,
     viscous: T,
@@ -104,7 +107,8 @@ impl<T: Scalar> Computation for ViscousIncrement<'_, T> {
 }
 
 impl<T: Scalar> ViscousIncrement<'_, T> {
-    /// Returns the shear modulus as a function of g, if `fraction` of the instantaneous modulus has not relaxed.
+    /// Returns the shear modulus as a function of g at the time when the fraction `fraction` of the
+    /// instantaneous modulus has not relaxed.
     #[inline(always)]
     fn modulus(&self, fraction: f64, degraded: bool) -> Modulus<T> {
         let g = self.damage.g;
@@ -197,7 +201,8 @@ impl<T: Scalar> ViscousIncrement<'_, T> {
         out
     }
 
-    /// Returns the response as the sum of the elastic parts with their factors and of the known stresses.
+    /// Returns the response: the elastic response, multiplied by the factors in `shear` and `bulk`,
+    /// plus the stresses that depend only on the state at the start of the increment.
     #[inline(always)]
     fn combine(&self, shear: &Shear<T>, bulk: &Bulk<T>) -> Response<T> {
         let ViscousDamage { g, volume_share, energies } = self.damage;
@@ -249,7 +254,7 @@ impl<T: Scalar> ViscousIncrement<'_, T> {
         out
     }
 
-    /// Returns the factors of the volumetric part.
+    /// Returns the factors of the volumetric elastic energy.
     #[inline(always)]
     fn volume(&self, bulk: &Bulk<T>, viscous: [T; 2]) -> Volume<T> {
         let ViscousDamage { g, volume_share, .. } = self.damage;
@@ -282,14 +287,15 @@ impl<T: Scalar> ViscousIncrement<'_, T> {
     }
 }
 
-/// Factors of the volumetric part of the elastic law.
+/// Factors by which the terms of the volumetric elastic energy are multiplied.
 struct Volume<T> {
     /// Factor of the stress.
     stress: T,
     /// Derivative of `stress` with respect to g.
     stress_slope: T,
-    /// Factor of the stored elastic energy.
+    /// Factor by which the volumetric elastic energy is multiplied to obtain the stored energy.
     energy: T,
-    /// Factor of the elastic energy in the driving energy, and its derivative with respect to g.
+    /// Factor by which the volumetric elastic energy is multiplied to obtain the driving energy,
+    /// and the derivative of this factor with respect to g.
     driving: [T; 2],
 }

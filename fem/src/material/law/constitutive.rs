@@ -110,7 +110,7 @@ impl UserConstitutiveLaw {
     /// Checks and stores a law.
     ///
     /// # Errors
-    /// As [`Material::with_law`](crate::Material::with_law).
+    /// The errors of [`Material::with_law`](crate::Material::with_law).
     pub(in crate::material) fn new(law: impl ConstitutiveLaw) -> Result<Self, FemError> {
         let (young_and_poisson, state_len) = (law.young_and_poisson(), law.state_len());
         let law = OverScalars::new(law);
@@ -193,7 +193,8 @@ impl<T: Scalar, L: ConstitutiveLaw> PointResponse<T> for L {
     }
 }
 
-/// Evaluation of a law with the processor instructions of the number type.
+/// Evaluation of a law, compiled with the processor instructions (such as AVX2) for the number type
+/// `T`.
 struct Evaluation<'a, T, L> {
     law: &'a L,
     trial: &'a Principal<T>,

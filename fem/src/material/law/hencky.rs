@@ -38,7 +38,7 @@ pub(in crate::material) fn respond<T: Scalar, const TANGENT: bool>(
         }
     }
     let Shares { volume: mut whole, principal: mut terms } = split.shares(strains);
-    // ½ (tr ε)² and Σ d_i² of the terms that drive damage
+    // the factors ½ (tr ε)² and Σ d_i² of the energy terms that drive damage
     let volume = half * trace * trace;
     let (driven_volume, mut driven_shape) = (whole * volume, zero);
     for i in 0..3 {

@@ -105,7 +105,8 @@ impl<T: Scalar, L: HyperelasticLaw> EnergyDerivatives<T> for L {
     }
 }
 
-/// Evaluation of energy and stress with the processor instructions of the number type.
+/// Evaluation of energy and stress, compiled with the processor instructions (such as AVX2) for the
+/// number type `T`.
 struct Stress<'a, T, L> {
     law: &'a L,
     strains: &'a Strains<T>,
@@ -121,7 +122,8 @@ impl<T: Scalar, L: HyperelasticLaw> Computation for Stress<'_, T, L> {
     }
 }
 
-/// Evaluation of energy, stress and tangent with the processor instructions of the number type.
+/// Evaluation of energy, stress and tangent, compiled with the processor instructions (such as
+/// AVX2) for the number type `T`.
 struct Tangent<'a, T, L> {
     law: &'a L,
     strains: &'a Strains<T>,
@@ -173,7 +175,8 @@ impl<T: Scalar, L: HyperelasticLaw> Computation for Tangent<'_, T, L> {
     }
 }
 
-/// Evaluation of U, U′ and U″ with the processor instructions of the number type.
+/// Evaluation of U, U′ and U″, compiled with the processor instructions (such as AVX2) for the
+/// number type `T`.
 struct Volumetric<'a, T, L> {
     law: &'a L,
     t: T,
@@ -208,7 +211,7 @@ impl UserLaw {
     /// Checks a law and computes its moduli at small strain.
     ///
     /// # Errors
-    /// As [`Material::hyperelastic`](crate::Material::hyperelastic).
+    /// The errors of [`Material::hyperelastic`](crate::Material::hyperelastic).
     pub(in crate::material) fn new(law: impl HyperelasticLaw) -> Result<Self, FemError> {
         let law = OverScalars::new(law);
         let [young_mpa, poisson] = small_strain(law.single())?;

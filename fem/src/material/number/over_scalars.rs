@@ -1,5 +1,5 @@
-//! User-defined objects whose methods are generic over the number type, behind pointers: one trait object for each
-//! number type of the crate.
+//! Storage of user-defined objects, such as laws, whose methods are generic over the number type. An object is
+//! stored as several trait objects: one for each number type with which the crate computes.
 
 use std::any::Any;
 use std::fmt::{Debug, Formatter, Result};
@@ -12,18 +12,19 @@ use super::recording::Term;
 use super::scalar::Scalar;
 use super::simd::SimdF64;
 
-/// Kind of user-defined object, such as elastic laws. `Over<T>` is the object-safe trait of this kind for the number
-/// type `T`.
+/// A kind of user-defined objects, such as elastic laws. `Over<T>` is the object-safe trait of this kind for the
+/// number type `T`.
 pub(crate) trait Family: 'static {
     type Over<T: Scalar>: ?Sized + Debug + Send + Sync + 'static;
 }
 
-/// Object of a family, which converts to a trait object for every number type.
+/// An object of a family. It can be converted to a trait object for every number type.
 pub(crate) trait MemberOf<F: Family>: Send + Sync + 'static {
     fn over<T: Scalar>(self: Arc<Self>) -> Arc<F::Over<T>>;
 }
 
-/// User-defined object as one trait object for each number type with which the crate computes.
+/// A user-defined object, stored as one trait object for each number type with which the crate
+/// computes.
 ///
 /// Clones share the object. Two values are equal if they share the object. [`Debug`] formats the object.
 pub(crate) struct OverScalars<F: Family> {

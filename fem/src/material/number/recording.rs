@@ -15,16 +15,16 @@ use super::scalar::{Number, Round, Scalar};
 /// Operation or operand of the recorded code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Node {
-    /// Constant, by the bits of its value.
+    /// Constant. The field contains the bits of its value.
     Constant(u64),
-    /// Input of the kernel, by its index.
+    /// Input of the kernel. The field is the index of the input.
     Given(u32),
     Add(Term, Term),
     Subtract(Term, Term),
     Multiply(Term, Term),
     Divide(Term, Term),
     Negate(Term),
-    /// a b + c with a single rounding.
+    /// Fused multiply-add a b + c, with a single rounding.
     MultiplyAdd(Term, Term, Term),
     /// Calls of functions of the C library with one and with two arguments.
     Call(&'static str, Term),
@@ -208,7 +208,7 @@ impl Number for Term {
 }
 
 impl Scalar for Term {
-    /// The term of a comparison, whose value is 1 or 0.
+    /// Result of a comparison, recorded as a term with the value 1 or 0.
     type Mask = Self;
 
     const RECORDS: bool = true;

@@ -15,7 +15,7 @@ use num_dual::DualNum;
 pub trait Number:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self> + AddAssign
 {
-    /// Returns a constant, the same at all points.
+    /// Returns a number with the value `x` at all points.
     fn constant(self, x: f64) -> Self;
 
     /// Returns self · b + c.
@@ -34,7 +34,8 @@ pub trait Computation {
     fn run(self) -> Self::Output;
 }
 
-/// Runs a computation as a function of its own, so that its code is not repeated in each caller.
+/// Runs a computation as a separate function, so that the code of the computation is not repeated
+/// in each caller.
 #[inline(never)]
 fn run_apart<W: Computation>(work: W) -> W::Output {
     work.run()
@@ -44,8 +45,8 @@ fn run_apart<W: Computation>(work: W) -> W::Output {
 ///
 /// The solver evaluates a law with single numbers, with one number for each of several points (SIMD lanes), with
 /// numbers that have derivatives, and with terms that are recorded as source code for a device. A law is therefore
-/// written for any `T: Scalar`: constants are `f64` (`x * 2.0`, `x + 1.0`), and a choice that depends on a value is
-/// made by [`less_than`](Self::less_than) and [`select`](Self::select) instead of `if`.
+/// written for any `T: Scalar`: constants are `f64` (`x * 2.0`, `x + 1.0`), and a decision that depends on a value
+/// is made by [`less_than`](Self::less_than) and [`select`](Self::select) instead of `if`.
 ///
 /// Functions that are generic over `T` need the attribute `#[inline(always)]`: the compiler then uses the vector
 /// instructions of their caller. Without the attribute, the results are the same, but the function is several times
@@ -162,7 +163,7 @@ pub trait Lanes: Scalar {
     /// Number of lanes.
     const COUNT: usize;
 
-    /// Returns the token of this value, with which further values can be created.
+    /// Returns the token from which this value was created. Further values can be created from it.
     fn token(self) -> Self::Token;
 
     /// Loads the first [`COUNT`](Self::COUNT) values into the lanes.

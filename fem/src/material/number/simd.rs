@@ -136,7 +136,7 @@ impl<W: Computation> WithSimd for Vectorized<W> {
     }
 }
 
-/// Result of a comparison, per lane.
+/// Result of a comparison, per SIMD lane.
 #[derive(Clone, Copy)]
 pub struct Mask<S: Simd> {
     simd: S,

@@ -116,7 +116,8 @@ impl<T: Scalar, L: EnergySplit> SparedPart<T> for L {
     }
 }
 
-/// Evaluation of a split with the processor instructions of the number type.
+/// Evaluation of a split, compiled with the processor instructions (such as AVX2) for the number
+/// type `T`.
 struct Spared<'a, T, L> {
     split: &'a L,
     point: &'a ElasticPoint<T>,

@@ -10,7 +10,7 @@ use crate::operator::kernel::{Contraction, DataLayout, Load, first_or_add};
 use crate::operator::layout::{Layout, MIDDLE};
 
 /// Product for one register of elements with `C` fields per node, `D` damage points and `L` stored entries of the
-/// damage terms without gradients. `PLAIN` elements are straight, are not mixtures, and have no extra terms of
+/// damage terms without gradients. `PLAIN` elements are straight, are not mixtures, and have no tangent terms of
 /// viscoelastic and plastic laws.
 #[derive(Debug)]
 pub(crate) struct ElementProduct<
@@ -24,9 +24,10 @@ pub(crate) struct ElementProduct<
 > {
     pub layout: &'a Layout,
     pub simd: S,
-    /// Index of the SIMD register within a pack, which has the values of 32 bytes of elements side by side.
+    /// Index of the SIMD register within a pack. A pack of 32 bytes contains one value of each of several
+    /// elements.
     pub register: usize,
-    /// Stored data, starting with the data of these elements.
+    /// Stored tangent data; the data of the elements in this register come first.
     pub data: &'a [T::Pack],
 }
 

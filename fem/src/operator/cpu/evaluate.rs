@@ -14,7 +14,7 @@ use crate::operator::kernel::{
 use crate::operator::layout::LANES;
 use crate::operator::pattern::Block;
 
-/// Residuals and energies of the elements.
+/// Computation of the residuals and energies of the elements.
 #[derive(Debug)]
 pub(crate) struct ResidualsOf<'a, const N: usize>(pub &'a mut [ElementResidual<f64, N>]);
 
@@ -59,12 +59,12 @@ impl<const N: usize> Evaluate<N> for ResidualsOf<'_, N> {
     }
 }
 
-/// Length of a stack buffer that holds the stored data of a linear element with its principal axes and without extra
-/// terms of viscoelastic and plastic laws.
+/// Length of a buffer on the stack. The buffer has space for the stored data of a linear element, including
+/// its principal axes, but not for the tangent terms of viscoelastic and plastic laws.
 const FEW: usize = 51;
 
-/// Buffer for the stored data of one register of elements. The data of linear elements without extra terms fit into
-/// `few`, which is on the stack.
+/// Buffer for the stored data of one register of elements. The data of linear elements without tangent terms of
+/// inelastic laws fit into `few`, which is on the stack.
 pub(crate) struct DataBuffers<S: Simd> {
     few: [SimdF64<S>; FEW],
     many: Vec<SimdF64<S>>,
@@ -85,7 +85,7 @@ impl<S: Simd> DataBuffers<S> {
     }
 }
 
-/// Element matrices of the tangent.
+/// Computation of the element matrices of the tangent.
 #[derive(Debug)]
 pub(crate) struct TangentsOf<'a, const N: usize> {
     pub rule: &'a Rule,
@@ -136,10 +136,11 @@ impl<const N: usize> Evaluate<N> for TangentsOf<'_, N> {
 /// Function that writes the stored data of a batch. Its arguments are the index of the batch and the data.
 pub(crate) type WriteBatch<'a> = &'a mut dyn FnMut(usize, &[[f64; LANES]]);
 
-/// Stored data of listed elements, batch by batch.
+/// Computation of the stored data of listed elements, batch by batch.
 pub(crate) struct PointDataOf<'a> {
     pub rule: &'a Rule,
-    /// Whether all listed elements are straight, none is a mixture, and the rule has no extra terms.
+    /// Whether all listed elements are straight, none is a mixture, and no law adds viscoelastic or
+    /// plastic terms to the tangent.
     pub plain: bool,
     pub coupled: bool,
     /// Number of listed elements.
@@ -183,7 +184,7 @@ impl<const N: usize> Evaluate<N> for PointDataOf<'_> {
     }
 }
 
-/// Mean stresses and energy densities of the elements.
+/// Computation of the mean stresses and energy densities of the elements.
 #[derive(Debug)]
 pub(crate) struct StressesOf<'a>(pub &'a mut [CellStress]);
 
@@ -214,7 +215,8 @@ impl<const N: usize> Evaluate<N> for StressesOf<'_> {
     }
 }
 
-/// State of the elements at the end of the increment, element after element, point after point.
+/// Computation of the state of the elements at the end of the increment. The state is ordered by
+/// element and then by point.
 #[derive(Debug)]
 pub(crate) struct StatesOf<'a>(pub &'a mut [f64]);
 

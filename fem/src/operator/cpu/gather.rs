@@ -22,11 +22,11 @@ pub struct Gather<'a, const N: usize> {
 
 /// Storage for the values that an [`ElementState`] borrows.
 pub struct Buffers<T> {
-    /// Geometry if all elements are straight.
+    /// Geometry of the elements if all elements are straight. It is the same at all elastic points.
     straight: [Geometry<T>; 1],
-    /// Geometry by elastic point, if at least one element is curved.
+    /// Geometry of the elements at each elastic point, if at least one element is curved.
     curved: Vec<Geometry<T>>,
-    /// State of the law at the start of the increment, by elastic point.
+    /// State of the law at each elastic point at the start of the increment.
     state: Vec<T>,
 }
 
@@ -53,7 +53,7 @@ impl<'a, const N: usize> Gather<'a, N> {
         }
     }
 
-    /// Gathers the state of the elements `tets`, one element per lane.
+    /// Gathers the state of the elements `tets`, one element per SIMD lane.
     #[inline(always)]
     pub fn elements<'b, T: Lanes>(
         &'b self,
@@ -183,7 +183,8 @@ pub(crate) fn check<T: Lanes>(sound: T) -> Result<(), Inverted> {
     if lanes == [1.0; POINTS] { Ok(()) } else { Err(Inverted) }
 }
 
-/// Stores four values of each element as rows, in the order of the elements.
+/// Converts four columns to rows. A column has one value of each element; a row has the four values
+/// of one element. The rows are in the order of the elements.
 #[inline(always)]
 pub(crate) fn store_rows<S: Simd>(simd: S, columns: &[SimdF64<S>; 4], rows: &mut Rows<f64>) {
     for r in 0..REGISTERS {

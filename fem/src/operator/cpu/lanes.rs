@@ -45,7 +45,7 @@ pub(crate) struct Rows<T>(pub [[T; 4]; LANES]);
 pub(crate) trait Precision:
     Copy + Default + Send + Sync + std::fmt::Debug + 'static
 {
-    /// Values of several elements that are consecutive in memory.
+    /// Pack: one value of each of several elements, consecutive in memory.
     type Pack: Copy + Send + Sync + std::fmt::Debug + AsRef<[Self]> + AsMut<[Self]> + 'static;
     /// SIMD register of numbers.
     type Register<S: Simd>: Number;
@@ -64,15 +64,16 @@ pub(crate) trait Stored: Precision + Pod {
 
     /// Rounds a number to this type.
     fn narrow(x: f64) -> Self;
-    /// Converts to double precision.
+    /// Converts the number to double precision.
     fn widen(self) -> f64;
 
     /// Returns the number of lanes of a register, which divides the width of a pack.
     fn lanes<S: Simd>() -> usize;
     /// Stores register number `register` of a pack.
     fn store<S: Simd>(pack: &mut Self::Pack, register: usize, x: Self::Register<S>);
-    /// Loads the rows of one register as four columns: column c has value c of each row, with one row per lane.
-    /// [`lane_of_row`] returns the order of the rows in the lanes. [`Stored::rows`] is the inverse operation.
+    /// Loads the rows of one register as four columns: column c has value c of each row, with one row per SIMD
+    /// lane. [`lane_of_row`] returns the order of the rows in the lanes. [`Stored::rows`] is the inverse
+    /// operation.
     fn columns<S: Simd>(simd: S, rows: &Rows<Self>, register: usize) -> [Self::Register<S>; 4];
     /// Stores four columns as the rows of one register, the inverse of [`Stored::columns`].
     fn rows<S: Simd>(
@@ -121,7 +122,7 @@ pub(crate) fn lane_of_row<T: Stored>() -> [usize; LANES] {
     dispatch(Lanes(PhantomData::<T>))
 }
 
-/// For recording, a register and a pack are a single number of a single element.
+/// When a kernel is recorded, a register and a pack contain the value of a single element.
 impl Precision for Term {
     type Pack = Pack<Self, 1>;
     type Register<S: Simd> = Self;

@@ -19,8 +19,8 @@ use crate::operator::kernel::{DataLayout, diagonal, write_blocks};
 use crate::operator::layout::{Aligned, Chunk, LANES, Layout, VACANT};
 use crate::operator::pattern::{Block, Tangent};
 
-/// Number of chunks of quadratic elements whose linear tangents are computed before they are added; the tangents take
-/// 16 MB.
+/// Number of chunks of quadratic elements whose linear tangents are computed before any of them is added to the
+/// result. The linear tangents of these chunks take 16 MB.
 const AT_ONCE: usize = 16;
 /// Smallest number of elements for which the tangent is stored in single precision, to save memory.
 pub const SINGLE_FROM: usize = 400_000;
@@ -35,16 +35,17 @@ pub fn product(layout: Arc<Layout>, tets: usize) -> Box<dyn Product> {
     }
 }
 
-/// Matrix-free tangent, as stored data.
+/// Tangent that is applied from stored data, without an assembled matrix.
 #[derive(Debug)]
 pub(crate) struct MatrixFree<T: Stored> {
     layout: Arc<Layout>,
-    /// Stored data by chunk; within a chunk ordered by batch, then by pack of the batch, then by entry of
-    /// [`DataLayout`].
+    /// Stored data of the tangents of the elements, one vector per chunk. A vector is ordered by batch,
+    /// then by pack of the batch, then by entry of [`DataLayout`].
     data: Vec<Vec<T::Pack>>,
-    /// Lane of each element of a batch in its packs.
+    /// For each element of a batch, its lane in the packs of the batch.
     lane_of_row: [usize; LANES],
-    /// Results of a product by chunk and node of the chunk.
+    /// Results of a product at the nodes of each chunk. A node that belongs to several chunks has
+    /// one result per chunk.
     copies: Vec<Aligned>,
 }
 
@@ -58,7 +59,7 @@ impl<T: Stored> MatrixFree<T> {
         Self { layout, data, lane_of_row: lane_of_row::<T>(), copies: Vec::new() }
     }
 
-    /// Returns the stored data by chunk.
+    /// Returns the stored data of the tangents, one vector per chunk of elements.
     pub(crate) fn data(&self) -> &[Vec<T::Pack>] {
         &self.data
     }
@@ -166,12 +167,13 @@ struct Position {
 }
 
 impl<T: Stored> ChunkData<'_, T> {
-    /// Returns the number of parts of the chunk. A part has as many elements as one SIMD number has lanes.
+    /// Returns the number of parts of the chunk. A part contains as many elements as one SIMD number has
+    /// lanes.
     fn parts<S: Simd>(&self) -> usize {
         self.chunk.tets.len() / SimdF64::<S>::COUNT
     }
 
-    /// Loads the stored data of the elements of a part.
+    /// Loads the stored tangent data of the elements of a part of the chunk.
     #[inline(always)]
     fn load<S: Simd>(&self, simd: S, part: usize, numbers: &mut [SimdF64<S>]) {
         let first = part * SimdF64::<S>::COUNT;
@@ -188,7 +190,8 @@ impl<T: Stored> ChunkData<'_, T> {
         }
     }
 
-    /// Iterates over the elements of a part and their lanes, in the order of the chunk; vacant lanes are omitted.
+    /// Iterates over the elements of a part of the chunk, each with its SIMD lane, in the order of the chunk.
+    /// Vacant lanes are omitted.
     fn elements<S: Simd>(&self, part: usize) -> impl Iterator<Item = (Position, usize)> {
         let first = part * SimdF64::<S>::COUNT;
         let (batch, begin) = (first / LANES, first % LANES);

@@ -141,8 +141,8 @@ impl Regions {
         row
     }
 
-    /// Gathers the constants of the elements `tets`, one element per lane. Also returns whether any of the elements
-    /// is a mixture.
+    /// Gathers the constants of the elements `tets`, one element per SIMD lane. Also returns whether any of the
+    /// elements is a mixture.
     #[inline(always)]
     pub(crate) fn constants<T: Lanes, const N: usize>(
         &self,

@@ -15,11 +15,12 @@ pub(crate) enum Selection<'a> {
     /// Consecutive elements. Their lanes are chosen so that [`Stored::rows`](super::lanes::Stored::rows) returns
     /// values in the order of the elements.
     Consecutive { first: usize, count: usize },
-    /// Listed elements, one per lane. A vacant entry repeats the first element of its batch.
+    /// Listed elements, one per SIMD lane. A vacant entry repeats the first element of its batch.
     Listed(&'a [u32]),
 }
 
-/// Positions of the results of one register of elements.
+/// The elements of one SIMD register. A computation writes its results to the positions of these
+/// elements.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rows<'a> {
     /// Index of the first element in the selection.

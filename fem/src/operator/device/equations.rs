@@ -48,15 +48,18 @@ struct Elements {
     duration: f64,
     /// State at the start of the increment that was last sent to the device; empty if zero.
     state: Vec<f64>,
-    /// Contributions of each slot to the residual of its nodes, four values per node.
+    /// Contributions of the element in each slot to the residual of its nodes, four values per
+    /// node.
     copies: Array<f64>,
-    /// Contributions of each slot to `drive`, one value per node.
+    /// Contributions of the element in each slot to the field `drive` of the residual, one value
+    /// per node.
     drive_copies: Array<f64>,
     nodal: Array<f64>,
     drive: Array<f64>,
-    /// Three energies, and 1 if the element is not inverted, by slot.
+    /// For each slot, three energies, and 1 if the element is not inverted, else 0.
     sums: Array<f64>,
-    /// Sums of the energies and numbers of inverted elements, by block of slots.
+    /// For each block of slots, the sums of the three energies, and the number of inverted
+    /// elements.
     blocks: Array<f64>,
 }
 
@@ -73,7 +76,8 @@ struct KindInputs {
     state: Array<f64>,
     /// Element of each slot.
     tets: Vec<usize>,
-    /// Region, region and fraction of the second phase, and interface band for each row of `table`.
+    /// For each row of `table`: the region, the region of the second phase, the fraction of the
+    /// second phase, and the interface band.
     constants: Vec<(usize, usize, f64, (usize, f64))>,
     /// Current content of `table` on the device.
     sent: Vec<f64>,

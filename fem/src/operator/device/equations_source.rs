@@ -216,8 +216,8 @@ pub(crate) fn tangent_kernel<const N: usize>(
     Kernel::new(name, &[&Inputs::PARAMETERS[..], &outputs].concat(), body).calling(functions())
 }
 
-/// Creates the kernel for the diagonal of an element's tangent. This kernel reads stored data and writes copies in
-/// the same layout as the kernel of the product.
+/// Creates the kernel for the diagonal of an element's tangent. This kernel reads the stored data and writes the
+/// contributions of the elements to their nodes, in the same layouts as the kernel of the product.
 pub(crate) fn diagonal_kernel(rule: &Rule, plain: bool, stored: StoredType) -> Kernel {
     begin();
     let width = DataLayout::new(rule, plain).width();

@@ -49,7 +49,8 @@ pub(crate) struct DeviceProduct<T: Stored> {
     slots: Slots,
     /// Stored data of the tangents, one array per kind of slots.
     data: Vec<Array<T>>,
-    /// By kind of slots: indices of the stored data of vacant slots. The processor stores zeros at these indices.
+    /// For each kind of slots, the indices of the stored data of vacant slots. The processor stores zeros at
+    /// these indices.
     vacant: Vec<Vec<usize>>,
     copies: Array<f64>,
     diagonal: Array<f64>,
@@ -127,7 +128,7 @@ impl<T: Stored> DeviceProduct<T> {
         Ok(())
     }
 
-    /// Sums the copies of each node into `y`.
+    /// Sums the contributions of all elements to each node into `y`.
     fn sum(&self, y: &Array<f64>) -> Result<(), DeviceError> {
         let kernel = 2 * self.slots.kinds.len();
         self.program.launch(kernel, y.len(), &self.slots.sum_arguments(&self.copies, y))

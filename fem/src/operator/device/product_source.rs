@@ -58,7 +58,8 @@ pub fn product_kernels(layout: &Layout) -> Vec<Kernel> {
     single.into_iter().chain(double).collect()
 }
 
-/// Recording of the product for one element; the result lists the fields node by node.
+/// Computation that records the product for one element. Its result contains all fields of the
+/// first node, then all fields of the second node, and so on.
 struct Recorded<'a> {
     layout: &'a Layout,
 }

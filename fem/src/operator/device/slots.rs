@@ -20,7 +20,7 @@ pub(crate) struct Slots {
     pub nodes: Array<u32>,
     /// CSR offsets of the nodes into `copies`.
     copy_start: Array<u32>,
-    /// Copies of each node, by their indices a · count + s.
+    /// For each node, the indices a · count + s of its values in the contributions of the elements.
     copies: Array<u32>,
 }
 

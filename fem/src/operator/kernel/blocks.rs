@@ -49,7 +49,8 @@ impl<'a, T: Scalar, const N: usize> Stored<'a, T, N> {
         self.tangent::<AXES>(q).unit_blocks()
     }
 
-    /// Returns [`Contraction::unit_source`] and [`Contraction::unit_driving`] at elastic point q.
+    /// Returns the coupling of displacement and damage at elastic point q:
+    /// [`Contraction::unit_source`] and [`Contraction::unit_driving`].
     #[inline(always)]
     fn unit_coupling<const AXES: bool>(&self, q: usize) -> [[[T; 3]; 3]; 2] {
         if self.rule.extra.stored {
@@ -58,8 +59,8 @@ impl<'a, T: Scalar, const N: usize> Stored<'a, T, N> {
         [self.tangent::<AXES>(q).unit_source(); 2]
     }
 
-    /// Returns the largest index b of the blocks (a, b) that are computed for node a: all if the tangent is not
-    /// symmetric, else b ≤ a.
+    /// Returns the largest index b of the blocks (a, b) that are computed for node a: the last node if the
+    /// tangent is not symmetric, else a.
     #[inline(always)]
     fn last(&self, a: usize) -> usize {
         if self.rule.extra.unsymmetric { N - 1 } else { a }
@@ -110,8 +111,8 @@ impl<'a, T: Scalar, const N: usize> Stored<'a, T, N> {
 /// Tangent for unit differences: entry (k, l) maps U_l to the flux conjugate to U_k.
 type UnitBlocks<T> = [[[[T; 3]; 3]; 3]; 3];
 
-/// Unit blocks and coupling of a point with the extra terms of viscoelastic and plastic laws. A function of its own, so
-/// that the computations for elastic laws do not contain its code.
+/// Unit blocks and coupling of a point with the tangent terms of viscoelastic and plastic laws. This computation is
+/// a separate function, so that the computations for elastic laws do not contain its code.
 struct WithExtra<'a, 'b, T, const AXES: bool, const N: usize> {
     stored: &'b Stored<'a, T, N>,
     q: usize,
@@ -146,9 +147,9 @@ fn combine<T: Scalar>(slopes: &[f64; 3], values: &[[T; 3]; 3]) -> [T; 3] {
     sum
 }
 
-/// Computes the blocks of the element matrix from the stored data of the element: the blocks (a, b ≤ a) if the rule
-/// states that the matrix is symmetric, else all blocks. `blocks` must be zero on entry. `AXES` and `plain` must be the
-/// values with which the data were written.
+/// Computes the blocks of the element matrix from the stored tangent data of the element: the blocks (a, b ≤ a) if
+/// the quadrature rule states that the matrix is symmetric, else all blocks. `blocks` must be zero on entry. `AXES`
+/// and `plain` must be the values with which the data were written.
 #[inline(always)]
 pub fn write_blocks<T: Scalar, const AXES: bool, const N: usize>(
     rule: &Rule,

@@ -18,7 +18,8 @@ pub(crate) trait Load<P>: Copy {
     fn constant(self, x: f64) -> Self::Number;
 }
 
-/// Loader of entries that are numbers already. The field is any number; constants are created from it.
+/// Loader of entries that are already numbers of type `T`. The field is any number of this type,
+/// from which constants are created.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Loaded<T>(pub T);
 
@@ -42,11 +43,12 @@ pub(crate) fn first_or_add<V: Number>(step: usize, a: V, b: V, c: V) -> V {
     if step == 0 { a * b } else { a.mul_add(b, c) }
 }
 
-/// Tangent at an elastic point, as a linear map of gradients.
+/// Tangent at an elastic point: the linear map from the gradients of displacement and damage to the
+/// increments of stress and damage forces.
 #[derive(Debug)]
 pub(crate) struct Contraction<'a, P, L: Load<P>> {
     stored: StoredPoint<'a, P>,
-    /// Extra terms of viscoelastic and plastic laws; `None` for elastic laws.
+    /// Tangent terms of viscoelastic and plastic laws; `None` for elastic laws.
     extra: Option<ExtraPoint<'a, P>>,
     loader: L,
     /// Principal axes, one per row.
@@ -62,7 +64,7 @@ impl<'a, P, V: Number, L: Load<P, Number = V>> Contraction<'a, P, L> {
         Self { axes: principal_axes(rotation), stored, extra: None, loader }
     }
 
-    /// Adds the extra terms of viscoelastic and plastic laws.
+    /// Adds the tangent terms of viscoelastic and plastic laws.
     #[inline(always)]
     pub(crate) fn with_extra(self, extra: Option<ExtraPoint<'a, P>>) -> Self {
         Self { extra, ..self }
@@ -222,8 +224,8 @@ impl<'a, P, V: Number, L: Load<P, Number = V>> Contraction<'a, P, L> {
         self.loader.constant(weight) * sum
     }
 
-    /// Returns the tangent for unit differences: entry (k, l) is the 3 × 3 matrix that maps U_l to the flux conjugate to
-    /// U_k. Without extra terms, the tangent is symmetric and the entries l > k are zero.
+    /// Returns the tangent for unit differences: entry (k, l) is the 3 × 3 matrix that maps U_l to the flux conjugate
+    /// to U_k. Without tangent terms of inelastic laws, the tangent is symmetric and the entries l > k are zero.
     #[inline(always)]
     pub(crate) fn unit_blocks(&self) -> [[[[V; 3]; 3]; 3]; 3] {
         let zero = self.loader.constant(0.0);

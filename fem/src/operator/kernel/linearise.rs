@@ -5,8 +5,8 @@ use super::state::{ElementState, MOST_POINTS};
 use crate::material::{PointLaw, PointTangent, Response, Scalar, dot, packed};
 
 /// Writes the stored data of the element's tangent in the order of [`DataLayout`]. `coupled` includes the coupling
-/// terms between u and φ. With `AXES` the principal axes are appended, and the quaternions are not written. `scratch`
-/// is storage for the state of one point. Returns 1, or 0 if the element is inverted.
+/// terms between u and φ. With `AXES` the principal axes are appended, and the quaternions are not written.
+/// `scratch` is storage for the state of one point. Returns 1, or 0 if the element is inverted.
 #[inline(always)]
 pub fn linearise<T: Scalar, L: PointLaw<T>, const AXES: bool, const N: usize>(
     element: &ElementState<'_, T, L, N>,

@@ -1,14 +1,14 @@
 //! Stored data of an element's tangent, and their order in memory.
 //!
-//! With s_k = Qᵀ F⁻ᵀ ∇λ_k, the gradient of u in the principal axes Q of the strain is h = Σ_k (Qᵀ U_k) ⊗ s_k, and
-//! the tangent maps h to a stress increment (`contract.rs`). Instead of the element matrix, the data of each elastic
-//! point are stored: 25 numbers, 3 more with damage, 7 more with damage in elements that are not plain, and 15 more in
-//! elements with extra terms of viscoelastic and plastic laws.
+//! With s_k = Qᵀ F⁻ᵀ ∇λ_k, the gradient of u in the principal axes Q of the strain is h = Σ_k (Qᵀ U_k) ⊗ s_k, and the
+//! tangent maps h to a stress increment (`contract.rs`). Instead of the element matrix, the data of each elastic
+//! point are stored: 25 numbers, 3 more with damage, 7 more with damage in elements that are not plain, and 15 more
+//! in elements with tangent terms of viscoelastic and plastic laws.
 //!
 //! The data are stored in the order in which a product reads them. With damage, first g′ of the damage points and, in
 //! plain elements, one gradient term; then the data of the elastic points; then the local part of the φ block: the
-//! damage terms without gradients; last the extra terms. Elements that are not plain store a gradient term per elastic
-//! point instead. The assembly appends the principal axes of each point.
+//! damage terms without gradients; last the tangent terms of inelastic laws. Elements that are not plain store a
+//! gradient term per elastic point instead. The assembly appends the principal axes of each point.
 
 use crate::element::Rule;
 use crate::material::{Number, Scalar};
@@ -19,7 +19,7 @@ const ELASTIC: usize = 4 + 9 + 6 + 3 + 3;
 const SOURCE: usize = 3;
 /// Number of entries of a gradient term.
 const GRADIENT: usize = 6;
-/// Number of entries of the extra terms of viscoelastic and plastic laws.
+/// Number of entries of the tangent terms of viscoelastic and plastic laws.
 const EXTRA: usize = 15;
 /// Number of entries of principal axes.
 const AXES: usize = 9;
@@ -64,7 +64,7 @@ macro_rules! stored_point {
         }
 
         impl<'a, P> $name<'a, P> {
-            /// Splits the data of one elastic point into their parts.
+            /// Splits the data of one elastic point into the fields of this view.
             #[inline(always)]
             fn new(data: &'a $($mutable)? [P]) -> Self {
                 const FITS: &str = "a length of the layout";
@@ -83,12 +83,12 @@ macro_rules! stored_point {
 }
 
 stored_point!(
-    /// Stored data of an elastic point.
+    /// Stored tangent data of an elastic point.
     StoredPoint,
     split_first_chunk
 );
 stored_point!(
-    /// Stored data of an elastic point, for writing.
+    /// Stored tangent data of an elastic point, for writing.
     StoredPointMut,
     split_first_chunk_mut,
     mut
@@ -105,12 +105,12 @@ pub struct DataLayout {
     /// the same at all damage points.
     locals: usize,
     plain: bool,
-    /// Whether the extra terms of viscoelastic and plastic laws are stored.
+    /// Whether the tangent terms of viscoelastic and plastic laws are stored.
     extra: bool,
 }
 
-/// Extra terms of viscoelastic and plastic laws at an elastic point, times the weight of the point. Entry k of the
-/// components outside the principal axes belongs to the pair of the other two axes.
+/// Tangent terms of viscoelastic and plastic laws at an elastic point, times the weight of the point. Entry k of
+/// the components outside the principal axes belongs to the pair of the other two axes.
 #[derive(Clone, Copy, Debug)]
 pub struct ExtraPoint<'a, P> {
     /// Components of τ outside the principal axes.
@@ -126,18 +126,20 @@ pub struct ExtraPoint<'a, P> {
 }
 
 impl DataLayout {
-    /// Creates the layout for a rule; `plain` is true for straight elements that are not mixtures and have no extra
-    /// terms.
+    /// Creates the layout for a quadrature rule; `plain` is true for straight elements that are not mixtures
+    /// and have no tangent terms of viscoelastic or plastic laws.
     #[inline(always)]
     pub fn new(rule: &Rule, plain: bool) -> Self {
         let damage = rule.damage.len();
         let locals = if rule.alike { damage.min(1) } else { damage };
         let layout = Self::for_kind(rule.points.len(), damage, locals, plain);
-        // the extra terms need the second derivative in g, which plain elements do not store
+        // the tangent terms of inelastic laws need the second derivative in g, which plain elements
+        // do not store
         Self { extra: rule.extra.stored && !plain, ..layout }
     }
 
-    /// Returns the layout with the extra terms of viscoelastic and plastic laws, if they are stored.
+    /// Returns this layout with or without the tangent terms of viscoelastic and plastic laws;
+    /// `stored` states whether the terms are stored.
     #[inline(always)]
     pub const fn with_extra(self, stored: bool) -> Self {
         Self { extra: stored, ..self }
@@ -173,13 +175,15 @@ impl DataLayout {
         self.extra_offset(0) + extra
     }
 
-    /// Returns the offset of the extra terms of elastic point q, which follow the local part.
+    /// Returns the offset of the tangent terms of inelastic laws at elastic point q, which follow
+    /// the local part.
     #[inline(always)]
     const fn extra_offset(self, q: usize) -> usize {
         self.point_offset(self.points) + self.locals + EXTRA * q
     }
 
-    /// Returns the extra terms of elastic point q; `None` if they are not stored.
+    /// Returns the tangent terms of inelastic laws at elastic point q; `None` if they are not
+    /// stored.
     #[inline(always)]
     pub fn extra<P>(self, q: usize, data: &[P]) -> Option<ExtraPoint<'_, P>> {
         const FITS: &str = "a length of the layout";
@@ -195,7 +199,8 @@ impl DataLayout {
         Some(ExtraPoint { oblique, oblique_source, driving, oblique_driving, skew })
     }
 
-    /// Returns the extra terms of elastic point q, for writing, in the order of the fields of [`ExtraPoint`].
+    /// Returns the tangent terms of inelastic laws at elastic point q, for writing, in the order of the
+    /// fields of [`ExtraPoint`].
     #[inline(always)]
     pub fn extra_mut<P>(self, q: usize, data: &mut [P]) -> Option<&mut [P; EXTRA]> {
         self.extra.then(|| {
@@ -219,7 +224,7 @@ impl DataLayout {
         &mut data[..self.damage]
     }
 
-    /// Returns the stored data of elastic point q.
+    /// Returns the stored tangent data of elastic point q.
     #[inline(always)]
     pub fn point<P>(self, q: usize, data: &[P]) -> StoredPoint<'_, P> {
         StoredPoint::new(&data[self.point_offset(q)..][..self.per_point()])

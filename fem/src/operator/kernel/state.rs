@@ -3,7 +3,7 @@
 use crate::element::{Geometry, Rule};
 use crate::material::{AtPoint, CrackDensity, Degradation, PointLaw, Principal, Response, Scalar};
 
-/// Largest number of elastic points or of damage points of any rule.
+/// Largest number of elastic points or of damage points of any quadrature rule.
 pub const MOST_POINTS: usize = 14;
 
 /// State of an element, or of one element per SIMD lane.
@@ -20,7 +20,8 @@ pub struct ElementState<'a, T, L, const N: usize> {
     pub before: [T; N],
     /// Geometry factors by elastic point; a straight element has a single entry.
     pub geometry: &'a [Geometry<T>],
-    /// Whether the elements of all lanes are straight, none is a mixture, and the rule has no extra terms.
+    /// Whether the elements of all SIMD lanes are straight, none is a mixture, and no law adds
+    /// viscoelastic or plastic terms to the tangent.
     pub plain: bool,
     /// State of the law at the start of the increment, by elastic point.
     pub state: &'a [T],
@@ -44,7 +45,7 @@ pub struct Constants<'a, T, L> {
 /// Deformation and response at an elastic point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PointState<T> {
-    /// Volume that belongs to the point, mm³.
+    /// Volume that the point represents in integrals, mm³.
     pub weight: T,
     pub principal: Principal<T>,
     pub response: Response<T>,
@@ -62,14 +63,14 @@ impl<T: Scalar, L: PointLaw<T>, const N: usize> ElementState<'_, T, L, N> {
         &self.geometry[if self.geometry.len() == 1 { 0 } else { q }]
     }
 
-    /// Returns the volume that belongs to elastic point q, mm³.
+    /// Returns the volume that elastic point q represents in integrals, mm³.
     #[inline(always)]
     pub(super) fn weight(&self, q: usize) -> T {
         self.geometry(q).volume * self.constant(self.rule.points[q].weight)
     }
 
-    /// Returns the volume that belongs to damage point p, mm³: the sum of the volumes of the elastic points, weighted
-    /// by the coefficients C_qp.
+    /// Returns the volume that damage point p represents in integrals, mm³: the sum of the volumes of the elastic
+    /// points, weighted by the coefficients C_qp.
     #[inline(always)]
     pub(super) fn damage_weight(&self, p: usize) -> T {
         if self.geometry.len() == 1 {

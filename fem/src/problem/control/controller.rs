@@ -13,8 +13,8 @@ use crate::problem::curve::CurvePoint;
 pub enum Step {
     /// Advances by this fraction of the schedule's duration.
     Advance(f64),
-    /// Advances by Newton's method on both fields without fallback, and fails if the step adds more than `most_n_mm` to
-    /// the crack energy.
+    /// Advances by `fraction` of the schedule's duration, by Newton's method on both fields without fallback, and
+    /// fails if the step adds more than `most_n_mm` to the crack energy.
     AdvanceWithin {
         /// Fraction of the duration.
         fraction: f64,
@@ -150,14 +150,14 @@ pub trait StepController: fmt::Debug + Send + Sync {
     /// The run shortens a step that would pass the end or the next mark, see [`marks`](Self::marks).
     fn next(&self, run: &Progress) -> Option<Step>;
 
-    /// Returns the number of points of the curve if the points are equally spaced in time (*marks*), whatever the steps
-    /// between them. Returns `None` if each step is a point of the curve.
+    /// Returns the number of *marks*: points of the curve that are equally spaced in time, independent of the steps
+    /// between the points. Returns `None` if each step is a point of the curve.
     fn marks(&self) -> Option<u32> {
         None
     }
 
-    /// Position of the next point of the curve, as a fraction of the duration. `None`: each step is a point. The default
-    /// follows [`marks`](Self::marks).
+    /// Returns the position of the next point of the curve, as a fraction of the duration; `None` if each step is a
+    /// point of the curve. The default implementation computes the position from [`marks`](Self::marks).
     fn next_mark(&self, run: &Progress) -> Option<f64> {
         let next = (run.curve.len() + 1) as f64;
         self.marks().map(|points| next / f64::from(points))

@@ -106,12 +106,12 @@ impl LoadProgram {
         Self { points: vec![ProgramPoint::new(duration_s, displacement_mm)] }
     }
 
-    /// The points, in the order of time.
+    /// Returns the points of the program in the order of time.
     pub fn points(&self) -> &[ProgramPoint] {
         &self.points
     }
 
-    /// Time of the last point, s.
+    /// Returns the time of the last point, s.
     pub fn duration_s(&self) -> f64 {
         self.points.last().map_or(0.0, |point| point.time_s)
     }
@@ -121,8 +121,8 @@ impl LoadProgram {
         self.points.iter().map(|point| point.displacement_mm).fold(0.0, f64::max)
     }
 
-    /// Displacement at a time, mm. After the last point, the displacement is constant; however, a program with a single
-    /// point continues at constant speed.
+    /// Returns the displacement at a time, mm. After the last point, the displacement is constant; however, a program
+    /// with a single point continues at constant speed.
     pub fn displacement_mm(&self, time_s: f64) -> f64 {
         let mut before = ProgramPoint::new(0.0, 0.0);
         let same_s = SAME * self.duration_s();
@@ -154,7 +154,7 @@ impl LoadProgram {
         ProgramSteps::new(self.points.iter().map(segment).collect())
     }
 
-    /// Times at which the speed of the platen changes, s, without start and end.
+    /// Returns the times at which the speed of the platen changes, s, without start and end.
     pub fn corners_s(&self) -> Vec<f64> {
         let inner = self.points.len().saturating_sub(1);
         self.points[..inner].iter().map(|point| point.time_s).collect()

@@ -27,17 +27,19 @@ impl Default for SegmentSteps {
 /// Created by [`LoadProgram::steps`](crate::LoadProgram::steps).
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProgramSteps {
-    /// End of each segment, as a fraction of the duration, and its steps.
+    /// End of each segment, as a fraction of the duration, and the steps of the segment.
     segments: Vec<(f64, SegmentSteps)>,
 }
 
 impl ProgramSteps {
-    /// Creates the steps of segments. Each segment is given by its end, as a fraction of the duration, and its steps.
+    /// Creates the steps of segments. Each segment is given by its end, as a fraction of the duration, and by the
+    /// steps of the segment.
     pub(super) fn new(segments: Vec<(f64, SegmentSteps)>) -> Self {
         Self { segments }
     }
 
-    /// Start and end of the segment that follows the position `passed`, as fractions of the duration, and its steps.
+    /// Returns the segment that contains the next step after the position `passed`: its start and its end, as
+    /// fractions of the duration, and its steps.
     fn segment(&self, passed: f64) -> Option<(f64, f64, SegmentSteps)> {
         let mut start = 0.0;
         for &(end, steps) in &self.segments {

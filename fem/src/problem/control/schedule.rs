@@ -49,7 +49,8 @@ impl Schedule {
         Self { corners_s, ..Self::new(program.duration_s(), program.steps(usual)) }
     }
 
-    /// Position of the first corner after `passed`, or of the end. Positions are fractions of the duration.
+    /// Returns the position of the first corner after `passed`, or the position of the end if no corner
+    /// follows. Positions are fractions of the duration.
     pub(crate) fn next_corner(&self, passed: f64) -> f64 {
         let corners = self.corners_s.iter().map(|time_s| time_s / self.duration_s);
         corners.filter(|&corner| is_later(corner, passed)).fold(1.0, f64::min)

@@ -118,7 +118,8 @@ impl StepController for ArcLength {
         let release = |n_mm: f64| {
             let guess = match run.taken {
                 Some(Step::Release { n_mm: last, .. }) => n_mm / last * run.moved,
-                // a small step beyond the last state before damage grows
+                // initial guess: a small forward step of the platen from the last state before
+                // damage grows
                 _ => largest / CUTS,
             };
             Some(Step::Release { n_mm, guess })

@@ -63,7 +63,7 @@ impl CurveWriter {
     /// Creates the file with an additional column for each parameter name of [`Sensitivities`](crate::Sensitivities).
     ///
     /// # Errors
-    /// As [`create`](Self::create).
+    /// The errors of [`create`](Self::create).
     pub fn with_parameters(path: impl AsRef<Path>, names: &[String]) -> Result<Self, FemError> {
         let path = path.as_ref().to_owned();
         let file = File::create(&path).map_err(|error| FemError::io("write", &path, error))?;
@@ -77,7 +77,7 @@ impl CurveWriter {
     /// Writes a point.
     ///
     /// # Errors
-    /// As [`create`](Self::create).
+    /// The errors of [`create`](Self::create).
     pub fn push(&mut self, p: &CurvePoint) -> Result<(), FemError> {
         self.push_differentiated(p, &[])
     }
@@ -86,7 +86,7 @@ impl CurveWriter {
     /// Cells without a derivative are empty.
     ///
     /// # Errors
-    /// As [`create`](Self::create).
+    /// The errors of [`create`](Self::create).
     pub fn push_differentiated(
         &mut self,
         p: &CurvePoint,

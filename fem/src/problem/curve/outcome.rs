@@ -29,8 +29,8 @@ pub struct Outcome {
     pub curve: Vec<CurvePoint>,
     /// Derivatives of the force along the curve, if requested.
     pub sensitivities: Sensitivities,
-    /// Quantities that a simulation of another program reports by name, besides or in place of the curve. Empty for the
-    /// tests of this crate.
+    /// Quantities that a simulation of another program reports by name, in addition to the curve or instead of the
+    /// curve. Empty for the tests of this crate.
     pub values: BTreeMap<String, f64>,
     /// Reason for the end of the test.
     pub end: End,

@@ -23,7 +23,7 @@ pub(crate) struct Definition {
     pub(crate) materials: Vec<Material>,
     pub(crate) homogenisation: Homogenisation,
     pub(crate) phase_field: Option<PhaseField>,
-    /// Interfaces between regions with their own toughness.
+    /// Interfaces between regions. Each interface has its own toughness.
     pub(crate) interfaces: Arc<[Interface]>,
     pub(crate) conditions: Arc<Conditions>,
     pub(crate) schedule: Schedule,

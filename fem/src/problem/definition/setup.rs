@@ -18,16 +18,16 @@ use crate::solve::{Rounding, Solver};
 pub(crate) struct Setup {
     pub(crate) parts: Definition,
     pub(crate) discretisation: Arc<Discretisation>,
-    /// Materials by region, then of the interface bands, in their form for quadrature points.
+    /// Materials of the regions, followed by the materials of the interface bands, in the form that
+    /// is evaluated at quadrature points.
     pub(crate) points: Arc<[PointMaterial]>,
-    /// For each parameter, the materials for a value below and a value above the parameter's value.
+    /// For each parameter, the materials for a smaller and for a larger value of the parameter.
     pub(crate) shifts: Arc<[PointShift]>,
     /// Size of the residuals that rounding errors cause.
     rounding: Rounding,
 }
 
-/// Materials for a value below and a value above the value of a parameter, in the form in which they are evaluated at
-/// quadrature points.
+/// Materials for a smaller and for a larger value of a parameter, in the form that is evaluated at quadrature points.
 #[derive(Debug)]
 pub(crate) struct PointShift {
     pub(crate) below: Arc<[PointMaterial]>,

@@ -14,14 +14,15 @@ use fem_mesh::{InterfaceSurface, TetMesh};
 /// band in its first and in its second region.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Bands {
-    /// Two sides for each interface.
+    /// For each interface, the band on either side; `None` on the side of a region that cannot
+    /// break.
     sides: Vec<[Option<Side>; 2]>,
     /// Index of the band's material, and the share of the element that is in the band, for each element of the whole
     /// mesh. Empty without interfaces.
     of_element: Arc<[(u16, f64)]>,
 }
 
-/// Band in one region that can break.
+/// Band on one side of an interface, in a region that can break.
 #[derive(Clone, Copy, Debug)]
 struct Side {
     /// Index of the region.

@@ -15,7 +15,8 @@
 
 use crate::material::CrackDensity;
 
-/// Number of halvings of the interval of ln G̃; more do not change a number of double precision.
+/// Number of halvings of the interval of ln G̃. Further halvings do not change a double-precision
+/// number.
 const HALVINGS: u32 = 80;
 
 /// Band around a crack. Lengths are relative to ℓ.
@@ -25,7 +26,8 @@ pub(super) struct Band {
     pub(super) bulk: f64,
     /// Half-width w/ℓ of the band.
     pub(super) half_width: f64,
-    /// Thickness h/ℓ of the row of broken elements; less than the half-width, or zero without mesh.
+    /// Thickness h/ℓ of the row of broken elements; less than the half-width, or zero if there is
+    /// no mesh.
     pub(super) row: f64,
     /// Whether the band is on both sides of the crack.
     pub(super) two_sided: bool,

@@ -16,8 +16,8 @@ const MOST: usize = 3;
 /// extrapolated as a smooth curve.
 const FALL: f64 = 0.75;
 
-/// Changes of the fields over the last increments, and the increments of the clock (fraction of the duration), both
-/// with the newest first.
+/// Changes of the fields over the last increments, and the increments of the clock (fractions of the duration).
+/// Both lists begin with the newest increment.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Past {
     changes: Vec<Fields>,

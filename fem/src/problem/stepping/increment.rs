@@ -53,7 +53,7 @@ impl<'a> Increments<'a> {
         &self.setup.parts.ranks
     }
 
-    /// Work done by the solver so far.
+    /// Returns the counters of the work that the solver has done so far.
     pub(super) fn effort(&self) -> Effort {
         self.solver.newton.effort
     }
@@ -63,8 +63,8 @@ impl<'a> Increments<'a> {
         self.solver.newton.effort.cuts += 1;
     }
 
-    /// Takes one step. A step that prescribes the position of the loaded ends ends at the fraction `target` of the
-    /// duration.
+    /// Takes one step. If the step prescribes the position of the loaded ends, it ends at the time that `target`
+    /// gives as a fraction of the duration.
     pub(super) fn take(&mut self, step: Step, target: f64) -> Result<(), StepFailure> {
         match step {
             Step::Advance(_) => self.advance(target),

@@ -118,29 +118,30 @@ impl<'a> LoadStepper<'a> {
         }
     }
 
-    /// Fields of the whole body at the last point of the curve; zero before the first point.
+    /// Returns the fields of the whole body at the last point of the curve; the fields are zero
+    /// before the first point.
     pub fn fields(&self) -> &Fields {
         self.whole.as_ref().unwrap_or(&self.increments.state.fields)
     }
 
-    /// Points of the curve so far, including the points before a resumption.
+    /// Returns the points of the curve so far, including the points before a resumption.
     pub fn curve(&self) -> &[CurvePoint] {
         &self.increments.state.curve
     }
 
-    /// Derivatives of the force at the points of the curve so far.
+    /// Returns the derivatives of the force at the points of the curve so far.
     pub fn sensitivities(&self) -> Sensitivities {
         let names = self.increments.setup.parts.parameters.iter().map(|p| p.name.clone()).collect();
         let Derivatives { curve, lost, .. } = &self.increments.state.derivatives;
         Sensitivities { names, force_n: curve.clone(), lost: lost.clone() }
     }
 
-    /// Work done by the solver so far.
+    /// Returns the counters of the work that the solver has done so far.
     pub fn effort(&self) -> Effort {
         self.increments.effort()
     }
 
-    /// Hardware that solves the linear systems, as text: name of a device, or the processor.
+    /// Returns the name of the hardware that solves the linear systems: a device, or the processor.
     pub fn machine(&self) -> String {
         self.increments.solver.newton.machine()
     }

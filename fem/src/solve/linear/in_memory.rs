@@ -153,7 +153,7 @@ pub(crate) fn by_node<A: Sync, B: Send>(
     x.par_iter().with_min_len(CHUNK).map(of_node).collect()
 }
 
-/// Σ w a b, the inner product with a diagonal weight.
+/// Returns Σ w a b, the inner product with a diagonal weight.
 pub(in crate::solve) fn weighted_dot<T: Copy + Into<f64> + Sync>(
     w: &[Nodal],
     a: &[[T; 4]],
@@ -174,7 +174,7 @@ pub(in crate::solve) fn weighted_dot<T: Copy + Into<f64> + Sync>(
     parts.iter().sum()
 }
 
-/// Σ a b, computed in double precision.
+/// Returns the inner product Σ a b, computed in double precision.
 fn dot<T: Real, const R: usize>(a: &[[T; R]], b: &[[T; R]]) -> f64 {
     let part = |(a, b): (&[[T; R]], &[[T; R]])| {
         let mut sum = [0.0; R];

@@ -19,8 +19,8 @@ use crate::solve::LinearScheme;
 /// Largest number of unknowns for which a sparse factor is used. For more unknowns, the factor needs too much memory.
 const DIRECT_UP_TO: usize = 70_000;
 /// Largest number of unknowns for which a sparse factor is used in a problem without damage. This limit is lower than
-/// [`DIRECT_UP_TO`] because multigrid converges fast for the positive definite tangent of such a problem, although one
-/// factor would be sufficient for a whole run.
+/// [`DIRECT_UP_TO`] because multigrid converges fast for the positive definite tangent of such a problem. The limit
+/// is not zero, because a single factor is sufficient for a whole run.
 const DIRECT_ELASTIC_UP_TO: usize = 30_000;
 /// Largest number of factor entries per unknown for which a run with damage is faster with a factor than with multigrid
 /// on one thread. This number was measured on cylinders with grains, where 350 factor entries per unknown correspond to

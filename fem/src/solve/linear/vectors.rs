@@ -22,7 +22,8 @@ pub(crate) trait Vectors: Clone + Debug {
 
 /// Additional operations of Lanczos' iteration.
 pub(crate) trait LanczosVectors: Vectors {
-    /// x_i ← value(i), where i numbers the values of the local nodes. Ghosts get the values of their owners.
+    /// Sets x_i to value(i), where i numbers the values of the local nodes. Ghosts get the values of their
+    /// owners.
     fn fill(&self, x: &mut Self::Vector, value: impl Fn(usize) -> f64 + Sync);
 
     /// x ← a x.
@@ -31,13 +32,13 @@ pub(crate) trait LanczosVectors: Vectors {
     /// Inner product Σ a b.
     fn dot(&self, a: &Self::Vector, b: &Self::Vector) -> f64;
 
-    /// y ← −w − a d − b y, the next vector of Lanczos' iteration.
+    /// Computes the next vector y ← −w − a d − b y of Lanczos' iteration.
     fn recur(&self, y: &mut Self::Vector, w: &Self::Vector, a: f64, d: &Self::Vector, b: f64);
 }
 
 /// Additional operations of Krylov methods.
 pub(crate) trait KrylovVectors: LanczosVectors {
-    /// Σ w a b, the inner product with a diagonal weight.
+    /// Returns Σ w a b, the inner product with a diagonal weight.
     fn weighted_dot(&self, w: &Self::Vector, a: &Self::Vector, b: &Self::Vector) -> f64;
 
     /// y ← y + a x.
@@ -53,10 +54,10 @@ pub(crate) trait KrylovVectors: LanczosVectors {
     /// Stores x.
     fn store(&self, x: &Self::Vector, precision: Precision) -> Self::Stored;
 
-    /// Σ w a b, the inner product with a diagonal weight w and a stored vector a.
+    /// Returns Σ w a b, the inner product with a diagonal weight w and a stored vector a.
     fn weighted_dot_stored(&self, w: &Self::Vector, a: &Self::Stored, b: &Self::Vector) -> f64;
 
-    /// y ← y + a x with a stored vector x.
+    /// Computes y ← y + a x for a stored vector x.
     fn add_stored(&self, y: &mut Self::Vector, a: f64, x: &Self::Stored);
 }
 

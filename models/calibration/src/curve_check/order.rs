@@ -98,7 +98,7 @@ pub(super) fn order(curve: &TestCurve) -> Option<Finding> {
     None
 }
 
-/// Largest decrease of the displacement below its preceding maximum.
+/// Returns the largest decrease of the displacement below its preceding maximum.
 fn setback(u: &[f64]) -> f64 {
     let mut largest = f64::NEG_INFINITY;
     let back = u.iter().map(|&x| {

@@ -12,7 +12,8 @@ const NOISE: f64 = 6.0;
 /// Number of spikes that are listed individually.
 const EXAMPLES: usize = 5;
 
-/// Finds the spikes of a curve, the largest first: at most [`EXAMPLES`] individually, then the number of the others.
+/// Finds the spikes of a curve, the largest first: at most [`EXAMPLES`] spikes individually, then the number of the
+/// other spikes.
 pub(super) fn spikes(curve: &TestCurve) -> Vec<Finding> {
     let (u, force) = (&curve.displacement_mm, &curve.force_n);
     let top = largest(force);

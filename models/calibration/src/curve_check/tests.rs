@@ -21,7 +21,8 @@ fn changed(change: impl Fn(&mut Vec<f64>, &mut Vec<f64>)) -> TestCurve {
     curve
 }
 
-/// Names and weights of the findings that are warnings or errors.
+/// Returns the names of the findings that are warnings or errors, and whether each is a warning or
+/// an error.
 fn found(curve: &TestCurve) -> Vec<(&'static str, Weight)> {
     let findings = InspectedCurve::of(curve, 0.3).findings;
     findings.iter().filter(|f| f.weight != Weight::Note).map(|f| (f.name, f.weight)).collect()
@@ -144,7 +145,8 @@ fn noise_of_force_and_displacement_is_no_fault_of_single_readings() {
     }
 }
 
-/// For forty spikes of 40 N in noise of 3 N, five spikes are listed, then the number of the others.
+/// For forty spikes of 40 N in noise of 3 N, five spikes are listed, then the number of the other
+/// spikes.
 #[test]
 fn many_spikes_are_five_examples_and_a_count() {
     let mut curve = dense(4000, 3.0, 0.0, 1);
@@ -234,13 +236,14 @@ fn a_record_of_a_program_keeps_hold_and_unloading() {
         assert!(start.abs_diff(exact) <= 1, "{branches:?}");
     }
     assert_eq!((seen.prepared.time_s[0], seen.prepared.time_s[20]), (0.0, 1.0));
-    // without a peak the quantities of the peak are refused
+    // without a peak, quantities of the peak cannot be computed
     let peak = InspectedCurve::of_program(&ramp_hold_unload(0.0), &rigid, 0.3, true);
     assert_eq!(
         peak.findings.iter().map(|f| (f.name, f.weight)).collect::<Vec<_>>(),
         [("no-quantities", Weight::Error)]
     );
-    // a compliant machine: the specimen goes on to be compressed during the hold, which remains a hold
+    // a compliant machine: the specimen is compressed further during the hold, but the branch still
+    // counts as a hold
     let machine = Machine { compliance_mm_per_n: 1e-4, force_offset_n: 0.0 };
     let seen = InspectedCurve::of_program(&ramp_hold_unload(0.0), &machine, 0.3, false);
     let kinds: Vec<_> = seen.prepared.branches.iter().map(|b| b.kind).collect();

@@ -24,8 +24,8 @@ impl Group {
     }
 }
 
-/// Applies Helmert's orthogonal transform to n rows. Returns the n − 1 contrasts √(j/(j+1)) (m_j − y_(j+1)), where y_j
-/// is row j and m_j the mean of the first j rows, and √n times the mean of all rows.
+/// Applies Helmert's orthogonal transform to n rows. Returns two results: the n − 1 contrasts √(j/(j+1)) (m_j −
+/// y_(j+1)), where y_j is row j and m_j the mean of the first j rows; and √n times the mean of all rows.
 pub(super) fn helmert<R: Scalar>(rows: &[Vec<R>]) -> (Vec<Vec<R>>, Vec<R>) {
     let Some((first, others)) = rows.split_first() else { return (Vec::new(), Vec::new()) };
     let mut mean = first.clone();

@@ -26,8 +26,8 @@ pub(super) fn new_specimen<R: Scalar>(
 }
 
 /// Computes log p(y_k | y_−k, θ, Σ) of the quantities y_k of each specimen k given the quantities y_−k of the
-/// others, with the shared errors integrated out. The covariance is the same for all specimens of a group, and it
-/// is factorised only once per group.
+/// other specimens, with the shared errors integrated out. The covariance is the same for all specimens of a
+/// group, and it is factorised only once per group.
 ///
 /// # Errors
 /// If a covariance is not positive definite, or the sizes of a mean and of the rows differ.
@@ -45,14 +45,14 @@ pub(super) fn ln_conditionals(
     Ok(specimens.is_known.iter().filter_map(next).collect())
 }
 
-/// [`ln_conditionals`] for the specimens of one group.
+/// Computes [`ln_conditionals`] for the specimens of one group.
 fn ln_conditionals_of(
     specimens: &Specimens,
     kind: Kind,
     expected: &Expected<f64>,
     scatter: &DynCholeskyFactor<f64>,
 ) -> Result<Vec<f64>, DomainError> {
-    // sizes of the groups after specimen k is removed
+    // sizes of the groups without specimen k
     let others = |(group, n): (Kind, usize)| (group, n - usize::from(group == kind));
     let groups: Vec<(Kind, usize)> =
         specimens.groups().into_iter().map(others).filter(|(_, n)| *n > 0).collect();
@@ -78,10 +78,11 @@ fn ln_conditionals_of(
     specimens.group(kind).rows.iter().enumerate().map(ln_conditional).collect()
 }
 
-/// Distribution of one more specimen of a kind, given the totals of groups with these sizes. V is the covariance of
-/// the totals, and C is the covariance between the specimen and the totals. The distribution is N(m + C V⁻¹ (totals
-/// − their means), Σ_k + S − C V⁻¹ Cᵀ). Here m is the expected response of the specimen, Σ_k is the covariance of
-/// the specimen's own deviation, and S is the covariance that the specimen shares with other specimens of its kind.
+/// Returns the distribution of one more specimen of a kind, given the totals of groups of the given sizes. V is the
+/// covariance of the totals, and C is the covariance between the specimen and the totals. The distribution is N(m +
+/// C V⁻¹ (totals − their means), Σ_k + S − C V⁻¹ Cᵀ). Here m is the expected response of the specimen, Σ_k is the
+/// covariance of the specimen's own deviation, and S is the covariance that the specimen shares with other
+/// specimens of its kind.
 fn after<R: Scalar>(
     specimens: &Specimens,
     groups: &[(Kind, usize)],
@@ -110,7 +111,7 @@ fn after<R: Scalar>(
     Ok(After { factor, columns, own })
 }
 
-/// Distribution of a specimen given the totals of other specimens, for any values of these totals.
+/// Distribution of a specimen given the totals of other specimens, as a function of the totals.
 struct After<R: Scalar> {
     /// Cholesky factor L of V = L Lᵀ.
     factor: DynCholeskyFactor<R>,
@@ -121,8 +122,8 @@ struct After<R: Scalar> {
 }
 
 impl<R: Scalar> After<R> {
-    /// Distribution of a specimen for which the forward model predicts `mean`. The totals of the other specimens differ
-    /// from their expected values by `gaps`.
+    /// Returns the distribution of a specimen for which the forward model predicts `mean`. The totals of the other
+    /// specimens differ from their expected values by `gaps`.
     fn specimen(
         &self,
         mean: &[R],

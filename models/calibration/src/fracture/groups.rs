@@ -25,7 +25,8 @@ pub struct TestGroup {
     pub temperature_c: f64,
     /// Surrogate of the microstructure. The box of the surrogate must be the same in all groups.
     pub forward: DynPce,
-    /// Experimental data of the specimens. One specimen is enough if other groups have more.
+    /// Experimental data of the specimens. A group may have a single specimen if another group has
+    /// several specimens.
     pub evidence: Evidence,
 }
 
@@ -155,21 +156,21 @@ impl Groups {
         })
     }
 
-    /// Priors of the parameters that depend on the temperature.
+    /// Iterates over the priors of the parameters that depend on the temperature.
     fn priors_of_following(&self) -> impl Iterator<Item = &Prior> {
         let with_trends = self.priors.iter().zip(&self.trends);
         with_trends.filter(|(_, trend)| **trend == Trend::LogLinear).map(|(prior, _)| prior)
     }
 
-    /// Parameters that depend on the temperature.
+    /// Iterates over the parameters that depend on the temperature.
     fn following(&self) -> impl Iterator<Item = &Input> {
         let with_trends = self.inputs.iter().zip(&self.trends);
         with_trends.filter(|(_, trend)| **trend == Trend::LogLinear).map(|(input, _)| input)
     }
 
-    /// Parameters at a temperature. `place` is the position of the temperature between the lowest (0) and the highest
-    /// (1). Constant parameters have the values `lowest`. For the other parameters, the logarithm is interpolated
-    /// linearly between `lowest` and `highest` and then changed by the deviation `off` ([`deviated`]).
+    /// Returns the parameters at a temperature. `place` is the position of the temperature between the lowest (0) and
+    /// the highest (1). Constant parameters have the values `lowest`. For the other parameters, the logarithm is
+    /// interpolated linearly between `lowest` and `highest` and then changed by the deviation `off` ([`deviated`]).
     fn parameters<R: Scalar>(&self, place: f64, lowest: &[R], highest: &[R], off: &[R]) -> Vec<R> {
         let mut following = highest.iter().enumerate();
         let parameter = |((input, trend), &low): ((&Input, &Trend), &R)| {
@@ -188,14 +189,16 @@ impl Groups {
     }
 }
 
-/// Parameters of a group: the inputs of the surrogate that are not known for the specimens.
+/// Returns the parameters of a group: the inputs of the surrogate that are not known for the
+/// specimens.
 fn unknown(group: &TestGroup) -> &[Input] {
     let inputs = group.forward.inputs();
     &inputs[..inputs.len().saturating_sub(group.evidence.known_inputs())]
 }
 
 ppl::model! {
-    /// The paper's likelihood for groups of specimens with one relative covariance.
+    /// Model with the paper's likelihood for groups of specimens that share one covariance,
+    /// relative to the means of each group.
     ///
     /// The prior of each parameter holds at the lowest temperature. A parameter that depends on the temperature has the
     /// same prior at the highest temperature, and its logarithm is linear in the temperature. If deviations are
@@ -244,7 +247,7 @@ ppl::model! {
 /// Samples [`calibration_over_groups`], and labels parameters and temperatures.
 ///
 /// # Errors
-/// As [`Groups::new`], and if the surrogates reject every starting point.
+/// The errors of [`Groups::new`], and an error if the surrogates reject every starting point.
 ///
 /// # Example
 /// ```no_run

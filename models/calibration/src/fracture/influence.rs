@@ -10,7 +10,7 @@ use super::{Calibration, CalibrationError, calibration_on, leave_out};
 /// Comparison of the calibration to all specimens but one with the calibration to all specimens.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WithoutSpecimen {
-    /// Log density log p(y_k | y_−k) of the specimen k that is left out, given the other specimens.
+    /// Log density log p(y_k | y_−k) of the omitted specimen k, given the other specimens.
     pub elpd: f64,
     /// Shape of the Pareto tail of the importance weights.
     pub pareto_k: f64,
@@ -32,7 +32,7 @@ impl Calibration {
     ///
     /// # Reference
     /// Vehtari, Gelman & Gabry (2017), doi:10.1007/s11222-016-9696-4, for the weights;
-    /// [`Calibration::loo`] for the density that is left out.
+    /// [`Calibration::loo`] for the density of the omitted specimen.
     pub fn without_each(
         &self,
         sampler: &Nuts<'_>,
@@ -64,8 +64,8 @@ impl Calibration {
         Ok(found)
     }
 
-    /// Moments of the parameters, and log p(y_k | y_−k) of specimen k given the others, from a posterior that was
-    /// sampled without specimen k.
+    /// Moments of the parameters, and log p(y_k | y_−k) of specimen k given the other specimens, from a posterior
+    /// that was sampled without specimen k.
     fn sampled_without(
         &self,
         k: usize,
@@ -107,7 +107,7 @@ fn without(all: &Specimens, k: usize) -> Result<Specimens, CalibrationError> {
     Ok(others)
 }
 
-/// Draws of the parameters, one row per draw.
+/// Returns the draws of the parameters, one row per draw.
 fn theta_draws(posterior: &Posterior) -> Vec<&[f64]> {
     let group = &posterior.posterior;
     let theta = group.variables.iter().find(|variable| variable.name == "theta");
@@ -116,8 +116,8 @@ fn theta_draws(posterior: &Posterior) -> Vec<&[f64]> {
     values.chunks(size.max(1)).collect()
 }
 
-/// Normalised importance weights of the draws for the posterior without one observation. `ln_density` contains the log
-/// density of this observation at each draw; `draws` is the number of draws per chain.
+/// Returns normalised importance weights of the draws for the posterior without one observation. `ln_density`
+/// contains the log density of this observation at each draw; `draws` is the number of draws per chain.
 fn weights(ln_density: &[f64], draws: usize) -> Vec<f64> {
     let top = ln_density.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let density: Vec<f64> = ln_density.iter().map(|l| (l - top).exp()).collect();
@@ -128,7 +128,7 @@ fn weights(ln_density: &[f64], draws: usize) -> Vec<f64> {
     weights.into_iter().map(f64::exp).collect()
 }
 
-/// Weighted mean and standard deviation of each column. The sum of the weights is 1.
+/// Returns the weighted mean and standard deviation of each column. The sum of the weights is 1.
 fn moments(rows: &[&[f64]], weights: &[f64]) -> Vec<[f64; 2]> {
     let columns = rows.first().map_or(0, |row| row.len());
     let mean = |f: &dyn Fn(&[f64]) -> f64| -> f64 {
@@ -147,9 +147,9 @@ mod tests {
     use crate::fracture::Population;
     use crate::fracture::six_specimens::{CALIBRATED, WITHOUT_EACH, sampler};
 
-    /// The last specimen is left out by sampling, because importance weights fail for this specimen. The shift of each
-    /// specimen agrees with the difference between two calibrations, one with all specimens and one without the
-    /// specimen.
+    /// For the last specimen, the posterior without the specimen is sampled, because importance weights fail. The
+    /// shift of each specimen agrees with the difference between two calibrations, one with all specimens and one
+    /// without the specimen.
     #[test]
     fn shifts_are_those_of_calibrations_without_the_specimen() {
         let found = CALIBRATED.without_each(&sampler(), 0, 3).unwrap();
@@ -165,12 +165,12 @@ mod tests {
         for (k, (one, posterior)) in found.iter().zip(WITHOUT_EACH.iter()).enumerate() {
             let without = theta_draws(posterior).concat();
             let expected = (mean(&without) - mean(&all)) / sd(&all);
-            // 0.1 is four standard errors of the difference of two means from some 3000 effective draws each;
-            // importance weights add an error
+            // 0.1 is four standard errors of the difference of two means that are computed from about 3000
+            // effective draws each; importance weights add an error
             let within = if one.is_sampled { 0.1 } else { 0.2 };
             assert!((one.shifts[0] - expected).abs() < within, "{k}: {one:?}, not {expected}");
         }
-        // the specimen that is far from the others shifts the mean most
+        // the specimen that is far from the other specimens shifts the mean most
         let largest = found.iter().map(|one| one.shifts[0].abs()).fold(0.0, f64::max);
         assert_eq!(found[5].shifts[0].abs(), largest, "{found:?}");
     }

@@ -13,8 +13,9 @@ ppl::model! {
         expected: &Expected<Real>,
         scatter: &DynCholeskyFactor<Real>,
     ) -> () {
-        // contrasts depend on the scatter between specimens only; totals also depend on the errors that all specimens share
-        // a loop without data would be reported as an observation without data
+        // contrasts depend on the scatter between specimens only; totals also depend on the errors that all specimens
+        // share. The condition is necessary because a loop without data would be reported as an observation without
+        // data
         if !specimens.known.contrasts.is_empty() {
             if specimens.known_inputs() == 0 {
                 for contrast in &specimens.known.contrasts {
@@ -38,8 +39,9 @@ ppl::model! {
     }
 }
 
-/// Log density of the specimens of one test, equal to the sum of the statements of `of_specimens`. A joint model of tests
-/// with different numbers of quantities adds this number, because statements in a loop need values of one size.
+/// Log density of the specimens of one test, equal to the sum of the statements of `of_specimens`. A joint model of
+/// tests with different numbers of quantities adds this log density as one number, because statements in a loop need
+/// values of one size.
 ///
 /// # Errors
 /// If a covariance is not positive definite.

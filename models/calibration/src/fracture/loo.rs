@@ -30,7 +30,8 @@ impl Calibration {
     }
 }
 
-/// [`Specimens::ln_conditionals`] at every draw, one row per draw; NaN if they cannot be computed.
+/// Returns [`Specimens::ln_conditionals`] at every draw, one row per draw; NaN at draws where the
+/// densities cannot be computed.
 pub(super) fn ln_conditionals(
     posterior: &Posterior,
     forward: &DynPce,

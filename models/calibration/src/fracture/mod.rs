@@ -3,7 +3,8 @@
 //! 1. `error`, `contrasts`, `population`, `within_box`: errors, transforms of quantities and of parameters
 //! 2. `specimens`: specimens prepared for the likelihood
 //! 3. `given_others`, `likelihood`: densities of specimens
-//! 4. `loo`, `influence`, `units`: what follows from a calibration
+//! 4. `loo`, `influence`, `units`: cross-validation, influence of each specimen, units of the
+//!    results
 //! 5. `groups`, `joint`: calibrations of several groups of specimens or of several tests
 
 mod contrasts;
@@ -44,7 +45,8 @@ pub use specimens::Specimens;
 pub use specimens::column_means;
 
 ppl::model! {
-    /// Matrix parameters of a bonded granular material from specimen QoIs.
+    /// Model of the matrix parameters of a bonded granular material, given the quantities of
+    /// interest (QoIs) of specimens.
     ///
     /// There is one parameter θ per prior; the parameters are the first inputs of the forward model. The QoIs of a
     /// specimen, relative to their means over the specimens, are normal around the forward model with one covariance
@@ -90,7 +92,7 @@ pub struct Calibration {
     /// Joint mode of the density of the parameters (without the Jacobian of the transform), in the order of the
     /// surrogate's inputs.
     pub map: Vec<f64>,
-    /// Result of the search for the mode; `None` if the draws are those of a joint calibration of several tests.
+    /// Result of the search for the mode; `None` if the draws come from a joint calibration of several tests.
     pub mode: Option<Mode>,
     /// Specimens of the calibration, with quantities relative to the means of the specimens.
     specimens: Specimens,
@@ -138,9 +140,9 @@ impl Evidence {
     }
 }
 
-/// Calibrates the inputs of a surrogate against specimens. `priors` are the priors of the inputs, without those that
-/// are known for each specimen. `sampler` determines chains, draws and their seed. `seed` is the seed of the
-/// predictions and of the starting points for the search for the mode.
+/// Calibrates the inputs of a surrogate against specimens. `priors` are the priors of the inputs that are
+/// parameters; inputs that are known for each specimen have no prior. `sampler` determines chains, draws and their
+/// seed. `seed` is the seed of the predictions and of the starting points for the search for the mode.
 ///
 /// # Errors
 /// If there are fewer than two specimens, a row or a covariance has the wrong size, the ranges of the priors are not
@@ -170,10 +172,11 @@ pub fn calibrate(
     calibrate_after(pce, priors, evidence, sampler, 0, seed)
 }
 
-/// As [`calibrate`], but omits the first `burn_in` draws of each chain, which `sampler` must draw in addition.
+/// Calibrates like [`calibrate`], but omits the first `burn_in` draws of each chain, which `sampler` must draw
+/// in addition.
 ///
 /// # Errors
-/// As [`calibrate`].
+/// The errors of [`calibrate`].
 pub fn calibrate_after(
     pce: &DynPce,
     priors: &[Prior],
@@ -249,7 +252,7 @@ fn leave_out(chains: &mut Chains, first: usize) {
     }
 }
 
-/// As [`calibrate`], but returns only the posterior, without labels.
+/// Calibrates like [`calibrate`], but returns only the posterior, without labels.
 pub fn sample(
     pce: &DynPce,
     priors: &[Prior],

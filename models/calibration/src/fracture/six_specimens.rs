@@ -8,7 +8,8 @@ use surrogate::{DynPce, Input};
 use super::{Calibration, Evidence, Specimens, calibrate, calibration_on};
 use crate::prior::Prior;
 
-/// Two quantities of six specimens, with means of 1. The last specimen is far from the others.
+/// Two quantities of six specimens, with means of 1. The last specimen is far from the other
+/// specimens.
 pub(super) const QOIS: [[f64; 2]; 6] =
     [[0.97, 0.99], [1.00, 0.95], [0.95, 0.97], [1.02, 1.01], [0.98, 1.00], [1.08, 1.08]];
 

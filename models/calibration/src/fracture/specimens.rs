@@ -40,7 +40,8 @@ pub struct Specimens {
     /// Constant part of the covariance S of the error that all specimens share, quantities × quantities. If S is zero,
     /// the likelihood is the likelihood of the paper.
     pub(super) shared: Vec<Vec<f64>>,
-    /// Parts of the covariance S that depend on the parameters: errors of a forward model that was estimated from runs.
+    /// Terms of the covariance S that depend on the parameters: the errors of a forward model that was estimated from
+    /// runs.
     pub(super) open: Vec<Open>,
 }
 
@@ -54,7 +55,8 @@ pub(super) struct Open {
 }
 
 impl Specimens {
-    /// Specimens without a shared error. `qois` has one row per specimen, in the order of the forward model's outputs.
+    /// Creates specimens without a shared error. `qois` has one row per specimen, in the order of the forward model's
+    /// outputs.
     ///
     /// # Errors
     /// If there is no specimen, or the rows have different lengths.
@@ -111,7 +113,7 @@ impl Specimens {
         Ok(Self { is_known, known, unknown, inputs, population, totals, ..self })
     }
 
-    /// Rows of all specimens in their original order.
+    /// Returns the rows of all specimens in their original order.
     pub(super) fn rows(&self) -> Vec<&Vec<f64>> {
         let (mut known, mut unknown) = (self.known.rows.iter(), self.unknown.rows.iter());
         let row = |is_known: &bool| if *is_known { known.next() } else { unknown.next() };
@@ -189,9 +191,9 @@ impl Specimens {
         Ok(Self { shared, open, ..checked })
     }
 
-    /// Covariance S of the shared error at the parameters `point`. Known inputs are set to their mean over the
-    /// specimens; if the response is linear in these inputs, this is the error of the mean response. If some specimens
-    /// have unknown inputs, the mean of the population is used instead.
+    /// Returns the covariance S of the shared error at the parameters `point`. Known inputs are set to their mean
+    /// over the specimens; if the response is linear in these inputs, this is the error of the mean response. If some
+    /// specimens have unknown inputs, the mean of the population is used instead.
     pub(super) fn shared_at<R: Scalar>(&self, point: &[R]) -> Result<Vec<Vec<R>>, DomainError> {
         let constant = |row: &Vec<f64>| row.iter().map(|&s| R::from(s)).collect();
         let mut shared: Vec<Vec<R>> = self.shared.iter().map(constant).collect();
@@ -233,8 +235,8 @@ impl Specimens {
         }
     }
 
-    /// Expected contrast between specimens whose inputs are unknown, or between specimens of a forward model all of whose
-    /// inputs are parameters: zero.
+    /// Returns zeros: the expected contrast between specimens with unknown inputs, or between specimens of a forward
+    /// model that has only parameters as inputs.
     pub(super) fn no_contrast<R: Scalar>(&self) -> Vec<R> {
         vec![R::from(0.0); self.shared.len()]
     }
@@ -245,9 +247,9 @@ impl Specimens {
         groups.flat_map(|(group, size)| scaled(expected.mean_of(group), size)).collect()
     }
 
-    /// Cholesky factor of the covariance of the totals. `scatter` is the Cholesky factor of the covariance Σ between
-    /// specimens. For a single group of n specimens with known inputs, the covariance of the total is Σ + nS with the
-    /// covariance S of the shared error.
+    /// Returns the Cholesky factor of the covariance of the totals. `scatter` is the Cholesky factor of the
+    /// covariance Σ between specimens. For a single group of n specimens with known inputs, the covariance of the
+    /// total is Σ + nS with the covariance S of the shared error.
     pub(super) fn factor_of_totals<R: Scalar>(
         &self,
         expected: &Expected<R>,
@@ -269,7 +271,7 @@ impl Specimens {
         DynCholeskyFactor::of_covariance(&covariance)
     }
 
-    /// Cholesky factor of the covariance of the totals of groups with these sizes.
+    /// Returns the Cholesky factor of the covariance of the totals of groups of the given sizes.
     pub(super) fn factor_of<R: Scalar>(
         &self,
         groups: &[(Kind, usize)],

@@ -42,8 +42,9 @@ fn forward(with_k: bool) -> DynPce {
 }
 
 /// Means and covariance of the rows of specimens. The covariance between two specimens is S, plus s²/N b bᵀ if k is
-/// unknown. The covariance of one specimen is this plus Σ, and plus s² b bᵀ if k is unknown. Symbols as in
-/// `specimens.rs` and `population.rs`.
+/// unknown. The covariance of one specimen is the covariance between two specimens plus Σ, and plus s² b bᵀ if k is
+/// unknown. Here b is the derivative of the response with respect to k; for the other symbols see `specimens.rs` and
+/// `population.rs`.
 struct Joint {
     means: Vec<Vec<f64>>,
     covariance: Vec<Vec<f64>>,
@@ -98,8 +99,8 @@ impl Joint {
     }
 }
 
-/// Checks the density of contrasts and totals, the density of one more specimen, and the density of each specimen given
-/// the others.
+/// Checks the density of contrasts and totals, the density of one more specimen, and the density of each specimen
+/// given the other specimens.
 fn assert_density_of(specimens: &Specimens, pce: &DynPce, known: Option<&[Option<f64>]>) {
     let mut rows: Vec<Vec<f64>> = QOIS.map(Vec::from).to_vec();
     let all: Vec<usize> = (0..rows.len()).collect();
@@ -262,7 +263,8 @@ fn sizes_that_do_not_fit_are_refused() {
 }
 
 ppl::model! {
-    /// The calibration model with unknown inputs as sampled variables; known inputs are given.
+    /// The calibration model in which unknown inputs are sampled variables, and known inputs are
+    /// data.
     fn with_latent_inputs(
         forward: &DynPce,
         rows: &[Vec<f64>],

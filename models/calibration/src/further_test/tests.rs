@@ -120,8 +120,8 @@ fn more_specimens_teach_more_until_what_they_share_is_left() {
     }
 }
 
-/// Tested and further specimens share one error: 4 further specimens after 4 tested ones give the same contraction as 8
-/// specimens without tested ones.
+/// Tested and further specimens share one error: 4 further specimens after 4 tested specimens give the same
+/// contraction as 8 further specimens without tested specimens.
 #[test]
 fn specimens_seen_before_share_their_error_with_further_ones() {
     let prior = [[0.0, 1.0]];

@@ -1,4 +1,5 @@
-//! The words of a prior in a case: families of distributions with their keys, and bounds.
+//! Words with which a case describes a prior: families of distributions with their keys, and
+//! bounds.
 
 use std::fmt;
 
@@ -39,7 +40,7 @@ words! {
 }
 
 words! {
-    /// PriorKey of a prior in a case.
+    /// Key in the table of a prior in a case.
     PriorKey:
     Distribution = "distribution",
     Range = "range",

@@ -24,7 +24,7 @@ fn priors() -> [Prior; 10] {
     ]
 }
 
-/// Unknown parameters of a prior.
+/// Sampled parameters of a prior: none.
 const NONE: [f64; 0] = [];
 
 /// Priors integrate to 1 over their range, and moments, distribution functions, draws, transform and derivatives agree.

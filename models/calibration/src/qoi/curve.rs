@@ -12,12 +12,12 @@ const FEWEST_POINTS: usize = 5;
 
 /// A curve with its peak.
 ///
-/// The peak belongs to the first loading: with a load program, readings of hold, unloading and reloading do not count.
-/// For a curve without noise, the peak is the vertex of the least-squares parabola through the readings around the
-/// highest one whose force is at least 97 % of the highest force, including at least the two neighbours of the highest
-/// reading; from nine such readings on it is the maximum of a cubic. For a noisy curve, it is the maximum of a polynomial that is fitted within a window of displacement around
-/// the peak. Width of the window and degree of the polynomial have the smallest expected error for the noise and the
-/// number of readings.
+/// The peak belongs to the first loading: with a load program, readings of hold, unloading and reloading do not
+/// count. For a curve without noise, the peak is the vertex of the least-squares parabola through the readings around
+/// the highest reading whose force is at least 97 % of the highest force, including at least the two neighbours of
+/// the highest reading; from nine such readings on, the peak is the maximum of a cubic. For a noisy curve, the peak
+/// is the maximum of a polynomial that is fitted within a window of displacement around the peak. Width of the window
+/// and degree of the polynomial have the smallest expected error for the noise and the number of readings.
 #[derive(Debug)]
 pub struct PeakedCurve<'a> {
     record: &'a TestCurve,
@@ -42,7 +42,8 @@ impl<'a> PeakedCurve<'a> {
         Ok(curve)
     }
 
-    /// Like [`PeakedCurve::new`], but the curve need not have a peak, as in a test that ends with a hold.
+    /// Creates a curve like [`PeakedCurve::new`], but the curve need not have a peak, as in a test that
+    /// ends with a hold.
     ///
     /// # Errors
     /// If the curve has fewer than 5 points.
@@ -74,7 +75,7 @@ impl<'a> PeakedCurve<'a> {
         &self.loading
     }
 
-    /// All readings, with hold, unloading and reloading.
+    /// Returns all readings, including hold, unloading and reloading.
     pub fn record(&self) -> &'a TestCurve {
         self.record
     }
@@ -87,7 +88,8 @@ impl<'a> PeakedCurve<'a> {
         }
     }
 
-    /// Branches of a kind, in the order of time, without those before the first loading.
+    /// Returns the branches of a kind, in the order of time, without branches before the first
+    /// loading.
     pub(super) fn branches(&self, kind: BranchKind) -> impl Iterator<Item = &Branch> {
         let all = self.record.branches.iter();
         all.skip_while(|branch| branch.kind != BranchKind::Loading).filter(move |b| b.kind == kind)
@@ -108,10 +110,10 @@ impl<'a> PeakedCurve<'a> {
         self.slope_fraction
     }
 
-    /// Completes the derivatives of the forces (N per unit of a parameter, one per reading) by those of the peak. The
-    /// readings to which the peak is fitted do not change. `record_n` has a derivative for each reading of
-    /// [`record`](Self::record); `force_n` has the derivatives of the readings
-    /// [on the first loading](Self::on_loading).
+    /// Completes the derivatives of the forces (N per unit of a parameter, one per reading) by the derivatives of the
+    /// peak. The readings to which the peak is fitted do not change. `record_n` has a derivative for each reading of
+    /// [`record`](Self::record); `force_n` has the derivatives of the readings [on the first
+    /// loading](Self::on_loading).
     ///
     /// # Errors
     /// [`QoiError::TooShort`] if the numbers of derivatives and readings differ.

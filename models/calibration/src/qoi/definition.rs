@@ -68,24 +68,25 @@ pub trait Qoi: Debug + Send + Sync + 'static {
 
     fn unit(&self) -> Unit;
 
-    /// Whether the quantity is positive for every curve with a peak. A table with a value that is not positive is
-    /// then refused.
+    /// Whether the quantity is positive for every curve with a peak. If so, a table with a value that is not
+    /// positive is rejected.
     fn is_positive(&self) -> bool {
         true
     }
 
-    /// Whether the quantity is computed from a curve. Other quantities stand in columns of tables.
+    /// Whether the quantity is computed from a curve. All other quantities are read from columns of
+    /// tables.
     fn is_of_curve(&self) -> bool {
         true
     }
 
-    /// Part of the curve that the quantity is computed from.
+    /// Returns the part of the curve from which the quantity is computed.
     fn extent(&self) -> Extent {
         Extent::ToPeak
     }
 
-    /// Whether the quantity is computed from the peak. A quantity that is not can be computed from a curve without peak,
-    /// as of a test that ends with a hold.
+    /// Whether the quantity is computed from the peak. All other quantities can also be computed from a curve without
+    /// peak, such as the curve of a test that ends with a hold.
     fn needs_peak(&self) -> bool {
         true
     }
@@ -107,7 +108,7 @@ pub trait Qoi: Debug + Send + Sync + 'static {
     /// largest force.
     ///
     /// # Errors
-    /// As [`Qoi::value`].
+    /// The errors of [`Qoi::value`].
     fn rate(&self, curve: &PeakedCurve<'_>, rates: &CurveRates<'_>) -> Result<f64, QoiError> {
         let record = curve.record();
         let force_n = &record.force_n;

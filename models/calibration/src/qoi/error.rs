@@ -11,7 +11,7 @@ pub enum QoiError {
         /// Number of points of the curve.
         points: usize,
     },
-    /// The highest point is the first or the last.
+    /// The highest point is the first or the last point of the curve.
     #[error(
         "no peak: the force is highest at the {end} of the curve ({displacement_mm} mm); \
          a test must go on until the force falls"
@@ -22,7 +22,7 @@ pub enum QoiError {
         /// Displacement of the highest point in mm.
         displacement_mm: f64,
     },
-    /// The points around the highest one do not form a maximum.
+    /// The points around the highest point do not form a maximum.
     #[error(
         "the peak near {displacement_mm} mm is not resolved: its points form no downward parabola"
     )]
@@ -96,7 +96,7 @@ pub enum QoiError {
         /// `hold` or `unloading`.
         branch: &'static str,
     },
-    /// A quantity that a user defined cannot be computed, for a reason that the user gives.
+    /// A user-defined quantity cannot be computed; its code returned the reason.
     #[error("{quantity}: {reason}")]
     Undefined {
         /// Name of the quantity.

@@ -1,6 +1,6 @@
-//! Part of a curve that a quantity of interest is computed from.
+//! Part of a curve from which a quantity of interest is computed.
 
-/// Part of a curve that a quantity is computed from.
+/// Part of a curve from which a quantity is computed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Extent {
     /// The curve up to and around its peak.

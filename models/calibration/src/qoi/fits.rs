@@ -1,19 +1,20 @@
 //! Least-squares polynomials.
 
-/// Least-squares polynomial. It is expanded in the polynomials φ₀ = 1, φ₁ = x − a₀, φₖ₊₁ = (x − aₖ) φₖ − bₖ φₖ₋₁, which
-/// are orthogonal over the points, so that each coefficient is computed by one projection.
+/// Least-squares polynomial, expanded in the polynomials φ₀ = 1, φ₁ = x − a₀, φₖ₊₁ = (x − aₖ) φₖ − bₖ φₖ₋₁, which are
+/// orthogonal over the points, so that each coefficient is computed by one projection.
 ///
 /// # References
 /// Forsythe, Generation and use of orthogonal polynomials for data-fitting with a digital computer (1957).
 pub(super) struct Polynomial {
-    /// aₖ and bₖ for k = 0 … degree − 1.
+    /// Coefficients aₖ and bₖ of the three-term recurrence of the orthogonal polynomials, for k = 0
+    /// … degree − 1.
     recurrence: Vec<[f64; 2]>,
     /// Σ φₖ² over the points.
     norms: Vec<f64>,
     coefficients: Vec<f64>,
 }
 
-/// Value and first two derivatives of a polynomial at one place.
+/// Value and first two derivatives of a polynomial at one point.
 #[derive(Clone, Copy)]
 pub(super) struct Jet {
     pub(super) value: f64,
@@ -127,7 +128,8 @@ mod tests {
 
     use super::*;
 
-    /// x⁴ − 2x³ − 3x² at unequal points, and a line through three points by its textbook formula.
+    /// Tests the fit to values of x⁴ − 2x³ − 3x² at unequally spaced points, and compares a line
+    /// through three points with the textbook formulas of its slope and variances.
     #[test]
     fn polynomials_are_recovered_with_their_derivatives() {
         let y = |x: f64| x.powi(4) - 2.0 * x.powi(3) - 3.0 * x * x;
@@ -145,7 +147,7 @@ mod tests {
         assert_relative_eq!(value, 1.0 / 3.0 + 2.0, max_relative = 1e-14);
     }
 
-    /// 1 − (x − 0.2)⁴ − (x − 0.2)² has its maximum at 0.2, x³ on [0.5, 1] has none.
+    /// 1 − (x − 0.2)⁴ − (x − 0.2)² has its maximum at 0.2; x³ has no maximum in [0.5, 1].
     #[test]
     fn a_maximum_is_found_within_its_bounds_or_none() {
         let points = |y: fn(f64) -> f64, from: f64| -> Vec<(f64, f64)> {

@@ -9,7 +9,8 @@ use super::extent::Extent;
 use super::reading::{HALF_WIDTH, Reading};
 use super::unit::Unit;
 
-/// Force at a displacement. Its window does not move with the peak, so that it is linear in the forces of the curve.
+/// Force at a displacement. The window in which the force is read does not move with the peak, so that the quantity
+/// is linear in the forces of the curve.
 #[derive(Clone, Copy, Debug)]
 pub struct ForceAt {
     /// Whole number of µm, so that names and columns are exact.

@@ -14,13 +14,14 @@ pub struct Window {
 }
 
 impl Window {
-    /// Window around the displacement `fraction` times `peak_mm`; its width is a fifth of `peak_mm`.
+    /// Creates the window around the displacement `fraction` · `peak_mm`. The width of the window is
+    /// a fifth of `peak_mm`.
     pub fn around(fraction: f64, peak_mm: f64) -> Self {
         let [from_mm, to_mm] = Self::parts(fraction).map(|part| part * peak_mm);
         Self { from_mm, to_mm }
     }
 
-    /// Ends of the window around `fraction`, divided by the displacement at peak.
+    /// Returns the ends of the window around `fraction`, divided by the displacement at peak.
     pub fn parts(fraction: f64) -> [f64; 2] {
         [fraction - HALF_WIDTH, fraction + HALF_WIDTH]
     }

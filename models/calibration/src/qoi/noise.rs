@@ -1,6 +1,7 @@
 //! Noise of readings, estimated from the difference between each reading and a smooth curve through its neighbours.
 
-/// Number of readings in one difference: the cubic through four readings predicts the fifth.
+/// Number of readings from which one difference is computed: the cubic through four readings
+/// predicts the fifth reading.
 const STENCIL: usize = 5;
 /// Least number of blocks in which readings are averaged; readings are not averaged if there are fewer than twice this
 /// number.
@@ -10,8 +11,8 @@ const BLOCKS: usize = 150;
 ///
 /// The divided difference of five readings, scaled to weights of norm 1, has the variance of one reading and vanishes
 /// for a cubic. Differences beyond 3 robust standard deviations (spikes, sudden drops) are ignored. From 300 readings
-/// on, means of blocks are compared instead of readings, so that noise that neighbouring readings share has the weight
-/// that it has in their mean: the result is √m times the standard deviation of the mean of m readings.
+/// on, means of blocks are compared instead of readings, so that noise that neighbouring readings share is weighted
+/// as in a mean of readings: the result is √m times the standard deviation of the mean of m readings.
 pub fn standard_deviation(x: &[f64], y: &[f64]) -> f64 {
     let size = (y.len() / BLOCKS).max(1);
     if size == 1 {

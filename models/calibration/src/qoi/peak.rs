@@ -1,4 +1,4 @@
-//! The peak of a curve: the maximum of a polynomial that is fitted to readings around it.
+//! The peak of a curve: the maximum of a polynomial that is fitted to the readings around the peak.
 
 use super::error::QoiError;
 use super::fits::Polynomial;
@@ -7,8 +7,8 @@ use super::peak_window::{Fit, best_fit};
 
 /// Readings of at least this fraction of the highest force locate the peak of a curve without noise.
 const TOP: f64 = 0.97;
-/// Number of these readings from which a cubic is fitted to them: with as many readings the asymmetry of the curve
-/// matters more than the distance of the readings.
+/// Smallest number of readings near the peak to which a cubic is fitted instead of a parabola: with so many
+/// readings, the error from the asymmetry of the curve is larger than the error from the spacing of the readings.
 const CUBIC_FROM: usize = 9;
 /// Noise, as a fraction of the highest force, below which the curve counts as a curve without noise.
 const NOISE_FREE: f64 = 2e-4;
@@ -19,7 +19,7 @@ pub(super) struct Peak {
     /// Displacement in mm.
     pub(super) at_mm: f64,
     pub(super) force_n: f64,
-    /// Indices of the readings that the polynomial is fitted to.
+    /// Indices of the readings to which the polynomial is fitted.
     readings: Vec<usize>,
     /// Degree of the polynomial.
     degree: usize,
@@ -29,9 +29,10 @@ impl Peak {
     /// Locates the peak of a curve.
     ///
     /// Without noise (simulations), the peak is the vertex of the parabola through the contiguous readings around the
-    /// highest one whose force is at least 97 % of the highest force, including at least the two neighbours of the
-    /// highest reading. From nine such readings on it is the maximum of a cubic. With noise, the highest reading and the set of these readings are random. Therefore the
-    /// readings within a window of displacement around the peak are fitted (see [`best_fit`]).
+    /// highest reading whose force is at least 97 % of the highest force, including at least the two neighbours of
+    /// the highest reading. From nine such readings on, the peak is the maximum of a cubic. With noise, the highest
+    /// reading and the set of these readings are random. Therefore the readings within a window of displacement
+    /// around the peak are fitted (see [`best_fit`]).
     ///
     /// # Errors
     /// If the highest reading is the first or the last, or no fit has a maximum among its readings.
@@ -73,8 +74,8 @@ impl Peak {
         })
     }
 
-    /// Derivatives of displacement and force of the peak with respect to a parameter, from the derivatives of the force
-    /// at each reading. The set of readings of the fit is kept.
+    /// Derivatives of displacement and force of the peak with respect to a parameter, from the derivatives of the
+    /// force at each reading. The set of readings of the fit is assumed constant.
     pub(super) fn rates(&self, u: &[f64], force: &[f64], force_rates: &[f64]) -> [f64; 2] {
         let fit = |y: &[f64]| {
             let points: Vec<_> = self.readings.iter().map(|&i| (u[i] - self.at_mm, y[i])).collect();

@@ -1,4 +1,4 @@
-//! The peak of a noisy curve: a polynomial over a window of displacement around it.
+//! The peak of a noisy curve: a polynomial over a window of displacement around the peak.
 
 use super::fits::Polynomial;
 
@@ -35,8 +35,9 @@ const EXPONENTS: [f64; 2] = [0.5, 30.0];
 /// Limit of selections; each selection uses the exponent of the preceding fit.
 const SELECTIONS: usize = 5;
 
-/// Curve of a bundle of fibres with Weibull-distributed strengths, F ∝ x exp((1 − xᵖ)/p) with x = u/d and the exponent
-/// p. Its peak is at x = 1 and has the relative curvature F″ d²/F = −p. With p = 3 it is the curve of viscous damage.
+/// Curve of a bundle of fibres with Weibull-distributed strengths, F ∝ x exp((1 − xᵖ)/p) with x = u/d and the
+/// exponent p. Its peak is at x = 1 and has the relative curvature F″ d²/F = −p. With p = 3, the curve is the curve
+/// of viscous damage.
 ///
 /// Reference: Daniels, Proc. R. Soc. Lond. A 183 (1945) 405, doi:10.1098/rspa.1945.0011.
 #[derive(Clone, Copy)]
@@ -50,9 +51,9 @@ impl Bundle {
         x * ((1.0 - x.max(0.0).powf(self.exponent)) / self.exponent).exp() - 1.0
     }
 
-    /// Curve with the curvature of a fit at its peak, relative to peak force and displacement at peak. The logarithm of
-    /// the exponent is the mean of that of the fit and that of [`EXPONENT`], weighted by their precisions. `deviation`
-    /// is the standard deviation of the curvature.
+    /// Curve with the curvature of a fit at its peak, relative to peak force and displacement at peak. The logarithm
+    /// of the exponent is the mean of two logarithms, weighted by their precisions: the logarithm from the fit and
+    /// the median of [`EXPONENT`]. `deviation` is the standard deviation of the curvature.
     fn of_curvature(curvature: f64, deviation: f64) -> Self {
         let (median, prior) = EXPONENT;
         let [least, largest] = EXPONENTS;
@@ -84,8 +85,8 @@ pub(super) struct Fit {
 /// - the mean square of its residuals in excess of the noise, so that a sudden drop excludes wide windows.
 ///
 /// The squared relative errors of force and displacement are added. The error of the displacement has the weight 1/3,
-/// because an error of 1 % of one reading changes the displacement about three times as much as the force. The curvature
-/// is that of the selected fit; the selection is repeated until the fit does not change.
+/// because an error of 1 % of one reading changes the displacement about three times as much as the force. The
+/// curvature is taken from the selected fit, and the selection is repeated until the selected fit does not change.
 pub(super) fn best_fit(u: &[f64], force: &[f64], top_mm: f64, noise_n: f64) -> Option<Fit> {
     let origin = u.iter().copied().fold(f64::INFINITY, f64::min);
     let start = smoothed_top(u, force, top_mm - origin)?;
@@ -132,7 +133,7 @@ fn smoothed_top(u: &[f64], force: &[f64], way_mm: f64) -> Option<f64> {
 /// A fit whose window is centred on its own peak, with its readings.
 struct CentredFit {
     polynomial: Polynomial,
-    /// Middle of the window, mm; the polynomial is a function of the distance to it.
+    /// Middle of the window, mm. The polynomial is a function of the distance from this middle.
     centre: f64,
     /// Distance of the peak to the middle of the window, mm.
     x: f64,
@@ -187,7 +188,7 @@ impl NoisyCurve<'_> {
         Bundle::of_curvature(peak.curvature * relative, deviation * relative)
     }
 
-    /// Expected squared error of peak force and displacement at peak, relative.
+    /// Sum of the expected squared relative errors of peak force and displacement at peak.
     fn squared_error(&self, fit: &CentredFit, bundle: Bundle) -> f64 {
         let CentredFit { polynomial, points, x, centre, .. } = fit;
         let peak = polynomial.jet(*x);

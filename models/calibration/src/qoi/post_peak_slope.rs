@@ -24,7 +24,7 @@ impl PostPeakSlope {
     /// Fits the line whose slope is the slope past the peak.
     ///
     /// # Errors
-    /// If the curve ends before the window does, or the window contains no reading.
+    /// If the curve ends before the end of the window, or the window contains no reading.
     fn line(&self, curve: &PeakedCurve<'_>) -> Result<Line, QoiError> {
         let window = Window::around(MIDDLE, curve.peak_mm());
         let displacements = curve.curve().displacement_mm.iter().copied();

@@ -71,13 +71,13 @@ fn force_and_relaxed_fraction_are_those_of_the_standard_linear_solid() {
     assert!((0.2..0.4).contains(&found), "{found}");
 }
 
-/// Loading with the stiffness k to u, unloading with k₂ to the half: the slope is k₂, and the work that is not returned is
-/// k u²/2 − (k u² /2 − k₂ u²/8).
+/// Loading with the stiffness k to u, unloading with the stiffness k₂ to u/2: the slope is k₂, and the dissipated
+/// work is k u²/2 − (k u² /2 − k₂ u²/8).
 #[test]
 fn slope_and_energy_of_an_unloading_are_exact_for_straight_branches() {
     let (k, k2, u) = (1500.0, 2600.0, 0.04);
     let force = |t: f64, x: f64| if t <= 1.0 { k * x } else { k * u - k2 * (u - x) };
-    // a hold between loading and unloading changes nothing
+    // a hold between loading and unloading does not change the results
     for program in
         [&[(1.0, u), (1.5, 0.5 * u)][..], &[(1.0, u), (3.0, u), (4.0, 0.5 * u), (5.0, 0.5 * u)]]
     {
@@ -122,7 +122,8 @@ fn derivatives_are_those_of_the_values() {
     }
 }
 
-/// Loading interrupted by unloading and a hold: the peak is that of the loading without interruption.
+/// Loading interrupted by unloading and a hold: the peak equals the peak of the loading without
+/// interruption.
 #[test]
 fn quantities_of_the_peak_leave_out_unloading_and_reloading() {
     let envelope = |x: f64| 1500.0 * x * (-(x / 0.12_f64).powi(3) / 3.0).exp();

@@ -53,7 +53,8 @@ impl Qois {
     /// Computes the given quantities of a curve, in the given order.
     ///
     /// # Errors
-    /// As [`PeakedCurve::new`] and [`Qoi::value`]. A curve without peak is an error only if a quantity needs the peak.
+    /// The errors of [`PeakedCurve::new`] and of [`Qoi::value`]. A curve without peak is an error only if a quantity
+    /// needs the peak.
     ///
     /// # Example
     /// F = 2000 u − 10 000 u² falls by 2 · 10 000 · (1.2 − 1) · 0.1 mm = 400 N/mm past its peak at 0.1 mm:
@@ -81,12 +82,13 @@ impl Qois {
     /// Computes the derivatives of the given quantities with respect to a parameter, by the chain rule from the
     /// derivatives of the force at each point, N per unit of the parameter.
     ///
-    /// If the curve begins unloaded, the derivative of its first force is zero. The displacements of the points and the
-    /// set of readings to which the peak is fitted are kept. Windows that are centred at a fraction of the displacement
-    /// at peak move with it.
+    /// If the curve begins unloaded, the derivative of its first force is zero. The displacements of the points and
+    /// the set of readings to which the peak is fitted are assumed constant. Windows that are centred at a fraction
+    /// of the displacement at peak move with the peak.
     ///
     /// # Errors
-    /// As [`Qois::values_of`], and [`QoiError::TooShort`] if the numbers of derivatives and forces differ.
+    /// The errors of [`Qois::values_of`], and [`QoiError::TooShort`] if the numbers of derivatives and
+    /// forces differ.
     ///
     /// # Example
     /// The peak force of F = θ (u − u²/0.2) is proportional to θ, and the displacement at peak does not depend on θ:

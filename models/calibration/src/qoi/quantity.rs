@@ -35,13 +35,13 @@ impl Quantity {
         Self { name: qoi.name().into(), qoi: Arc::new(qoi) }
     }
 
-    /// Quantities that the paper calibrates against.
+    /// Returns the quantities with which the paper calibrates.
     pub fn of_the_paper() -> [Self; 3] {
         [Self::new(Slope), Self::new(PeakForce), Self::new(DisplacementAtPeak)]
     }
 
-    /// Quantities that describe a whole curve: peak force, displacement at peak, and the shape at these percentages of
-    /// the displacement at peak. Percentages outside 1 to 199 are omitted.
+    /// Returns quantities that describe a whole curve: peak force, displacement at peak, and the shape at these
+    /// percentages of the displacement at peak. Percentages outside 1 to 199 are omitted.
     pub fn of_curve(percent: &[u8]) -> Vec<Self> {
         let shape = percent.iter().filter_map(|&percent| RelativeForce::new(percent));
         let size = [Self::new(PeakForce), Self::new(DisplacementAtPeak)];
@@ -54,7 +54,7 @@ impl Quantity {
         entries.find_map(|entry| (entry.of_column)(column))
     }
 
-    /// Name and unit for figures.
+    /// Returns the name and unit for figures.
     pub fn label(&self) -> String {
         match self.unit() {
             Unit::ONE => self.description().into_owned(),
@@ -127,7 +127,8 @@ impl<'de> Deserialize<'de> for Quantity {
 
 /// The quantities that can be named in a case.
 ///
-/// The registry of the process is the standard one unless a program installs its own before it reads the first case.
+/// The registry of the process is the standard registry, unless a program installs another registry before it reads
+/// the first case.
 #[derive(Debug)]
 pub struct QoiRegistry {
     entries: Vec<Entry>,
@@ -136,7 +137,7 @@ pub struct QoiRegistry {
 /// Parses a name in a case or the column of a table.
 type Parse = Box<dyn Fn(&str) -> Option<Quantity> + Send + Sync>;
 
-/// One quantity, or several whose names differ by a number.
+/// One quantity, or a family of quantities whose names differ only in a number.
 struct Entry {
     /// Name of the quantity, or of one of the quantities.
     example: String,
@@ -153,7 +154,7 @@ impl fmt::Debug for Entry {
 static REGISTRY: OnceLock<QoiRegistry> = OnceLock::new();
 
 impl QoiRegistry {
-    /// The quantities of this crate.
+    /// Returns the registry of the quantities of this crate.
     pub fn standard() -> Self {
         Self { entries: Vec::new() }
             .with_qoi(Slope)
@@ -167,7 +168,7 @@ impl QoiRegistry {
             .with_family("force-at-50-percent", RelativeForce::of_name, RelativeForce::of_column)
             .with_family("force-at-0.05-mm", ForceAt::of_name, ForceAt::of_column)
             .with_family("force-at-10-s", ForceAtTime::of_name, ForceAtTime::of_column)
-            // the column alone does not show that it is one of these quantities
+            // the name of a column alone does not show that the column is such a quantity
             .with_family("column:deflection_mm", TableColumn::of_name, |_| None)
     }
 
@@ -206,7 +207,8 @@ impl QoiRegistry {
         named(name).or_else(|| named(&name.replace('_', "-")))
     }
 
-    /// Makes this the registry of the process. Returns `false` if the process has one already.
+    /// Makes this registry the registry of the process. Returns `false` if the process already has
+    /// a registry.
     pub fn install(self) -> bool {
         REGISTRY.set(self).is_ok()
     }

@@ -6,8 +6,9 @@ use super::fits::Polynomial;
 /// reading.
 pub(super) const HALF_WIDTH: f64 = 0.1;
 
-/// Value and slope of a curve at one displacement. Both are taken from a least-squares parabola through the surrounding
-/// points, at least three, so that neither the load step nor a single noisy point decides the result.
+/// Value and slope of a curve at one displacement. Both are computed from a least-squares parabola through the
+/// surrounding points (at least three), so that the result depends little on the load step and on a single noisy
+/// point.
 pub(super) struct Reading {
     pub(super) value: f64,
     /// Derivative of the value with respect to displacement, per mm.

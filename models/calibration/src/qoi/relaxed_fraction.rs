@@ -25,7 +25,8 @@ impl RelaxedFraction {
         let duration_s = |hold: &Branch| times[hold.readings.end - 1] - times[hold.readings.start];
         let mut longest: Option<&Branch> = None;
         for hold in curve.branches(BranchKind::Hold) {
-            // differences that are rounding errors do not decide between holds
+            // the tolerance has the effect that a rounding error does not decide which of two holds
+            // is the longest
             if longest.is_none_or(|most| duration_s(hold) > duration_s(most) * (1.0 + 1e-9)) {
                 longest = Some(hold);
             }

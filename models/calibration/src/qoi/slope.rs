@@ -12,8 +12,9 @@ use super::unit::Unit;
 /// at displacements d with |d − f·d_F| ≤ 0.1 d_F, where f is the slope fraction and d_F the displacement at peak.
 ///
 /// The line is fitted to the curve and not to the single readings, so that the slope is a smooth function of d_F. For
-/// dense readings, it is the slope of the line through the readings. In the paper, section "Quantities of Interest", the
-/// slope is taken at 0.3 d_F for simulations and five tests and at 0.55 d_F for seven tests.
+/// dense readings, this slope equals the slope of the least-squares line through the readings. In the paper, section
+/// "Quantities of Interest", the slope is taken at 0.3 d_F for simulations and five tests and at 0.55 d_F for seven
+/// tests.
 #[derive(Clone, Copy, Debug)]
 pub struct Slope;
 
@@ -52,8 +53,8 @@ impl Qoi for Slope {
     }
 }
 
-/// Returns the derivative of the slope of `line`, whose window is centred at `fraction` times the displacement at peak
-/// and moves with it.
+/// Returns the derivative of the slope of `line`, whose window is centred at `fraction` times the displacement at
+/// peak and moves with this displacement.
 pub(super) fn rate_of_slope(
     curve: &PeakedCurve<'_>,
     rates: &CurveRates<'_>,

@@ -7,15 +7,15 @@ use super::definition::Qoi;
 use super::error::QoiError;
 use super::unit::Unit;
 
-/// Number that a simulation or a laboratory reports in a column of a table. It is not computed from a curve, may have
-/// any unit and any sign, and is named `column:deflection_mm` in a case.
+/// Quantity that a simulation or a laboratory reports in a column of a table. The quantity is not computed from a
+/// curve, and may have any unit and any sign. Its name in a case is, for example, `column:deflection_mm`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TableColumn {
     column: String,
 }
 
 impl TableColumn {
-    /// What precedes the column in the name of the quantity in a case.
+    /// Prefix of the column's name in the name of the quantity in a case.
     pub const PREFIX: &'static str = "column:";
 
     /// Creates the quantity of a column. `None` unless the name of the column has letters, digits and `_`, `-`, `.` or

@@ -16,7 +16,8 @@ use crate::branch::BranchKind;
 pub struct UnloadingSlope;
 
 impl UnloadingSlope {
-    /// Slope of `values` of the record over the first half of the first unloading.
+    /// Returns the slope of `values`, which has one number per reading of the record, over the
+    /// first half of the first unloading.
     fn slope(&self, curve: &PeakedCurve<'_>, values: &[f64]) -> Result<f64, QoiError> {
         let no_unloading =
             || QoiError::NoBranch { quantity: self.name().into_owned(), branch: "unloading" };

@@ -30,19 +30,19 @@ pub struct ReadOptions {
     /// Name of the column of the time.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time: Option<String>,
-    /// Unit of the displacement, in place of the unit in the file.
+    /// Unit of the displacement. It replaces the unit that the file states.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub displacement_unit: Option<String>,
-    /// Unit of the force, in place of the unit in the file.
+    /// Unit of the force. It replaces the unit that the file states.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub force_unit: Option<String>,
-    /// Unit of the time, in place of the unit in the file.
+    /// Unit of the time. It replaces the unit that the file states.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time_unit: Option<String>,
-    /// Displacement in mm that corresponds to 1 in the file, in place of a unit.
+    /// Displacement in mm that corresponds to the number 1 in the file. It replaces a unit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub displacement_factor: Option<f64>,
-    /// Force in N that corresponds to 1 in the file, in place of a unit.
+    /// Force in N that corresponds to the number 1 in the file. It replaces a unit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub force_factor: Option<f64>,
     /// Sign of a compressive force in the file.

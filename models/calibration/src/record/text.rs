@@ -100,7 +100,7 @@ pub(super) fn has_readings(row: &Row, decimal: Decimal) -> bool {
     score(&row.cells, decimal) > 0
 }
 
-/// Splits a line into cells and removes quotes around them.
+/// Splits a line into cells, and removes the quotes around each cell.
 fn split(line: &str, separator: Separator) -> Vec<String> {
     if separator == Separator::Space {
         return line.split_whitespace().map(|cell| cell.trim_matches('"').to_owned()).collect();

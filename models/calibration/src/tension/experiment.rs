@@ -212,7 +212,7 @@ mod tests {
         // 84.0228 ksi = 579.317 MPa by hand
         approx::assert_relative_eq!(last.true_stress_mpa, 579.317 * 1.610127, max_relative = 1e-5);
         approx::assert_relative_eq!(tests[0].uniform_strain, 1.610127f64.ln(), max_relative = 1e-9);
-        // the first specimen was unloaded twice, the others never
+        // the first specimen was unloaded twice, and all other specimens were never unloaded
         let left_out: Vec<usize> = tests.iter().map(|test| test.unloading.len()).collect();
         assert_eq!(left_out, [12, 0, 0, 0, 0, 0, 0, 0]);
         for test in &tests {

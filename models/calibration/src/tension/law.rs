@@ -23,7 +23,7 @@ pub trait HardeningLaw: Sync {
     fn uniform_strain<S: Scalar>(parameters: &[S; 3]) -> S;
 }
 
-/// σ = σ_y + Q (1 − e^(−b ε_p)): hardening saturates. The parameter is the rise Q (1 − e^(−0.3 b)) in place of Q.
+/// σ = σ_y + Q (1 − e^(−b ε_p)): hardening saturates. The parameter is the rise Q (1 − e^(−0.3 b)) instead of Q.
 ///
 /// # Reference
 /// Voce (1948), J. Inst. Met. 74, 537–562.
@@ -47,8 +47,8 @@ impl HardeningLaw for Voce {
     }
 }
 
-/// σ = K (ε₀ + ε_p)^n: hardening does not saturate. The parameters are σ_y = K ε₀^n and the rise K (ε₀ + 0.3)^n − σ_y,
-/// in place of K and ε₀.
+/// σ = K (ε₀ + ε_p)^n: hardening does not saturate. The parameters are σ_y = K ε₀^n and the rise K (ε₀ + 0.3)^n −
+/// σ_y, instead of K and ε₀.
 ///
 /// # Reference
 /// Swift (1952), J. Mech. Phys. Solids 1, 1–18, doi:10.1016/0022-5096(52)90002-1.

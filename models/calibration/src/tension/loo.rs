@@ -25,14 +25,14 @@ pub(super) struct CurveFit {
     unit: DynCholeskyFactor<f64>,
 }
 
-/// Computes how well each specimen is predicted from the others. `posterior` is a calibration of the law `L` to all
-/// specimens.
+/// Computes how well each specimen is predicted from the other specimens. `posterior` is a calibration of the law
+/// `L` to all specimens.
 ///
 /// A whole curve is left out, because a further specimen has a whole curve. Leaving out single points would test
 /// interpolation only, because the neighbours of a point predict it. The density of the curve y_k is p(y_k | μ, s, R,
 /// sd) = ∫ p(y_k | θ, sd) N(ln θ; μ, Σ) d ln θ with Σ = diag(s) R diag(s). For this integral, the law is linearised
 /// about the least-squares fit of the curve. Draws are reweighted (PSIS). If Pareto's k of a specimen is above the
-/// threshold, `sampler` runs again without the specimen, and the result has −∞ in place of k.
+/// threshold, `sampler` runs again without the specimen, and the result has −∞ instead of k.
 /// # Errors
 /// If there are fewer than 25 draws, the sampler cannot start, or a curve does not determine three parameters.
 ///

@@ -1,8 +1,9 @@
-//! Metal plasticity from tension tests: the pattern for specimens with different parameters.
+//! Metal plasticity from tension tests: an example of a calibration in which specimens have
+//! different parameters, to be copied for other materials.
 //!
 //! Each specimen has its own parameters, drawn from an unknown population. The mean of the population is "the
-//! material", its covariance is the scatter between specimens, and both predict a new specimen. A law is defined by its
-//! flow stress ([`HardeningLaw`], some ten lines). Voce and Swift are implemented, and leaving out specimens
+//! material", its covariance is the scatter between specimens, and both predict a new specimen. A law is defined by
+//! its flow stress ([`HardeningLaw`], about ten lines). Voce and Swift are implemented, and leaving out specimens
 //! ([`loo_by_specimen`]) estimates which law predicts a new specimen better:
 //!
 //! ```no_run

@@ -30,7 +30,8 @@ fn strains() -> impl Iterator<Item = f64> {
     (0..12).map(|i| 0.04 * f64::from(i))
 }
 
-/// Specimen of a population: the logarithms have means of 3, 4, −2 and a standard deviation of 0.1; the noise is 5 MPa.
+/// Draws a specimen of a population: the logarithms have means of 3, 4, −2 and a standard deviation of 0.1; the noise
+/// is 5 MPa.
 fn specimen(name: usize, rng: &mut Xoshiro256PlusPlus) -> TensionTest {
     let mut normal = || -> f64 { Normal(0.0, 1.0).draw(rng) };
     let own = [3.0, 4.0, -2.0].map(|mean: f64| (mean + 0.1 * normal()).exp());

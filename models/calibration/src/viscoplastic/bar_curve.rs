@@ -141,7 +141,7 @@ impl BarCurve {
     /// strain. `M` is the number of strains plus two.
     ///
     /// # Errors
-    /// As [`stress_at`](Self::stress_at) and [`peak`](Self::peak).
+    /// The errors of [`stress_at`](Self::stress_at) and of [`peak`](Self::peak).
     ///
     /// # Panics
     /// If `M` is not the number of strains plus two.

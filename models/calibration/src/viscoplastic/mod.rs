@@ -1,10 +1,11 @@
 //! Viscoplastic metals: round bars in tension through necking, and yield stresses at several strain rates.
 //!
-//! A bar of a ductile metal necks at its largest load. From then on a strain of the whole bar describes no cross-section
-//! of the bar, and a forward model needs finite elements. This module contains the parts of such a calibration that need
-//! none: [`read_bar_curves`] and [`read_rate_tests`] read the tests, [`BarCurve`] computes quantities of interest of a
-//! measured or simulated curve, [`VoceJohnsonCook`] is the flow stress, and [`UniformBar`] is the curve of a bar that does
-//! not neck. `models/examples/steel_304l.rs` combines these parts with simulations:
+//! A bar of a ductile metal necks at its largest load. From then on a strain of the whole bar describes no
+//! cross-section of the bar, and a forward model needs finite elements. This module contains the parts of such a
+//! calibration that need no finite elements: [`read_bar_curves`] and [`read_rate_tests`] read the tests, [`BarCurve`]
+//! computes quantities of interest of a measured or simulated curve, [`VoceJohnsonCook`] is the flow stress, and
+//! [`UniformBar`] is the curve of a bar that does not neck. `models/examples/steel_304l.rs` combines these parts with
+//! simulations:
 //!
 //! ```text
 //! cargo run --release -p models --example steel_304l -- DIRECTORY

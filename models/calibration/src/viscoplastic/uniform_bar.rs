@@ -25,7 +25,7 @@ impl UniformBar {
     pub fn stress_mpa(&self, law: &VoceJohnsonCook<f64>, strain: f64) -> f64 {
         let total = strain.ln_1p();
         let rate_per_s = self.rate_per_s / (1.0 + strain);
-        // τ(α) − σ_y(α) falls; below its root at zero the bar is elastic
+        // τ(α) − σ_y(α) falls; if the value at α = 0 is negative, the bar is elastic
         let surplus = |plastic: f64| {
             self.young_mpa * (total - plastic) - law.flow_stress_mpa(plastic, rate_per_s)
         };
@@ -83,8 +83,8 @@ mod tests {
     };
     const BAR: UniformBar = UniformBar { young_mpa: 199_950.0, rate_per_s: 2.7e-4 };
 
-    /// Integrates the plastic strain rate of the same bar, with the rate of the plastic strain itself, by the backward
-    /// Euler method with small steps.
+    /// Compares with the backward Euler method with small steps for the same bar, in which the flow stress depends on
+    /// the rate of the plastic strain instead of the rate of the whole strain.
     #[test]
     fn the_curve_agrees_with_a_differential_equation() {
         let steps = 20_000;
@@ -97,7 +97,7 @@ mod tests {
                 stress - LAW.flow_stress_mpa(plastic + added, added / step_s)
             };
             if surplus(0.0) > 0.0 {
-                // bisection: the surplus falls with the added plastic strain
+                // bisection: the surplus decreases as the added plastic strain increases
                 let (mut low, mut high) = (0.0, strain.ln_1p() - plastic);
                 for _ in 0..60 {
                     let middle = 0.5 * (low + high);
@@ -111,7 +111,7 @@ mod tests {
             }
         }
         println!("largest relative difference {largest:.1e}");
-        // the closed form uses the rate of the whole strain in place of the rate of the plastic strain
+        // the closed form uses the rate of the whole strain instead of the rate of the plastic strain
         assert!(largest < 5e-4, "{largest}");
     }
 

@@ -19,7 +19,8 @@ pub struct SimulationParts {
     pub phase_field: Option<PhaseField>,
     /// `[test]`.
     pub test: TestCase,
-    /// `[machine]`. It changes no simulation: the curve of a run is recorded by this machine.
+    /// `[machine]`: the machine that records the curve of a run. The simulation itself does not
+    /// depend on the machine.
     pub machine: MachineCase,
 }
 
@@ -36,7 +37,8 @@ pub struct TargetError {
 /// A number that `[prior]` can name, so that it is calibrated.
 ///
 /// # Example
-/// A factor on Young's modulus of all regions, as for a load cell with a wrong scale:
+/// A factor that multiplies Young's modulus of all regions, such as the factor of a load cell with
+/// a wrong scale:
 /// ```
 /// use std::borrow::Cow;
 /// use models::{SimulationParts, Target, TargetError};

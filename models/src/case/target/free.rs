@@ -5,7 +5,8 @@ use std::borrow::Cow;
 use super::definition::{SimulationParts, Target, TargetError};
 use super::registry::Parameter;
 
-/// Parameter with a free name, which is not a number of the case.
+/// Parameter with a free name: its value is an input of the user's program, not a value in the
+/// case.
 #[derive(Debug)]
 pub(crate) struct FreeParameter {
     pub(crate) name: String,

@@ -32,7 +32,7 @@ pub(super) fn is_table(path: &str) -> bool {
 }
 
 impl InelasticConstant {
-    /// The constant with a path such as `matrix.plastic.hardening.voce.saturation_mpa`.
+    /// Returns the constant that a path addresses, such as `matrix.plastic.hardening.voce.saturation_mpa`.
     pub(super) fn of_path(path: &str) -> Option<Self> {
         let (_, keys) = parts(path)?;
         let keys: Vec<&str> = keys.collect();

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use super::definition::{SimulationParts, Target, TargetError};
 
-/// First part of the paths of interfaces, with its dot.
+/// Beginning of the path of every parameter of an interface, including the dot.
 const TABLE: &str = "interface.";
 /// Key of the toughness in the table of an interface.
 pub(super) const TOUGHNESS: &str = "toughness_n_per_mm";

@@ -84,7 +84,7 @@ pub(super) struct MaterialConstant {
 }
 
 impl MaterialConstant {
-    /// The constant with a path such as `matrix.young_mpa`.
+    /// Returns the constant that a path addresses, such as `matrix.young_mpa`.
     pub(super) fn of_path(path: &str) -> Option<Self> {
         let (region, key) = path.rsplit_once('.')?;
         let property = Property::ALL.into_iter().find(|property| property.key() == key)?;

@@ -1,4 +1,5 @@
-//! Numbers of the tables `[phase_field]`, `[test]` and `[machine]` that can be calibrated. Each has an entry in [`NUMBERS`].
+//! Numbers of the tables `[phase_field]`, `[test]` and `[machine]` that can be calibrated. Each number has an entry
+//! in [`NUMBERS`].
 
 use std::borrow::Cow;
 

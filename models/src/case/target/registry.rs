@@ -29,7 +29,7 @@ impl Parameter {
         Self { path: target.path().into(), target: Arc::new(target) }
     }
 
-    /// Table and key of the path.
+    /// Returns the table and the key of which the path consists.
     pub(crate) fn table_and_key(&self) -> (&str, &str) {
         self.path.rsplit_once('.').unwrap_or(("", &self.path))
     }
@@ -106,7 +106,7 @@ impl FromStr for Parameter {
     }
 }
 
-/// The parameters that a case can name, besides the constants of its materials.
+/// Parameters that a case can name, in addition to the constants of its materials.
 ///
 /// The process uses the standard registry, unless a program installs another registry before it reads the first case.
 #[derive(Debug)]
@@ -117,7 +117,7 @@ pub(crate) struct TargetRegistry {
 static REGISTRY: OnceLock<TargetRegistry> = OnceLock::new();
 
 impl TargetRegistry {
-    /// The targets of this crate.
+    /// Returns the registry with the targets of this crate.
     pub(crate) fn standard() -> Self {
         Self { targets: NUMBERS.into_iter().map(Parameter::new).collect() }
     }
@@ -128,7 +128,8 @@ impl TargetRegistry {
         self
     }
 
-    /// Makes this the registry of the process. Returns `false` if the process already has a registry.
+    /// Makes this registry the registry of the process. Returns `false` if the process already has a
+    /// registry.
     pub(crate) fn install(self) -> bool {
         REGISTRY.set(self).is_ok()
     }

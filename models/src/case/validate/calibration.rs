@@ -100,7 +100,7 @@ impl CaseFile {
     /// # Errors
     /// If the number is too small. The error names the key and an allowed value.
     pub(crate) fn check_steps(&self) -> Result<(), InputError> {
-        // the segments of a load program need no peak each
+        // not every segment of a load program needs a peak
         let steps = self.case.test.steps.filter(|_| self.case.test.program.is_none());
         steps.map_or(Ok(()), |steps| self.check_number_of_steps("test.steps", steps))
     }

@@ -159,7 +159,8 @@ mod tests {
 
     const HOLD: &str = "[{ time_s = 0.1, displacement_mm = 0.05, steps = 10 }, { time_s = 5.0, displacement_mm = 0.05 }]";
 
-    /// Parses a small case with these lines of `[test]` and these further tables.
+    /// Parses a small case whose table `[test]` contains the lines `test`, followed by the tables
+    /// `further`.
     fn parse(test: &str, further: &str) -> Result<CaseFile, String> {
         let text = format!(
             "[specimen]\nradius_mm = 2.5\nheight_mm = 4.4\nspacing_mm = 0.7\n\

@@ -1,10 +1,11 @@
-//! Checks of a case with several tests: of the tests, and of the keys that belong to all of them.
+//! Checks of a case with several tests: checks of each test, and of the keys that apply to all
+//! tests.
 
 use super::super::several_tests::{TestMistake, check_name, is_reserved, read_tests};
 use super::super::{BetweenTestsCase, CaseFile, Mistakes, SingleTest};
 use crate::error::InputError;
 
-/// Checks the tests of a case, each as a case of its own, and the keys that belong to all tests. Returns all errors.
+/// Checks each test of a case as a complete case, and the keys that apply to all tests. Returns all errors.
 pub(super) fn check_tests(file: &CaseFile) -> Vec<InputError> {
     let mut mistakes = Mistakes::default();
     let mut names: Vec<&str> = Vec::new();

@@ -243,7 +243,7 @@ impl CaseFile {
         }
         let field = phase_field.as_ref().map_or(Ok(()), PhaseField::validate);
         let schedule = match test.program {
-            // the checks of the program report its mistakes
+            // `check_program` reports the mistakes in the load program
             Some(_) => test.compression(None).map_or(Ok(()), |test| test.schedule.validate()),
             None => test.schedule(None).validate(),
         };

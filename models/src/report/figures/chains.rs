@@ -83,7 +83,8 @@ mod tests {
 
     #[test]
     fn chains_that_are_alike_have_even_ranks_and_one_that_lags_has_not() {
-        // two interleaved chains, then one chain below the other
+        // first two chains with interleaved values, then two chains of which one has only smaller
+        // values
         let even: Vec<f64> = (0..40).map(|i| f64::from(2 * i)).collect();
         let odd: Vec<f64> = even.iter().map(|x| x + 1.0).collect();
         assert_eq!(rank_histograms(&[even.clone(), odd], 4), [[1.0; 4]; 2]);

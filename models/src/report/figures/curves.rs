@@ -15,7 +15,8 @@ pub(in crate::report) fn curves(results: &Results) -> String {
     force_displacement(plots)
 }
 
-/// Experimental curves with the simulations at the case's own materials, at posterior draws and at the MAP.
+/// Experimental curves, and simulations with the materials of the case, with posterior draws and with the
+/// MAP.
 pub(in crate::report) fn confirmation(results: &Results) -> String {
     let mut plots = measured(results);
     plots.extend(alike(results.posterior_curves.iter(), "posterior draws", DRAWS, 1.2));

@@ -51,8 +51,8 @@ pub(in crate::report) fn map_beside_experiments(results: &Results) -> Vec<String
     results.qois.iter().map(one).collect()
 }
 
-/// One panel: normalised `histograms`, and in front of these the histogram of the experiments as an outline, the mean
-/// of the experiments as a dashed line, and the MAP as a solid line.
+/// One panel: normalised `histograms`, and in front of these histograms the histogram of the experiments as an
+/// outline, the mean of the experiments as a dashed line, and the MAP as a solid line.
 fn beside<'a>(
     qoi: &'a Qoi,
     range: (f64, f64),

@@ -6,7 +6,7 @@ use super::draw::line;
 use crate::report::results::{OrderErrors, Results};
 use crate::report::style::{PRIOR, SERIES, panel, single};
 
-/// Function that returns one kind of error of an order.
+/// Function that selects one of the errors of an order, such as the leave-one-out error.
 type ErrorOf = fn(&OrderErrors) -> Option<f64>;
 
 /// Smallest relative error that is drawn. Smaller training errors belong to expansions that interpolate the runs.

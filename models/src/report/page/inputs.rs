@@ -1,4 +1,4 @@
-//! Table of the files that the results were computed from.
+//! Table of the files from which the results were computed.
 
 use maud::{Markup, html};
 

@@ -12,7 +12,7 @@ pub(super) struct Paragraph<'a> {
     order: usize,
     parameters: Vec<String>,
     quantities: Vec<&'a str>,
-    /// Largest R-hat and smallest bulk ESS of all sampled numbers.
+    /// Largest R-hat and smallest bulk ESS of all sampled quantities.
     rhat: f64,
     ess: f64,
     divergences: u64,

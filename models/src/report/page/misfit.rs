@@ -36,7 +36,8 @@ pub(super) fn show(misfits: &[QuantityMisfit]) -> Markup {
     }
 }
 
-/// Difference, threshold and verdict; empty cells without a misfit.
+/// Table cells with the difference, the threshold and the verdict; empty cells if there is no
+/// misfit.
 fn cells(misfit: Option<Misfit>) -> Markup {
     let Some(misfit) = misfit else { return html! { td {} td {} td {} } };
     let (class, verdict) = match misfit.is_poor() {

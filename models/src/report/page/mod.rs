@@ -2,9 +2,9 @@
 //! which writes them as HTML; the order of the sections is the list in [`page`].
 //!
 //! 1. `parts`: tables, figures and captions
-//! 2. `made`, `unfinished`, `parameters`, `warnings`, `misfit`, `budget`: the answer
+//! 2. `made`, `unfinished`, `parameters`, `warnings`, `misfit`, `budget`: the conclusions
 //! 3. `specimens`, `curves`, `surrogate`, `posterior`, `correlations`, `sampling`: data, surrogate and posterior
-//! 4. `predictions`, `confirmation`, `damage`, `further`: what follows from them
+//! 4. `predictions`, `confirmation`, `damage`, `further`: predictions and further tests
 //! 5. `specimen`, `methods`, `inputs`, `case_file`: how the results were made
 //! 6. `several_tests`: the page of a case with several tests, from these sections
 

@@ -20,7 +20,8 @@ pub(super) fn numbered(page: &str) -> String {
     numbered
 }
 
-/// Caption of a figure: its number, what it shows, and what to do if it looks wrong.
+/// Caption of a figure: the number of the figure, a description, and advice for the case that the
+/// figure looks wrong.
 pub(super) fn caption(shown: Markup, if_wrong: &str) -> Markup {
     html! {
         figcaption {

@@ -1,4 +1,5 @@
-//! Report page of a case with several tests: what all tests together show, what each contributes, and each test.
+//! Report page of a case with several tests: results of the joint calibration, contribution of each test, and a
+//! link to the report of each test.
 
 use maud::{Markup, html};
 
@@ -37,11 +38,12 @@ pub(crate) struct WithoutTest {
     pub(crate) contraction: f64,
     /// Shift of the mean, in standard deviations of the posterior with all tests.
     pub(crate) shift_sd: f64,
-    /// Standard deviation divided by that with all tests.
+    /// Posterior standard deviation without the test, divided by the posterior standard deviation
+    /// with all tests.
     pub(crate) sd_ratio: f64,
 }
 
-/// HTML of each section of the list that has something to show.
+/// Returns the HTML of each listed section that has content.
 macro_rules! sections {
     ($results:expr, [$($section:ident),*]) => {
         html! { $(@if let Some(values) = $section::collect($results) { ($section::show(&values)) })* }
@@ -87,7 +89,7 @@ fn links(results: &JointResults) -> Markup {
     }
 }
 
-/// Section on the contribution of each test: the posterior without it.
+/// Section on the contribution of each test: the posterior without the test.
 fn without_tests(without: &[WithoutTest]) -> Markup {
     if without.is_empty() {
         return html! {};

@@ -81,7 +81,8 @@ pub(crate) struct Variant {
     pub(crate) missing: Vec<String>,
 }
 
-/// A conclusion of a study under its first setting.
+/// A conclusion that a study draws under its first setting, and whether it holds under the other
+/// settings.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Conclusion {
     /// The conclusion as a sentence.

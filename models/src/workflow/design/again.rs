@@ -1,5 +1,5 @@
 //! Candidate that takes further quantities from the existing curves of the present test. Because the curves exist, a
-//! calibration to these quantities shows how much they narrow the posterior.
+//! calibration to these quantities shows how much these quantities narrow the posterior.
 
 use fem::RunRecord;
 use ppl::{Nuts, Posterior};
@@ -31,7 +31,8 @@ pub(super) fn test(
     place: usize,
 ) -> Result<(Belief, FurtherTest), WorkflowError> {
     let inputs = &task.inputs;
-    // read the same inputs as the stage `ensemble`, which identify its runs
+    // read exactly the inputs that the stage `ensemble` reads, because these inputs identify the
+    // runs
     let ensemble = task.with(inputs.afresh());
     let plan = Plan::of(&ensemble.inputs, usize::MAX)?;
     let qoi = inputs.qoi();

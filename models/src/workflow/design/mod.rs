@@ -1,5 +1,5 @@
 //! Stage `design`: predicts by how much further tests would reduce the uncertainty of the parameters, and how many
-//! specimens they need.
+//! specimens are needed.
 
 mod again;
 mod other;
@@ -19,7 +19,7 @@ const IDENTIFIED: f64 = 0.5;
 struct Candidate {
     name: String,
     /// Belief about the parameters: the posterior of the calibration. If the test takes further quantities from
-    /// existing curves, the narrower posterior given these quantities too.
+    /// existing curves, the belief is the narrower posterior that also includes these quantities.
     belief: Belief,
     test: FurtherTest,
 }

@@ -30,7 +30,8 @@ pub(super) fn test(
 ) -> Result<FurtherTest, WorkflowError> {
     let file = task.inputs.candidate(case)?;
     let own = task.with(task.inputs.of(&file));
-    // the runs depend on the candidate's geometry: reading the geometry adds it to the identity of the runs
+    // the runs depend on the candidate's geometry: reading the geometry adds the geometry to the identity
+    // of the runs
     own.inputs.geometry()?;
     let mut plan = Plan::of(&own.inputs, usize::MAX)?;
     let quantities = file.case.qoi.quantities.clone();
@@ -77,7 +78,8 @@ fn mean_of(data: &surrogate::Dataset, input: usize) -> f64 {
     data.rows().map(|(x, _)| x[input]).sum::<f64>() / data.len() as f64
 }
 
-/// Adds the error covariance of the corrections of `[fidelity]`, for the quantities that they correct.
+/// Adds the error covariance of the corrections of `[fidelity]`, for the quantities to which the
+/// corrections apply.
 fn add_error_of_meshes(
     task: &Task<'_>,
     outputs: &[String],

@@ -20,7 +20,8 @@ const DRAWS: usize = 400;
 pub(super) struct Draw {
     /// The parameters.
     pub(super) theta: Vec<f64>,
-    /// Covariance (quantities × quantities) between specimens, relative to their means.
+    /// Covariance (quantities × quantities) between specimens, relative to the means of the
+    /// quantities.
     pub(super) scatter: Vec<Vec<f64>>,
 }
 

@@ -86,7 +86,8 @@ fn relations(inputs: &Inputs<'_>) -> BTreeMap<String, BetweenTests> {
     all.map(|(parameter, own)| (parameter.to_string(), relation(own))).collect()
 }
 
-/// The relations of parameters that at least one of the tests shares.
+/// Returns the relations of the parameters that at least one of the given tests shares with other
+/// tests.
 fn relations_in(
     between: &BTreeMap<String, BetweenTests>,
     tests: &[JointTest],
@@ -113,7 +114,8 @@ fn write_posterior(task: &Task<'_>, joint: &JointCalibration) -> Result<(), Work
         row.name = parameter_name(&row.name);
         row.place.clone_from(&row.name);
     }
-    // the likelihood of a test is one term of the density, without data of its own
+    // the likelihood of a test is one term of the density, which counts as an observation without
+    // data
     summary.warnings.retain(|warning| warning.kind != WarningKind::NoData);
     task.product("summary.csv", |path| {
         summary.write_csv(path).map_err(|e| named("summary.csv", e))
@@ -134,8 +136,9 @@ fn write_posterior(task: &Task<'_>, joint: &JointCalibration) -> Result<(), Work
     task.write_json(FILE, &parameters)
 }
 
-/// Returns the posterior without the standardised deviations and the partial correlations. Both are coordinates of the
-/// sampler; the tables for users have the values in the tests and the correlations.
+/// Returns the posterior without the standardised deviations and the partial correlations. Both are internal
+/// coordinates of the sampler. The tables for users contain the values of the parameters in the tests, and the
+/// correlations, instead.
 fn without_coordinates(posterior: &Posterior) -> Posterior {
     let is_shown = |name: &str| !matches!(name, "unit" | "partial");
     let mut shown = posterior.clone();

@@ -17,7 +17,7 @@ pub(super) struct TestEvidence {
     pub(super) priors: Vec<Prior>,
     pub(super) evidence: Evidence,
     pub(super) shared: SharedError,
-    /// Paths of the parameters with a prior of this test.
+    /// Paths of the parameters that have a prior in this test only.
     own: Vec<String>,
     /// Number of specimens.
     pub(super) specimens: usize,
@@ -27,8 +27,8 @@ impl TestEvidence {
     /// Reads all tests of a case, and records every key and file on which the tests depend.
     ///
     /// # Errors
-    /// Fails if a file of a test is missing or is of another case. Unless `accept_out_of_range`, fails if the specimens of
-    /// a test are outside the range of its runs.
+    /// Fails if a file of a test is missing or belongs to another case. Unless `accept_out_of_range`, fails if the
+    /// specimens of a test are outside the range of its runs.
     pub(super) fn read_all(
         inputs: &Inputs<'_>,
         accept_out_of_range: bool,

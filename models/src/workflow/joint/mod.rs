@@ -1,5 +1,5 @@
-//! Joint calibration of the tests of `[[tests]]`. Each test has a results folder of its own, `tests/NAME`, for a case
-//! with this single test. First, the stages up to `surrogate` are run in the folder of each test. Then the tests are
+//! Joint calibration of the tests of `[[tests]]`. Each test has a separate results folder, `tests/NAME`, with a case
+//! for this test alone. First, the stages up to `surrogate` are run in the folder of each test. Then the tests are
 //! calibrated together. Finally, the other stages are run in the folder of each test with the joint posterior.
 //!
 //! 1. `folders`: names of folders and files

@@ -14,7 +14,7 @@ use crate::case::CaseFile;
 use crate::report::{CalibratedParameter, Qualifier};
 use crate::table::CsvTable;
 
-/// Warnings of one test, and the restrictions of verdicts that follow from them.
+/// Warnings of one test, and the restrictions of verdicts that follow from these warnings.
 struct Judgement {
     test: String,
     qualifiers: BTreeSet<Qualifier>,

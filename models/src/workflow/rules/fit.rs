@@ -10,9 +10,9 @@ use crate::table::{CsvTable, TableRow};
 
 /// A misfit is poor if it exceeds this number of its standard deviations.
 const DEVIATIONS: f64 = 3.0;
-/// A misfit smaller than this is never poor, %.
+/// A misfit smaller than this value is never poor, %.
 const NEGLIGIBLE: f64 = 2.0;
-/// A misfit larger than this is always poor, %.
+/// A misfit larger than this value is always poor, %.
 const LARGEST: f64 = 10.0;
 
 /// Rule on the misfit of the surrogate. The surrogate is the mean response over all microstructures of the runs.
@@ -80,7 +80,8 @@ fn simulated(inputs: &Inputs<'_>) -> Result<Vec<f64>, WorkflowError> {
     Ok(table.rows().map(percent).collect::<Result<_, InputError>>()?)
 }
 
-/// Misfit of each compared quantity with its threshold, and that of the simulation if `confirmed`.
+/// Misfit of each compared quantity with its threshold; if `confirmed`, also the misfit of the
+/// simulation.
 pub(in crate::workflow) fn verdicts(
     inputs: &Inputs<'_>,
     confirmed: bool,

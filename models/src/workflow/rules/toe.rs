@@ -10,9 +10,9 @@ use crate::table::CsvTable;
 /// Length of a toe below which it is negligible, % of the displacement at peak.
 const NEGLIGIBLE: f64 = 2.0;
 
-/// Rule on the toes of the measured curves, unless `experiments.toe = "correct"` removes them. It applies if the
-/// displacement at peak is a compared quantity. Otherwise only the stage `experiments` warns of the toe, and the
-/// verdict is not qualified.
+/// Rule on the toes of the measured curves, unless `experiments.toe = "correct"` removes them. The rule applies
+/// if the displacement at peak is a compared quantity. Otherwise only the stage `experiments` warns of the toe,
+/// and the verdict is not qualified.
 pub(super) const RULE: Rule = Rule { reads: &["experiments"], check };
 
 fn check(inputs: &Inputs<'_>) -> Result<Vec<Warning>, WorkflowError> {
@@ -35,7 +35,8 @@ fn check(inputs: &Inputs<'_>) -> Result<Vec<Warning>, WorkflowError> {
     Ok(warned(&percents))
 }
 
-/// Returns the warning for the toes of all specimens that have one, in % of their displacements at peak.
+/// Returns the warning about toes. `percents` are the lengths of the toes of all specimens that have a
+/// toe, in % of the displacement at peak.
 fn warned(percents: &[f64]) -> Vec<Warning> {
     let large: Vec<f64> = percents.iter().map(|p| p.abs()).filter(|p| *p > NEGLIGIBLE).collect();
     if large.is_empty() {

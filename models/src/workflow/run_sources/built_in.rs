@@ -15,7 +15,7 @@ use super::super::simulator::Simulator;
 /// The simulated tests of a case.
 struct BuiltIn;
 
-/// Opens the source; every case without another source has it.
+/// Opens the source, which is used in every case without another source.
 pub(super) fn open(_: &Inputs<'_>) -> Result<Option<Box<dyn RunSource>>, WorkflowError> {
     Ok(Some(Box::new(BuiltIn)))
 }

@@ -1,4 +1,4 @@
-//! The source `[simulator]`: a program of the user that computes each run in a folder of its own.
+//! The source `[simulator]`: a program of the user that computes each run in a separate folder.
 
 use std::fs;
 use std::io::ErrorKind;
@@ -51,7 +51,7 @@ pub(super) fn open(inputs: &Inputs<'_>) -> Result<Option<Box<dyn RunSource>>, Wo
         Ok::<_, WorkflowError>((name_of(path), Template::parse(&text)))
     });
     let mut case = case.clone();
-    // the program works in another folder; a program without a folder is sought in PATH
+    // the program works in another folder; a program without a folder is searched in PATH
     if Path::new(&case.command[0]).components().count() > 1 {
         let from = inputs.case_path().with_file_name("").join(&case.command[0]);
         let program = std::path::absolute(&from).map_err(|e| WorkflowError::io(&from, e))?;
@@ -115,7 +115,8 @@ impl RunSource for Program {
 }
 
 impl Program {
-    /// The limits of a run, as text at the end of the reason of a failed run.
+    /// Returns a description of the limits of a run, which is appended to the reason of a failed
+    /// run.
     fn limits(&self) -> String {
         let attempts = match self.case.retries {
             0 => "1 attempt".to_owned(),

@@ -1,5 +1,5 @@
-//! Sources of the runs of a case. A source is a type that implements [`RunSource`], in a file of its own, and an entry of
-//! [`SOURCES`].
+//! Sources of the runs of a case. A source is a type that implements [`RunSource`] in a separate file, with an entry
+//! in [`SOURCES`].
 //!
 //! In layers, lowest first:
 //! 1. `process`, `result_file`: a program of the user with a time limit, and the file that it writes
@@ -18,10 +18,11 @@ use super::WorkflowError;
 use super::inputs::Inputs;
 use super::run_source::RunSource;
 
-/// Opens the source if the case has it. Reads everything that identifies the runs of the source, and nothing else.
+/// Function that opens a source, if the case uses this source. The function reads everything that identifies the
+/// runs of the source, and nothing else.
 type Open = fn(&Inputs<'_>) -> Result<Option<Box<dyn RunSource>>, WorkflowError>;
 
-/// All sources. The first source that a case has is used.
+/// All sources. A case uses the first source whose function returns a source for this case.
 const SOURCES: [Open; 3] = [command::open, table::open, built_in::open];
 
 /// Returns the source of the runs of a case.

@@ -12,9 +12,9 @@ const DELAY: Duration = Duration::from_millis(50);
 #[derive(Debug)]
 pub(super) enum ProcessEnd {
     Exited(ExitStatus),
-    /// It was stopped at the time limit.
+    /// The process was stopped at the time limit.
     TimeLimit,
-    /// It was stopped because the user interrupted this program.
+    /// The process was stopped because the user interrupted this program.
     Interrupted,
 }
 
@@ -29,7 +29,8 @@ pub(super) fn run_process(
     interrupt: &AtomicBool,
 ) -> io::Result<ProcessEnd> {
     command.stdin(Stdio::null());
-    // a group of its own, so that all processes of the group can be stopped
+    // start the process in a separate process group, so that all processes of this group can be
+    // stopped
     #[cfg(unix)]
     std::os::unix::process::CommandExt::process_group(&mut command, 0);
     let mut child = command.spawn()?;
@@ -55,7 +56,8 @@ pub(super) fn run_process(
 fn stop(child: &mut Child) {
     #[cfg(unix)]
     {
-        // the standard library stops single processes only; `kill` of a shell is part of POSIX
+        // the standard library can only stop single processes; the command `kill` of a shell is
+        // part of POSIX
         let kill = format!("kill -s KILL -- -{}", child.id());
         let _ = Command::new("sh").args(["-c", &kill]).stderr(Stdio::null()).status();
     }

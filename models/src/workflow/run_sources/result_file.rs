@@ -29,7 +29,7 @@ pub(super) struct ProgramResult {
 /// one line per quantity. Any other table has one column per quantity and one line.
 ///
 /// # Errors
-/// Fails if the file is no such table, or if an entry is not a finite number.
+/// Fails if the file does not have one of these three forms, or if an entry is not a finite number.
 pub(super) fn read_result(path: &Path) -> Result<ProgramResult, InputError> {
     let table = CsvTable::read(path, &[])?;
     if table.has_column(DISPLACEMENT) {

@@ -43,8 +43,8 @@ fn prior() -> Vec<Input> {
     vec![Input::new("young", 200.0, 370.0).unwrap(), Input::new("viscosity", 0.1, 0.6).unwrap()]
 }
 
-/// A laboratory with its own ensemble on a few specimens. If `shared` is false, the runs are treated as if each had its
-/// own specimen.
+/// A laboratory with an ensemble on a few specimens. If `shared` is false, the runs are treated as if each run had a
+/// separate specimen.
 struct Laboratory {
     seed: u64,
     /// Number of specimens of the ensemble.

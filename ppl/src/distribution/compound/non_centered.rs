@@ -26,10 +26,10 @@ use crate::term::parameter::Parameter;
             `.iid(n)` and `.array::<N>()`"
 )]
 pub trait LocationScale<R: Scalar>: Unknown<R> {
-    /// Type of the distribution of z.
+    /// Type of the distribution of the standardised value z.
     type Standard: Unknown<R, Value = Self::Value>;
 
-    /// Distribution of z.
+    /// Distribution of the standardised value z.
     fn standard(&self) -> Self::Standard;
 
     /// Map x = T(z).

@@ -5,7 +5,8 @@ use super::covariance::Covariance;
 use super::matrix::Upper;
 use crate::distribution::glm::Design;
 
-/// Squared scaled distance u² of two points. `weights` are 1/ℓ², one for all columns or one per column.
+/// Returns the squared distance u² = Σ (Δ_d/ℓ_d)² of two points. `weights` contains 1/ℓ² for all
+/// columns of the points, or 1/ℓ_d² for each column.
 #[inline]
 pub(super) fn square_distance(a: &[f64], b: &[f64], weights: &[f64]) -> f64 {
     let squares = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b));
@@ -15,12 +16,13 @@ pub(super) fn square_distance(a: &[f64], b: &[f64], weights: &[f64]) -> f64 {
     }
 }
 
-/// Covariances of pairs of points without the factor a², and their derivatives.
+/// Correlations ρ of all pairs of points (the covariances divided by a²), and the derivatives of
+/// these correlations.
 pub(super) struct Correlations {
     size: usize,
-    /// ρ(uᵢⱼ) for j ≤ i, at the index `i (i + 1)/2 + j`.
+    /// Correlation ρ(uᵢⱼ) of points i and j ≤ i, at the index `i (i + 1)/2 + j`.
     values: Vec<f64>,
-    /// −ρ′(uᵢⱼ)/uᵢⱼ, at the same indices.
+    /// Derivative −ρ′(uᵢⱼ)/uᵢⱼ of the correlation of points i and j, at the indices of `values`.
     slopes: Vec<f64>,
 }
 
@@ -45,7 +47,7 @@ impl Correlations {
         i * (i + 1) / 2 + j
     }
 
-    /// Factor of the covariance matrix; `None` if the matrix is not positive definite.
+    /// Returns the factor of the covariance matrix; `None` if the matrix is not positive definite.
     pub(super) fn factor(&self, amplitude: f64, noise: f64) -> Option<Upper> {
         let (scale, nugget) = (amplitude * amplitude, noise * noise);
         Upper::of_covariance(self.size, |i, j| {
@@ -58,7 +60,7 @@ impl Correlations {
 /// Partial derivatives of the log density with respect to the entries of the covariance matrix: with α = C⁻¹ (x − m),
 /// the derivative of the log density along a change dC is ½ Σᵢⱼ (αᵢ αⱼ − C⁻¹ᵢⱼ) dCᵢⱼ.
 pub(super) struct InCovariance {
-    /// αᵢ αⱼ − C⁻¹ᵢⱼ for j ≤ i, at the index `i size + j`.
+    /// Entries αᵢ αⱼ − C⁻¹ᵢⱼ for j ≤ i, at the index `i * size + j`.
     entries: Vec<f64>,
     size: usize,
 }
@@ -74,7 +76,8 @@ impl InCovariance {
         Self { entries, size }
     }
 
-    /// Derivatives with respect to the amplitude, the lengths and the noise.
+    /// Returns the derivatives of the log density with respect to the amplitude, the lengths and
+    /// the noise.
     pub(super) fn slopes(
         &self,
         points: impl Design,
@@ -84,14 +87,15 @@ impl InCovariance {
         weights: &[f64],
     ) -> Vec<f64> {
         let (mut in_scale, mut in_nugget) = (0.0, 0.0);
-        // derivatives with respect to the numbers 1/ℓ², without the factor a²
+        // derivatives with respect to the weights 1/ℓ², without the factor a²
         let mut in_weights = vec![0.0; weights.len()];
         for i in 0..self.size {
             for j in 0..i {
                 // the entries (i, j) and (j, i) are equal
                 let (entry, at) = (self.entries[i * self.size + j], Correlations::index(i, j));
                 in_scale += entry * correlations.values[at];
-                // dρ = ρ′ du, and u du = ½ Σ Δ² d(1/ℓ²)
+                // the derivatives with respect to the weights 1/ℓ² follow from dρ = ρ′ du and u du
+                // = ½ Σ Δ² d(1/ℓ²)
                 let slope = -0.5 * entry * correlations.slopes[at];
                 let (a, b) = (points.row(i), points.row(j));
                 let squares = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b));

@@ -30,16 +30,17 @@ pub trait Covariance: Clone + Debug {
     /// Amplitude a.
     fn amplitude(&self) -> f64;
 
-    /// One length for all columns of the points, or one length per column.
+    /// Returns a single length that applies to all columns of the points, or one length per column.
     fn lengths(&self) -> Vec<f64>;
 
-    /// Correlation ρ(u) and −ρ′(u)/u, at u² = `square`. For u = 0 the second number must be finite.
+    /// Returns the correlation ρ(u) and −ρ′(u)/u at u² = `square`. At u = 0, −ρ′(u)/u must be
+    /// finite.
     fn correlation(&self, square: f64) -> (f64, f64);
 }
 
-/// Parameters of a [`Covariance`] as numbers of a model, which can be unknown.
+/// Parameters of a [`Covariance`] in a model: each parameter is a plain number or an unknown.
 pub trait CovarianceParameters<R: Scalar>: Covariance {
-    /// The amplitude, followed by the lengths.
+    /// Returns the amplitude, followed by the lengths.
     fn parameters(&self) -> Vec<R>;
 }
 
@@ -53,7 +54,7 @@ pub trait Lengths: Clone + Debug {
     fn values(&self) -> Vec<f64>;
 }
 
-/// Lengths as numbers of a model.
+/// Lengths in a model: each length is a plain number or an unknown.
 pub trait LengthNumbers<R>: Lengths {
     /// Appends the lengths.
     fn append(&self, out: &mut Vec<R>);

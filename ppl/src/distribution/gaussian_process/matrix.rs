@@ -45,13 +45,13 @@ impl Upper {
         Some(Self { size, entries })
     }
 
-    /// Row `i`, from the diagonal on.
+    /// Returns row `i`, from the diagonal on.
     #[inline]
     fn row(&self, i: usize) -> &[f64] {
         &self.entries[i * self.size + i..(i + 1) * self.size]
     }
 
-    /// Σ ln Uᵢᵢ, half of the log determinant of the covariance matrix.
+    /// Returns Σ ln Uᵢᵢ, which is half of the log determinant of the covariance matrix.
     pub(super) fn half_ln_determinant(&self) -> f64 {
         (0..self.size).map(|i| self.row(i)[0].ln()).sum()
     }
@@ -83,8 +83,8 @@ impl Upper {
         product
     }
 
-    /// Inverse of the covariance matrix; entry (i, j) with j ≤ i has the index `i * size + j`, and the other entries
-    /// are 0.
+    /// Returns the inverse of the covariance matrix; entry (i, j) with j ≤ i has the index `i * size + j`, and the
+    /// other entries are 0.
     pub(super) fn inverse_covariance(&self) -> Vec<f64> {
         let size = self.size;
         // the lower triangular matrix V = U⁻ᵀ, row by row; the inverse is VᵀV

@@ -34,7 +34,7 @@ use crate::term::parameter::Parameter;
 /// n³ multiplications and memory for n² numbers. If the process itself is an unknown, use a small noise, about 1e-5 of
 /// the amplitude, which keeps C positive definite. If C is not positive definite, the density is NaN.
 ///
-/// [`predict`](Self::predict) gives the distribution of further observations.
+/// [`predict`](Self::predict) returns the distribution of further observations.
 ///
 /// # Example
 /// ```
@@ -71,8 +71,8 @@ const NAME: &str = "GaussianProcess";
 impl<X: Design, M: Sequence<Item: Parameter>, K: Covariance, S: Parameter>
     GaussianProcess<X, M, K, S>
 {
-    /// Distribution of further observations of the process, with noise, at other points, given the observations `y`.
-    /// `mean` has the means at the other points. The distribution has no derivatives: use it for predictions.
+    /// Returns the distribution of further noisy observations at other points, given the observations `y`. `mean`
+    /// contains the means at the other points. The distribution has no derivatives: use it for predictions.
     ///
     /// # Errors
     /// [`DomainError`] if a parameter is invalid, if lengths differ, or if a covariance matrix is not positive
@@ -150,7 +150,8 @@ impl<X: Design, M: Sequence<Item: Parameter>, K: Covariance, S: Parameter>
 }
 
 impl<X: Design, M, K: Covariance, S: Parameter> GaussianProcess<X, M, K, S> {
-    /// The numbers 1/ℓ²; `None` if a parameter of the covariance or the noise is not positive and finite.
+    /// Returns the weights 1/ℓ² of squared distances; `None` if a parameter of the covariance or the
+    /// noise is not positive and finite.
     fn weights(&self) -> Option<Vec<f64>> {
         let lengths = self.2.lengths();
         let mut all = lengths.iter().copied().chain([self.2.amplitude(), self.3.number()]);
@@ -158,7 +159,8 @@ impl<X: Design, M, K: Covariance, S: Parameter> GaussianProcess<X, M, K, S> {
         holds.then(|| lengths.iter().map(|length| (length * length).recip()).collect())
     }
 
-    /// Factor of the covariance matrix of the observations; `None` if the matrix is not positive definite.
+    /// Returns the factor of the covariance matrix of the observations; `None` if the matrix is not
+    /// positive definite.
     fn factor(&self) -> Option<Upper> {
         let correlations = Correlations::new(self.0, &self.2, &self.weights()?);
         correlations.factor(self.2.amplitude(), self.3.number())

@@ -118,7 +118,7 @@ impl<R: Scalar, A: Parameter + Datum<R>, const K: usize> Distribution<R> for Dir
         let sum: f64 = logarithms.iter().map(|ln| (ln - largest).exp()).sum();
         logarithms.map(|ln| {
             let share = (ln - largest).exp() / sum;
-            // `f64::max` would replace NaN
+            // not `f64::max`, which would replace NaN by the smallest number
             R::from(if share < f64::MIN_POSITIVE { f64::MIN_POSITIVE } else { share })
         })
     }

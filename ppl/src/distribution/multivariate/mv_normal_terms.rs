@@ -159,8 +159,8 @@ pub(super) fn sufficient_statistics(mut data: impl Iterator<Item = Vec<f64>>, ou
     out.extend((0..size * size).map(|k| scatter[k] - sum[k / size] * sum[k % size] / n));
 }
 
-/// Adds the log density of the data with the given sufficient statistics; −∞ if the data have another size than the
-/// factor.
+/// Adds the log density of the data with the given sufficient statistics; −∞ if the size of the data differs from
+/// the size of the factor.
 #[inline(always)]
 pub(super) fn add_statistics_terms<R: Scalar, S: Size>(
     statistics: &[f64],

@@ -84,7 +84,8 @@ fn add_terms<R: Scalar, S: Size>(
         (2.0 * half / nu).ln_1p() + ln_minus_digamma(0.5 * nu) - ln_minus_digamma(0.5 * nu + half);
     let weight = (nu + 2.0 * half) / (nu + square);
     let in_degrees = 0.5 * (digammas - far) + 0.5 * (weight * square - 2.0 * half) / nu;
-    // the derivatives are those of a normal distribution, with w = L⁻ᵀ z multiplied by (ν + K)/(ν + |z|²)
+    // the derivatives are the derivatives of a normal density in which w = L⁻ᵀ z is multiplied by (ν +
+    // K)/(ν + |z|²)
     let mut w = size.vector(|i| weight * z[i]);
     solve_upper(size, &l, &inverse, &mut w);
     let others = Gradient { x: x.clone(), mean, factor, z, w, inverse };

@@ -80,7 +80,7 @@ pub trait Scalar:
     /// Value without derivatives.
     fn value(self) -> f64;
 
-    /// Whether the scalar has no derivatives, such as data and literals.
+    /// Whether the scalar has no derivatives, as is true of data and literals.
     fn is_constant(self) -> bool;
 
     /// Creates the result of a function from its value and its partial derivatives with respect to its arguments.

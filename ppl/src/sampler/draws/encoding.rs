@@ -48,7 +48,8 @@ pub(crate) mod locations {
 /// not increase the leaked memory.
 fn intern(text: String) -> &'static str {
     static TEXTS: Mutex<BTreeSet<&str>> = Mutex::new(BTreeSet::new());
-    // a panic of another thread cannot leave the set in an inconsistent state
+    // the lock can be used after a panic of another thread, because a panic cannot leave the set in
+    // an inconsistent state
     let mut texts = TEXTS.lock().unwrap_or_else(PoisonError::into_inner);
     match texts.get(text.as_str()) {
         Some(interned) => interned,

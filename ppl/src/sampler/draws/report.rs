@@ -113,7 +113,8 @@ pub enum MapKind {
     Diagonal,
     /// Dense: all correlations.
     Dense,
-    /// Low rank: correlations in a few directions, for many coordinates.
+    /// Diagonal with a low-rank correction: correlations in a few directions only, for densities
+    /// with many coordinates.
     LowRank {
         /// Number of directions.
         rank: usize,
@@ -147,8 +148,8 @@ pub struct MapSwitch {
     pub divergences: Vec<(MapKind, f64)>,
 }
 
-/// All decisions of the warmup, which remain fixed after the warmup. If the warmup was interrupted, the decisions up
-/// to the interrupt.
+/// All decisions of the warmup, which remain fixed after the warmup. If the warmup was interrupted, only the
+/// decisions before the interrupt are included.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WarmupReport {
     /// First point of the chain, unconstrained.

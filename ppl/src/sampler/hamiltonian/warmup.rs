@@ -299,7 +299,7 @@ impl Warmup {
         self.schedule.has_passed(transitions) && self.sample.fits(dim)
     }
 
-    /// Writes the decisions of the warmup to the report.
+    /// Writes the decisions of the warmup to the report of the chain.
     pub(crate) fn report(&mut self, report: &mut WarmupReport) {
         report.target_acceptance = self.step.target;
         report.target_raised = self.raised;

@@ -23,7 +23,7 @@ use crate::sampler::walk::tuning::Tuning;
 
 /// Transition kernel with the current state of one chain.
 pub(crate) trait MarkovChain {
-    /// Starts the chain at `y` if the density accepts this point.
+    /// Starts the chain at the point `y` if the density accepts `y`.
     fn begin(&mut self, y: &[f64]) -> Result<(), Rejection>;
     /// Searches an initial step size.
     fn prepare(&mut self, rng: &mut Stream) -> Result<(), StopReason>;
@@ -126,7 +126,7 @@ impl Settings<'_> {
         chain.draws.reserve_exact(self.draws * dim);
         let mut meter = Meter::new(self.progress, number, warmup + self.draws * self.thin);
 
-        // without unknowns there is no step size to search either
+        // a model without unknowns has no step size to search
         let prepared = if dim == 0 { Ok(()) } else { kernel.prepare(rng) };
         let tuned = prepared
             .and_then(|()| self.tune(warmup, &mut chain, &mut kernel, rng, &mut meter, abort));

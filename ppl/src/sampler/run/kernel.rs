@@ -18,9 +18,9 @@ use crate::sampler::walk::tuning::Tuning;
 
 /// Transition kernel of a user-defined sampler: it moves a chain and leaves the target density invariant.
 ///
-/// [`Mcmc::with_kernel`] makes a sampler of a kernel, with all settings of [`Mcmc`]: chains, warmup, draws, thinning,
-/// seed, threads, starting points, progress and interrupts. Only [`resume`](Mcmc::resume) is not available, because the
-/// state of the kernel is not stored.
+/// [`Mcmc::with_kernel`] creates a sampler from a kernel, with all settings of [`Mcmc`]: chains, warmup, draws,
+/// thinning, seed, threads, starting points, progress and interrupts. Only [`resume`](Mcmc::resume) is not available,
+/// because the state of the kernel is not stored.
 ///
 /// # Example
 /// ```

@@ -16,7 +16,8 @@ use crate::sampler::draws::report::DrawStats;
 /// }
 /// ```
 pub trait Progress: Sync {
-    /// Called by each chain at most ten times per second, and once at the end of the chain.
+    /// Reports the progress of a chain. Each chain calls this method at most ten times per second,
+    /// and once at its end.
     fn update(&self, status: &ChainStatus);
 }
 

@@ -22,7 +22,7 @@ impl Rejections {
         Ok(())
     }
 
-    /// Adds the counts of `others`.
+    /// Adds the counts of `others` to these counts.
     pub(crate) fn add(&mut self, others: Self) {
         for (location, count) in others.0 {
             *self.0.entry(location).or_insert(0) += count;

@@ -11,7 +11,7 @@ pub enum StopReason {
     /// The flag of [`interrupt`](crate::Mcmc::interrupt) became true.
     #[error("interrupted")]
     Interrupted,
-    /// Another chain of the run ended early.
+    /// Another chain of the run ended early, so that this chain was stopped too.
     #[error("stopped because another chain failed")]
     OtherChain,
     /// The density reported a fatal error.

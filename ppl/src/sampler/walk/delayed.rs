@@ -34,7 +34,7 @@ use crate::sampler::walk::tuning::Tuning;
 /// Statistics of a draw: `leapfrogs` is the number of evaluations of the *expensive* density in a transition: 0 or 1,
 /// and one more in the first transition after a screened warmup. [`Chains::evaluations`] is the sum of these numbers.
 /// `acceptance` is the acceptance probability under p; it is 0 if the screening did not move the chain. `step_size`,
-/// `depth` and `energy` are defined as for Metropolis, with p.
+/// `depth` and `energy` are defined as for Metropolis on the density p.
 ///
 /// # Example
 /// ```

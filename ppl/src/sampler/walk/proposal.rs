@@ -99,7 +99,8 @@ impl ProposalShape {
         report.covariance = InverseMassMatrix::Dense(covariance.as_slice().to_vec());
     }
 
-    /// Whether the shape has `dim` coordinates and was adapted after exactly `transitions` transitions.
+    /// Whether the shape has `dim` coordinates and has been adapted `transitions` times, once after
+    /// each transition.
     pub(crate) fn fits(&self, dim: usize, transitions: usize) -> bool {
         self.factor.shape() == (dim, dim)
             && self.window.mean.len() == dim

@@ -10,13 +10,13 @@ use crate::sampler::walk::screening::Screening;
 /// State of a chain except its position and its random stream.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) enum Tuning {
-    /// State of [`Nuts`](crate::Nuts).
+    /// State of a chain of [`Nuts`](crate::Nuts).
     Hamiltonian { step: f64, covariance: InverseMassMatrix, warmup: Warmup },
-    /// State of [`Metropolis`](crate::Metropolis).
+    /// State of a chain of [`Metropolis`](crate::Metropolis).
     Walk(ProposalShape),
-    /// State of [`DelayedAcceptance`](crate::DelayedAcceptance).
+    /// State of a chain of [`DelayedAcceptance`](crate::DelayedAcceptance).
     Screened(ProposalShape, Screening),
-    /// State of a user-defined kernel, which is not stored.
+    /// State of a chain with a user-defined kernel. This state is not stored.
     UserDefined,
 }
 

@@ -1,7 +1,7 @@
 //! Randomly written models, each differentiated by three methods.
 //!
-//! The models are written to a file, compiled and run.
-//! `RANDOM_MODELS=3000 cargo test -p ppl --test compile random_models` tries more of them.
+//! The models are written to a file, compiled and run. `RANDOM_MODELS=3000 cargo test -p ppl --test
+//! compile random_models` tries 3000 models.
 
 mod families;
 mod plates;

@@ -74,7 +74,7 @@ fn chain_diagnostics_agree_with_arviz() {
             ("mcse_median", mcse_quantile(&chains, 0.5)),
         ];
         for (key, got) in computed {
-            // ArviZ needs two chains for R̂ and gives null for one
+            // ArviZ needs two chains for R̂ and returns null for one chain
             if let Some(expected) = case[key].as_f64() {
                 assert_close(&format!("{key} of {}", case["case"]), got, expected, 1e-9);
             }

@@ -67,8 +67,8 @@ fn overflowing_priors_are_compared_all_the_same() {
     }
 }
 
-/// A posterior that decreases exponentially from the lower bound is truncated there; one with no mass at the bound is
-/// not, however wide the prior.
+/// A posterior that decreases exponentially from the lower bound is truncated there; a posterior without mass at the
+/// bound does not count as truncated, however wide the prior is.
 #[test]
 fn a_wide_prior_is_no_bound_by_itself() {
     let quantiles = |of: &dyn Fn(f64) -> f64| -> Vec<f64> {

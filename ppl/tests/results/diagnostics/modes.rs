@@ -1,4 +1,4 @@
-//! Separate modes: where there are some they are reported, and nowhere else.
+//! Separate modes: they are reported if they exist, and only then.
 
 use ppl::diagnostics::Modes;
 use rand::{Rng, SeedableRng};
@@ -42,7 +42,8 @@ fn one_mode_is_not_cut() {
     assert_eq!(Modes::find(&[&[f64::NAN; 200]]), None);
 }
 
-/// Autocorrelated draws from a Cauchy distribution have one mode; two such groups 300 apart have two.
+/// Autocorrelated draws from a Cauchy distribution have one mode; two groups of such draws at a
+/// distance of 300 have two modes.
 #[test]
 fn heavy_tails_are_no_modes() {
     let uniform = |x: f64| 0.5 * erfc(-x / 2_f64.sqrt());
@@ -70,8 +71,8 @@ fn heavy_tails_are_no_modes() {
     }
 }
 
-/// A chain that jumps away and repeats the same few values makes no mode; draws that vary at the same place make one,
-/// however few the visits.
+/// A chain that jumps away and repeats the same few values does not form a mode; draws that vary around the same
+/// values form a mode, however rarely the chain visits them.
 #[test]
 fn a_heap_where_a_chain_stuck_is_no_mode() {
     for seed in 0..20 {

@@ -1,4 +1,5 @@
-//! Warnings of the summary: each one is given where it is due, and none for a sound model.
+//! Warnings of the summary: each warning is given for the models that need it, and no warning for a
+//! sound model.
 
 use ppl::diagnostics::Identification;
 use ppl::prelude::*;

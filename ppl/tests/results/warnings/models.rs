@@ -23,7 +23,8 @@ ppl::model! {
         }
     }
 
-    /// The scale of one coefficient of a horseshoe; a hundredth of its prior mass lies where the datum puts it.
+    /// The scale of one coefficient of a horseshoe; a hundredth of the prior mass lies in the region that the
+    /// datum favours.
     pub(crate) fn local_scale(coefficient: f64) {
         let lambda ~ HalfCauchy(1.0);
         coefficient ~ Normal(0.0, 0.1 * lambda);
@@ -165,7 +166,8 @@ ppl::model! {
         other ~ Normal(b, 0.3);
     }
 
-    /// Intervals that differ between the entries of `x`: draws of one entry lie outside the bounds of the next.
+    /// Intervals that differ between the entries of `x`: draws of one entry lie outside the bounds of the next
+    /// entry.
     pub(crate) fn own_bounds(y: &[f64]) {
         for (i, y) in y.iter().enumerate() {
             let centre = 10.0 * i as f64;
@@ -256,7 +258,8 @@ ppl::model! {
         factor(ln_sum_exp(&[-0.5 * x.square(), height - 0.5 * (x - 50.0).square()]));
     }
 
-    /// Two modes of equal mass, one a hundred times as wide as the other in each of twelve unknowns.
+    /// Two modes of equal mass; in each of twelve unknowns, one mode is a hundred times as wide as
+    /// the other mode.
     pub(crate) fn wide_and_narrow() {
         let x ~ Normal(0.0, 100.0).array::<12>();
         let narrow = x.iter().map(|x| -0.5 * (10.0 * x).square() + 10.0_f64.ln());

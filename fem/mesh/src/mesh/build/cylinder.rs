@@ -190,7 +190,7 @@ impl CylinderLattice {
     /// Builds the mesh with all nodes of the wall on the circle: [`CylinderLattice::build_with`] for [`Wall::Round`].
     ///
     /// # Errors
-    /// Same as [`CylinderLattice::build`].
+    /// The errors of [`CylinderLattice::build`].
     pub fn build_round(&self) -> Result<TetMesh, LatticeError> {
         self.build_with(Wall::Round)
     }
@@ -198,7 +198,7 @@ impl CylinderLattice {
     /// Builds the mesh with a given type of wall.
     ///
     /// # Errors
-    /// Same as [`CylinderLattice::build`].
+    /// The errors of [`CylinderLattice::build`].
     ///
     /// # Example
     /// ```

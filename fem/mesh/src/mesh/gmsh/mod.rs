@@ -35,7 +35,7 @@ pub use write::write;
 /// Reads a MSH file and checks the mesh like [`import`], but discards the notes.
 ///
 /// # Errors
-/// Same as [`import`].
+/// The errors of [`import`].
 ///
 /// # Example
 /// ```no_run

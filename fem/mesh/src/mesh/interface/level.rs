@@ -3,7 +3,8 @@
 
 use crate::mesh::vector::{Point, add, scale, sub};
 
-/// Number of halvings of the interval of levels in [`level_of`]; more do not change a number of double precision.
+/// Number of halvings of the interval of levels in [`level_of`]; further halvings do not change a
+/// double-precision number.
 const HALVINGS: u32 = 60;
 
 /// Returns the fraction of a tetrahedron's volume in which a linear function is below a level. `values` are the values
@@ -23,10 +24,10 @@ pub(super) fn fraction_below(values: [f64; 4], level: f64) -> f64 {
         return cut(0, 1) * cut(0, 2) * cut(0, 3);
     }
     if level >= v[2] {
-        // the rest is a tetrahedron at vertex 3
+        // the part above the level is a tetrahedron at vertex 3: subtract its fraction from 1
         return 1.0 - (1.0 - cut(0, 3)) * (1.0 - cut(1, 3)) * (1.0 - cut(2, 3));
     }
-    // the part is a wedge with the edge 01, divided into three tetrahedra
+    // the part below the level is a wedge with the edge 01, divided into three tetrahedra
     let [a, b, c, d] = [cut(0, 2), cut(0, 3), cut(1, 2), cut(1, 3)];
     c * d + a * (1.0 - c) * d + a * b * (1.0 - d)
 }

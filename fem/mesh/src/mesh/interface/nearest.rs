@@ -33,7 +33,7 @@ impl Piece {
     }
 }
 
-/// Cells of equal size with the pieces that are in them.
+/// Cells of equal size, each with the pieces of the surface that lie in the cell.
 pub(super) struct Grid<'a> {
     pieces: &'a [Piece],
     /// Edge of a cell (mm), at least the largest distance that is searched.

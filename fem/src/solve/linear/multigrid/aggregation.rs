@@ -12,9 +12,9 @@ const STRONG: f64 = 0.08;
 /// Threshold of strong coupling between aggregates, on coarser levels.
 ///
 /// An aggregate is coupled to about fifty other aggregates. This coupling is mostly weaker than the coupling of two
-/// nodes of the mesh. With the threshold of the nodes, the next aggregates would have only four members. The coarser
-/// levels would then have dense matrices and cost more than the finest level, in particular on large meshes. The number
-/// of iterations is the same with both thresholds.
+/// nodes of the mesh. If aggregates were coupled by the same threshold as nodes, the aggregates of the next level
+/// would have only four members. The coarser levels would then have dense matrices and cost more than the finest
+/// level, in particular on large meshes. The number of iterations is the same with both thresholds.
 const STRONG_BELOW: f64 = 0.02;
 const NONE: u32 = u32::MAX;
 

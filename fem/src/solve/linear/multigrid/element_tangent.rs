@@ -170,7 +170,8 @@ impl ElementTangent {
         diagonal
     }
 
-    /// Computes the tangent of the linear shape functions, or this rank's contribution to that tangent.
+    /// Computes the tangent of the linear shape functions, or the contribution of this rank to that
+    /// tangent.
     pub(crate) fn add_linear(&mut self, out: &mut Tangent) {
         out.clear();
         if let Err(error) = self.product.add_linear(out) {

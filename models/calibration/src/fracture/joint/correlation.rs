@@ -27,7 +27,7 @@ pub(super) fn factor_of<R: Scalar>(
     let mut rows: Vec<Vec<R>> = Vec::with_capacity(size);
     for row in 0..size {
         let mut entries = vec![R::from(0.0); size];
-        // product of √(1 − p²) over the partial correlations p of the row so far
+        // product of √(1 − p²) over the partial correlations p of the preceding entries of the row
         let mut rest = R::from(1.0);
         for (entry, &unit) in entries.iter_mut().take(row).zip(partials.by_ref()) {
             let partial = unit * 2.0 - 1.0;

@@ -15,7 +15,8 @@ use crate::fracture::{
 };
 use crate::prior::Prior;
 
-/// Draws of the unknowns of one test from a joint posterior, in the order of the draws of all chains.
+/// Draws of the sampled variables of one test from a joint posterior, in the order of the draws of
+/// all chains.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TestDraws {
     /// Number of chains.
@@ -33,7 +34,7 @@ pub struct TestDraws {
     pub map: Vec<f64>,
 }
 
-/// Values of the unknowns of the joint model at one draw, or at the mode.
+/// Values of the sampled variables of the joint model at one draw, or at the mode.
 struct Unknowns<'a> {
     theta: &'a [f64],
     spread: &'a [f64],
@@ -43,7 +44,8 @@ struct Unknowns<'a> {
 }
 
 impl<'a> Unknowns<'a> {
-    /// Unknowns from the values of each quantity by name; a quantity without values is empty.
+    /// Creates the values from a function that returns the values of a variable by its name. The
+    /// function returns an empty slice for a variable without values.
     fn of(values: impl Fn(&str) -> &'a [f64]) -> Self {
         Self {
             theta: values("theta"),
@@ -55,7 +57,7 @@ impl<'a> Unknowns<'a> {
     }
 }
 
-/// Positions of the unknowns of a test among the unknowns of all tests.
+/// Positions of the sampled variables of one test among the variables of all tests.
 struct Places {
     units: Range<usize>,
     sds: Range<usize>,
@@ -63,7 +65,7 @@ struct Places {
 }
 
 impl Places {
-    /// Positions for each test, in order.
+    /// Returns the positions for each test, in the order of the tests.
     fn of_each(tests: &JointTests) -> Vec<Self> {
         let (mut units, mut sds, mut partials) = (0, 0, 0);
         let next = |from: &mut usize, length: usize| {
@@ -81,7 +83,8 @@ impl Places {
 }
 
 impl TestDraws {
-    /// Draws for each test, from the draws of the joint model and the record of its mode.
+    /// Returns the draws for each test, from the draws of the joint model and the values at its
+    /// mode.
     ///
     /// # Errors
     /// If the draws have no correlation matrix.
@@ -120,8 +123,8 @@ impl TestDraws {
     }
 }
 
-/// Values of the surrogate's inputs of a test, inside their box: rounding may put a value on a bound, where its prior has
-/// no density.
+/// Returns the values of the surrogate's inputs of a test, moved inside their box if necessary: rounding can set a
+/// value to a bound, where its prior has zero density.
 fn point_within(test: &PreparedTest, places: &Places, unknowns: &Unknowns<'_>) -> Vec<f64> {
     let units = unknowns.unit[places.units.clone()].iter();
     let deviations: Vec<f64> = units.zip(unknowns.spread).map(|(z, sd)| z * sd).collect();
@@ -132,11 +135,11 @@ fn point_within(test: &PreparedTest, places: &Places, unknowns: &Unknowns<'_>) -
     test.point(unknowns.theta, &deviations).into_iter().zip(&test.inputs).map(within).collect()
 }
 
-/// Calibration of one test whose draws are those of a joint posterior, so that predictions, misfits and leave-one-out
-/// densities of the test follow from all tests.
+/// Returns the calibration of one test with the draws of a joint posterior. Predictions, misfits and leave-one-out
+/// densities of the test are then based on all tests.
 ///
 /// # Errors
-/// As [`calibrate`](crate::calibrate), and if the draws do not suit the test.
+/// The errors of [`calibrate`](crate::calibrate), and an error if the draws do not suit the test.
 pub fn calibration_of_draws(
     pce: &DynPce,
     priors: &[Prior],

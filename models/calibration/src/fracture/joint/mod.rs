@@ -49,7 +49,7 @@ pub struct JointCalibration {
 /// addition. `seed` is the seed of the starting points for the search for the mode.
 ///
 /// # Errors
-/// As [`JointTests::new`], and if the surrogates reject every starting point.
+/// The errors of [`JointTests::new`], and an error if the surrogates reject every starting point.
 ///
 /// # Example
 /// ```no_run

@@ -24,7 +24,7 @@ pub struct JointTest {
     pub forward: DynPce,
     /// Priors of the parameters, in the order of the surrogate's inputs. Their ranges are the surrogate's box.
     pub priors: Vec<Prior>,
-    /// Names of the parameters that this test does not share with the other tests.
+    /// Names of the parameters whose value in this test is independent of the other tests.
     pub own: Vec<String>,
     /// Experimental data of the specimens, and errors of the forward model.
     pub evidence: Evidence,
@@ -41,7 +41,7 @@ pub enum BetweenTests {
     /// The logarithm of the value varies between the tests about a common centre. The standard deviation of the
     /// logarithm has a half-normal prior with this scale.
     Varies {
-        /// Scale of the half-normal prior; 0.05 for some 5 %.
+        /// Scale of the half-normal prior; 0.05 corresponds to a variation of about 5 %.
         scale: f64,
     },
 }
@@ -59,14 +59,15 @@ pub struct JointTests {
     pub(super) tests: Vec<PreparedTest>,
 }
 
-/// A test, with quantities relative to the means of its specimens.
+/// A test prepared for the likelihood, with quantities relative to the means of its specimens.
 #[derive(Clone, Debug)]
 pub(super) struct PreparedTest {
     pub(super) name: String,
     pub(super) inputs: Vec<Input>,
-    /// For each input, the index of its parameter in the joint model.
+    /// For each input of the surrogate, the index of its parameter in the joint model.
     pub(super) parameters: Vec<usize>,
-    /// Index of each varying parameter among the inputs, in the order of [`JointTests::varying`].
+    /// Index of each varying parameter among the inputs of the surrogate, in the order of
+    /// [`JointTests::varying`].
     varying: Vec<usize>,
     pub(super) forward: DynPce,
     pub(super) specimens: Specimens,
@@ -85,8 +86,9 @@ impl JointTests {
     /// - A test has fewer than two specimens, or a row or covariance of the wrong size.
     /// - The ranges of the priors of a test are not the box of its surrogate.
     /// - Two tests have different priors of a shared parameter.
-    /// - A varying parameter has no positive lower bound, is missing in a test, or is a test's own.
-    /// - A name in `between` or `own` is the name of no parameter.
+    /// - A varying parameter has no positive lower bound, is missing in a test, or is listed in
+    ///   `own` of a test.
+    /// - A name in `between` or `own` is not the name of a parameter.
     pub fn new(
         tests: &[JointTest],
         between: &BTreeMap<String, BetweenTests>,
@@ -163,7 +165,7 @@ impl JointTests {
         Ok(joint)
     }
 
-    /// Index of the parameter of a test's input; adds the parameter if it is new.
+    /// Returns the index of the parameter of a test's input, and adds the parameter if it is new.
     fn parameter(
         &mut self,
         test: &JointTest,
@@ -227,8 +229,8 @@ impl JointTests {
 }
 
 impl PreparedTest {
-    /// Values of the surrogate's inputs from the parameters of the joint model and the deviations of the varying
-    /// parameters in this test.
+    /// Returns the values of the surrogate's inputs from the parameters of the joint model and the deviations of
+    /// the varying parameters in this test.
     pub(super) fn point<R: Scalar>(&self, parameters: &[R], deviations: &[R]) -> Vec<R> {
         let mut point: Vec<R> = self.parameters.iter().map(|&index| parameters[index]).collect();
         for (&place, &deviation) in self.varying.iter().zip(deviations) {
@@ -238,7 +240,7 @@ impl PreparedTest {
         point
     }
 
-    /// Values of the varying parameters in this test, from the values of all inputs.
+    /// Returns the values of the varying parameters in this test, from the values of all inputs.
     pub(super) fn varying_values<R: Scalar>(&self, point: &[R]) -> Vec<R> {
         self.varying.iter().map(|&place| point[place]).collect()
     }

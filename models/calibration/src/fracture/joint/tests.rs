@@ -27,7 +27,8 @@ fn six_specimens(name: &str) -> JointTest {
     }
 }
 
-/// Test with one quantity: the peak force is `slopes` · (parameters − centre of the box) + 100 N.
+/// Returns a test with one quantity: the peak force is `slopes` · (parameters − centre of the box)
+/// + 100 N.
 fn linear(name: &str, slopes: &[f64], forces: &[f64], shared: f64) -> JointTest {
     let names = ["matrix.young_mpa", "test.friction"];
     let bounds = [[200.0, 400.0], [0.0, 0.4]];
@@ -94,7 +95,8 @@ fn one_test_gives_the_posterior_of_the_single_calibration() {
     assert!((joint.map[0] - CALIBRATED.map[0]).abs() < 0.02 * width, "{:?}", joint.map);
 }
 
-/// Tests without a common parameter are as independent as separate calibrations, whatever their numbers of quantities.
+/// Tests without a common parameter have the same posteriors as separate calibrations, even if the tests have
+/// different numbers of quantities.
 #[test]
 fn tests_that_share_nothing_do_not_inform_each_other() {
     let tests = [six_specimens("two"), linear("one", &[0.5], &[108.0, 96.0, 103.0, 99.0], 4e-4)];
@@ -110,7 +112,7 @@ fn tests_that_share_nothing_do_not_inform_each_other() {
     assert_equal((joint, "sd[peak-force (one)]"), (&one.posterior, "sd[0]"));
 }
 
-/// Midpoints of `n` intervals between `a` and `b`.
+/// Returns the midpoints of `n` intervals between `a` and `b`.
 fn midpoints(a: f64, b: f64, n: usize) -> Vec<f64> {
     (0..n).map(|i| a + (b - a) * (i as f64 + 0.5) / n as f64).collect()
 }
@@ -153,7 +155,8 @@ impl Moments {
     }
 }
 
-/// E is shared; the second test has a friction of its own. Only both tests together tell E from friction.
+/// E is shared, and only the second test has friction. E and friction can be identified only from both
+/// tests together.
 #[test]
 fn a_shared_parameter_and_one_of_a_single_test_are_those_of_quadrature() {
     let tests = [
@@ -233,7 +236,7 @@ fn a_varying_parameter_is_that_of_quadrature() {
     for (moments, name) in found.iter().zip(["theta[0]", "in_test[0]", "in_test[1]"]) {
         moments.check(&joint.posterior, name);
     }
-    // each test sees its own value
+    // each test has its own value of the varying parameter
     for (k, draws) in joint.tests.iter().enumerate() {
         let trace = joint.posterior.trace(&format!("in_test[{k}]")).unwrap().concat();
         let gap = draws.theta.iter().zip(&trace).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
@@ -241,7 +244,8 @@ fn a_varying_parameter_is_that_of_quadrature() {
     }
 }
 
-/// The calibration of one test from joint draws has the joint draws, and the predictions and densities that follow.
+/// A calibration of one test that is created from joint draws contains the joint draws, and its predictions
+/// and densities are computed from the joint draws.
 #[test]
 fn a_test_sees_the_joint_posterior() {
     let tests = [six_specimens("fast"), linear("slow", &[0.4], &[99.0, 102.0, 100.5], 4e-4)];
@@ -271,7 +275,7 @@ fn a_test_sees_the_joint_posterior() {
         assert_eq!(loo.points.len(), test.evidence.qois.len());
         assert!(single.posterior.predictive.get("new_specimen").is_some());
     }
-    // more data than in the single calibration of the first test
+    // the joint calibration has more data than the separate calibration of the first test
     let sd = |posterior: &Posterior| moments(posterior, "theta[matrix.young_mpa]")[1].0;
     assert!(sd(&joint.posterior) < sd(&CALIBRATED.posterior));
 }

@@ -21,7 +21,7 @@ fn scalars() -> [Quantity; 5] {
     ]
 }
 
-/// A quantity that has only a value; its derivative is numerical.
+/// A quantity that implements only its value, so that its derivative is computed numerically.
 #[derive(Debug)]
 struct Undifferentiated<Q>(Q);
 
@@ -47,7 +47,8 @@ impl<Q: Qoi> Qoi for Undifferentiated<Q> {
     }
 }
 
-/// The numerical derivative of a quantity without its own equals the exact one.
+/// The numerical derivative, which is used for a quantity without a closed-form derivative, equals
+/// the exact derivative.
 #[test]
 fn a_quantity_without_a_derivative_is_differentiated_numerically() {
     let curve = viscous_of(275.0, 0.3);
@@ -143,7 +144,7 @@ fn quantities_follow_the_units_of_the_curve() {
 }
 
 /// The least-squares line through c (x − 1)² has the slope of the parabola in the middle of the window. If a curve
-/// ends before the window does, the error names quantity, displacement and remedy.
+/// ends before the end of the window, the error names quantity, displacement and remedy.
 #[test]
 fn the_slope_past_the_peak_is_that_of_the_falling_branch() {
     let parabola = |u: f64| 147.0 * (1.0 - (1.0 - u / 0.1217).powi(2));
@@ -181,7 +182,8 @@ fn measurement_noise_moves_the_peak_by_less_than_one_reading_would() {
     assert!(squares[1].sqrt() < 0.003, "{squares:?}");
 }
 
-/// Curve x exp((1 − xᵖ)/p) with the peak 150 N at x = 1, 0.12 mm, and the relative curvature −p there.
+/// Curve x exp((1 − xᵖ)/p) with the peak 150 N at x = 1, 0.12 mm, and the relative curvature −p at the
+/// peak.
 fn peaked(exponent: f64) -> impl Fn(f64) -> f64 {
     move |u| {
         let x = u / 0.12;
@@ -197,8 +199,8 @@ fn the_peak_of_a_plateau_is_found_in_spite_of_its_asymmetry() {
     assert_relative_eq!(qois.peak_force_n, 150.0, max_relative = 1e-3);
 }
 
-/// 200 readings with noise of 1 % of the peak, for peaks that are flatter and sharper than that of viscous damage. A
-/// window that suits viscous damage would find the sharp peak 0.8 % too early.
+/// 200 readings with noise of 1 % of the peak, for peaks that are flatter or sharper than the peak of viscous
+/// damage. A window that suits viscous damage would find the sharp peak 0.8 % too early.
 #[test]
 fn the_window_of_a_noisy_peak_follows_its_curvature() {
     use rand::SeedableRng;

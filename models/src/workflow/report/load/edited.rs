@@ -1,4 +1,4 @@
-//! Files that the user has edited and that the stages have used as they are.
+//! Files that the user has edited and that the stages have used without changing them.
 
 use super::super::super::WorkflowError;
 use super::super::super::editable::is_editable;

@@ -16,7 +16,8 @@ use crate::qoi::Quantity;
 use crate::report::{Finding, Points, Results, SpecimenFacts};
 use crate::table::{CsvTable, TableRow};
 
-/// The curve of a confirming simulation, starting at the origin, as the machine of its parameters records it.
+/// Returns the curve of a confirming simulation, starting at the origin, as recorded by a machine with the
+/// properties among the parameters of the simulation.
 pub(super) fn confirmed(inputs: &Inputs<'_>, label: &str) -> Result<Points, WorkflowError> {
     let points = read_curve(inputs.file(&format!("curves/{label}.csv"))?)?;
     let path = inputs.file("confirm_runs.csv")?;
@@ -181,7 +182,7 @@ fn without_curves(
     Ok(())
 }
 
-/// Displacement at which a specimen's curve begins to carry load, mm.
+/// Displacement (mm) at which the force of a specimen begins to rise.
 fn toe_mm(looked: &CsvTable<'_>, id: &str) -> Result<f64, InputError> {
     let mut rows = looked.rows();
     let toe = rows.find(|row| row.text("id") == id && row.text("finding") == "toe");

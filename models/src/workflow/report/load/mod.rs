@@ -171,7 +171,7 @@ fn rule_in_words(rule: OrderRule) -> String {
     }
 }
 
-/// What to do if outlines of grains are wrong.
+/// Advice for the case that outlines of grains are wrong.
 const OUTLINES: &str = "if grains are missed, merged or divided, set the thresholds and filters of [specimen.image] \
                         (docs/how-to/images.md).";
 

@@ -20,8 +20,8 @@ pub(super) fn of_virtual_specimens(
     bias(inputs, &case.qoi.quantities)
 }
 
-/// Note on the estimated error of the mesh at the mode and on whether the intervals include it; none if it was not
-/// estimated.
+/// Note on the estimated error of the mesh at the mode and on whether the intervals include this error; no note if
+/// the error was not estimated.
 pub(super) fn mesh_errors(
     inputs: &Inputs<'_>,
     quantities: &[Quantity],

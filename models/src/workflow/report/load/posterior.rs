@@ -1,4 +1,5 @@
-//! Loads the posterior: parameters, all sampled numbers, and the contributions to the uncertainty.
+//! Loads the posterior: parameters, all sampled quantities, and the contributions to the
+//! uncertainty.
 
 use ppl::diagnostics::{mcse_mean, mcse_quantile, mcse_sd};
 use surrogate::Dataset;
@@ -107,7 +108,7 @@ fn moments(
     Ok(moments)
 }
 
-/// Loads the summary of every sampled number.
+/// Loads the summary of every sampled quantity.
 pub(crate) fn summary(inputs: &Inputs<'_>) -> Result<Vec<Summarised>, WorkflowError> {
     let (draws, summary) = (inputs.file("posterior.csv")?, inputs.file("summary.csv")?);
     let draws = CsvTable::read(&draws, &["chain"])?;

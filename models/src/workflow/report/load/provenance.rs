@@ -1,4 +1,4 @@
-//! Loads when, with what and from what files the results were made, and the settings for the methods paragraph.
+//! Loads date, version, machine and input files of the results, and the settings for the methods paragraph.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -14,13 +14,13 @@ use super::{left_out, rule_in_words};
 use crate::case::Case;
 use crate::report::{ChangedKey, DamageModel, InputFile, Methods, Provenance};
 
-/// Stage whose products are no results.
+/// Stage whose products do not count as results.
 const REPORT: &str = "report";
 
 /// Loads date, version, machine and input files.
 pub(super) fn provenance(inputs: &Inputs<'_>) -> Provenance {
     let mut records = finished_in(inputs.folder());
-    // the report must not depend on whether there was a report before
+    // the report must not depend on whether an earlier report exists
     records.remove(REPORT);
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let (system, architecture) = (std::env::consts::OS, std::env::consts::ARCH);
@@ -116,7 +116,7 @@ fn outside(case: &Case) -> Option<String> {
     Some(format!("Each specimen was simulated with the command {command}."))
 }
 
-/// A choice as the case file names it.
+/// Returns a setting in the words of the case file.
 fn word(choice: &impl Serialize) -> String {
     let value = toml::Value::try_from(choice).ok();
     value.and_then(|value| Some(value.as_str()?.to_owned())).unwrap_or_default()

@@ -187,7 +187,7 @@ impl<T: MatrixEntry, S: Size> Factor<T, S> {
             }
         }
         if T::CONSTANT || !R::DIFFERENTIABLE {
-            // separate return, so that the code for derivatives is not compiled for densities over `f64`
+            // return early, so that the code for derivatives is not compiled for densities over `f64`
             return Factor::from_rows(size, rows);
         }
         let scale = self.scale.as_ref().map(|scale| size.vector(|i| scale[i].lift()));

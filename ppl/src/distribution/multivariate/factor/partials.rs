@@ -124,8 +124,9 @@ impl<R: Scalar, S: Size> Partials<R> for One<'_, R, S> {
     }
 }
 
-/// Partial derivatives of a function of three kinds of arguments: the entries of row `i` of a factor, the numbers
-/// `x`, and one additional number. `start` is the additional number with its derivative.
+/// Partial derivatives of a function that has three kinds of arguments: the entries of row `i` of a factor, the
+/// numbers `x`, and one further number. `start` contains the further number and the derivative with respect to
+/// it.
 pub(super) struct Row<'a, R: Scalar, S: Size> {
     pub(super) factor: &'a Factor<R, S>,
     pub(super) i: usize,

@@ -46,8 +46,8 @@ impl<'a> NutsChain<'a> {
         Self { density, hamiltonian, trajectory, current: Position::new(dim), warmup, step }
     }
 
-    /// Moves a start that is far from the posterior closer to the posterior, because far from it energy differences
-    /// are smaller than rounding errors.
+    /// Moves a start that is far from the posterior closer to the posterior, because energy differences far from
+    /// the posterior are smaller than rounding errors.
     fn approach(&mut self) -> Result<(), StopReason> {
         let near = approach(self.density, &self.current.y).map_err(StopReason::Fatal)?;
         if let Some(near) = near {
@@ -59,7 +59,7 @@ impl<'a> NutsChain<'a> {
         Ok(())
     }
 
-    /// Searches a new step size and restarts the step size adaptation from it.
+    /// Searches a new step size, and restarts the adaptation of the step size from this value.
     fn search_step(&mut self, rng: &mut Stream) -> Result<(), StopReason> {
         let scratch = self.trajectory.scratch();
         self.step = self.hamiltonian.search_step(&self.current, scratch, self.step, rng)?;

@@ -1,8 +1,8 @@
 //! Weights e^(H₀−H) of the states of a trajectory, and sums of weights. H is the energy of a state, H₀ the energy at
 //! the start.
 
-/// Largest absolute energy error H − H₀ whose weight is stored without scaling. A sum of 2¹⁵⁰ such weights does not
-/// overflow.
+/// Largest absolute energy error H − H₀ whose weight is stored without scaling. Even the sum of 2¹⁵⁰ such weights
+/// does not overflow.
 const PLAIN: f64 = 600.0;
 
 /// Scaled weight `sum · e^unit`. The unit is 0 unless the energy of a state differs extremely from the energy at the

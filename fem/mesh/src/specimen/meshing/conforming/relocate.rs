@@ -239,8 +239,8 @@ impl Pull {
         Pull { residuals, gradients, inverse }
     }
 
-    /// Subtracts target values from the residuals, so that [`Self::to_surface`] leads to points with these target
-    /// values.
+    /// Sets target values of the distances, by subtracting the target values from the residuals. Afterwards,
+    /// [`Self::to_surface`] returns a step to a point with these distances.
     pub(super) fn towards(&mut self, values: &[f64]) {
         self.residuals.iter_mut().zip(values).for_each(|(residual, value)| *residual -= value);
     }
