@@ -62,8 +62,8 @@ Examples:
   breccia study my-study.toml --out study   several calibrations and their comparison
   breccia study my-study.toml --out study --slurm   the same as jobs of a Slurm cluster
 
-Stages, in order: segment, mesh, experiments, ensemble, surrogate, calibrate, confirm, verdict, design,
-report.
+Stages, in order: segment, mesh, experiments, ensemble, surrogate, calibrate, confirm, validate,
+verdict, design, report.
 `breccia help STAGE` describes a stage and the files that it writes.";
 
 #[derive(Subcommand)]

@@ -72,6 +72,7 @@ fn help_teaches_with_an_example_for_every_command() {
         "surrogate",
         "calibrate",
         "confirm",
+        "validate",
         "verdict",
         "design",
         "report",

@@ -18,6 +18,7 @@ mod sharing;
 mod simulator;
 mod stages;
 mod study;
+mod validation;
 
 use std::collections::BTreeMap;
 use std::path::Path;

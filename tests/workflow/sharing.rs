@@ -131,7 +131,7 @@ fn status_tells_what_is_done_stale_stopped_and_under_way_and_changes_nothing() {
     wait_for("a run that has ended", || !finished(&results.join("ensemble")).is_empty());
     wait_for("a run under way after another", || {
         let (code, stages) = status(dir.path(), "out");
-        assert!(code == Some(3) && stages.len() == 10, "{stages:?}");
+        assert!(code == Some(3) && stages.len() == 11, "{stages:?}");
         assert!(child.try_wait().unwrap().is_none(), "too quick to be seen: {stages:?}");
         let line = &stages["ensemble"];
         line.starts_with("running") && line.contains("an hour") && line.contains("left")
@@ -149,7 +149,8 @@ fn status_tells_what_is_done_stale_stopped_and_under_way_and_changes_nothing() {
         "Not finished",
         &curves,
         "<svg viewBox=",
-        "Missing: segment, mesh, experiments, ensemble, surrogate, calibrate, confirm, verdict, design.",
+        "Missing: segment, mesh, experiments, ensemble, surrogate, calibrate, confirm, validate, \
+         verdict, design.",
     ] {
         assert!(page().contains(part), "{part}");
     }

@@ -41,6 +41,8 @@ fn readers(key: &str) -> &'static [&'static str] {
         // the rule on meshes reads the discrepancy
         ["calibration", ..] => &["calibrate", "verdict", "design"],
         ["confirm", ..] => &["confirm"],
+        // a rule of the verdict warns of held-out specimens that contradict their prediction
+        ["validation", ..] => &["validate", "verdict"],
         ["further_tests", ..] => &["design"],
         _ => panic!("{key} is not in the table of this test: say which stages read it"),
     }

@@ -28,7 +28,7 @@
 //! 4. `fracture`, `hyperelastic`, `tension`, `viscoplastic`: calibration models, each the pattern that a user copies, and
 //!    parts of a calibration model of metals that neck
 //! 5. `budget`, `predicted_curve`: sources of the uncertainty, and the curves that a posterior predicts
-//! 6. `further_test`: expected benefit of a further test
+//! 6. `further_test`, `validation`: expected benefit of a further test, predictions against held-out specimens
 
 // hidden modules: `models` uses their items but does not re-export them, so that they are not part of the interface
 #[doc(hidden)]
@@ -63,6 +63,8 @@ pub mod table;
 #[doc(hidden)]
 pub mod table_format;
 pub mod tension;
+#[doc(hidden)]
+pub mod validation;
 pub mod viscoplastic;
 
 pub use branch::{Branch, BranchKind};
@@ -84,3 +86,4 @@ pub use qoi::{
     UnloadingSlope,
 };
 pub use record::{Compression, Decimal, Encoding, ReadOptions, Separator};
+pub use validation::{Coverage, Deviation, Prediction, PredictionError};

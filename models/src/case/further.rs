@@ -141,6 +141,7 @@ impl CaseFile {
         *confirm = Default::default();
         *further_tests = Default::default();
         case.experiments = None;
+        case.validation.clear();
         let mut table: Table = Table::try_from(&case).map_err(|e| {
             let help = "Leave the candidate out.";
             InputError::new(&self.path, place("set"), "", e.to_string(), help)

@@ -19,6 +19,10 @@ impl Mistakes {
         self.0.extend(checked.err());
     }
 
+    pub(crate) fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
     pub(crate) fn into_vec(self) -> Vec<InputError> {
         self.0
     }

@@ -35,6 +35,7 @@ mod template;
 #[cfg(test)]
 mod tests;
 mod validate;
+mod validation;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -70,7 +71,7 @@ pub(crate) use overlay::{merge, remove};
 pub use parameter::{BoundsCase, ByParameter, PriorCase};
 #[cfg(test)]
 pub(crate) use paths::FILES;
-pub(crate) use paths::{make_absolute, with_absolute_paths};
+pub(crate) use paths::{make_absolute, validations_with_absolute_paths, with_absolute_paths};
 pub use plastic::{HardeningCase, HardeningTable, PlasticCase, YieldRow};
 pub use program::ProgramPointCase;
 pub use read::CaseFile;
@@ -81,6 +82,8 @@ pub use simulator::SimulatorCase;
 pub use target::{Parameter, SimulationParts, Target, TargetError};
 pub(crate) use target::{Property, TargetRegistry};
 pub(crate) use template::{Template, Value};
+pub use validation::ValidationCase;
+pub(crate) use validation::{has_surrogate_for, validation_case};
 
 /// A case: the simulations, the calibrated parameters, and the experiments.
 ///
@@ -165,6 +168,9 @@ pub struct Case {
     /// The simulations that confirm the calibration.
     #[serde(default)]
     pub confirm: ConfirmCase,
+    /// Comparisons of the posterior with specimens that the calibration does not use.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub validation: Vec<ValidationCase>,
     /// Candidates for the next tests.
     #[serde(default)]
     pub further_tests: FurtherTestsCase,

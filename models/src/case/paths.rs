@@ -4,7 +4,7 @@ use std::path::Path;
 
 use toml::{Table, Value};
 
-use super::{Case, CaseFile};
+use super::{Case, CaseFile, ValidationCase};
 use crate::error::InputError;
 
 /// Keys of a case whose values are files or folders.
@@ -48,7 +48,9 @@ pub(crate) fn make_absolute(table: &mut Table, case: &Path) {
     }
     let further = table.get_mut("further_tests").and_then(|table| table.get_mut("candidate"));
     make_overlays_absolute(further, case);
-    make_overlays_absolute(table.get_mut("tests"), case);
+    for list in ["tests", "validation"] {
+        make_overlays_absolute(table.get_mut(list), case);
+    }
 }
 
 /// Makes all paths in the table `set` of each entry of a list absolute.
@@ -69,6 +71,32 @@ pub(crate) fn with_absolute_paths(file: &CaseFile) -> Result<Case, InputError> {
     let mut table = Table::try_from(&file.case).map_err(|e| refused(e.to_string()))?;
     make_absolute(&mut table, &file.path);
     table.try_into().map_err(|e: toml::de::Error| refused(e.message().to_owned()))
+}
+
+/// The validations of a case with absolute paths. The format of the files of `[experiments]` becomes a key of each
+/// validation with its own table of specimens, because copies of the other files have another format.
+///
+/// # Errors
+/// If the case cannot be written as TOML or read again.
+pub(crate) fn validations_with_absolute_paths(
+    file: &CaseFile,
+) -> Result<Vec<ValidationCase>, InputError> {
+    if file.case.validation.is_empty() {
+        return Ok(Vec::new());
+    }
+    let mut entries = with_absolute_paths(file)?.validation;
+    let read = file.case.experiments.as_ref().and_then(|own| own.read.as_ref());
+    let read = read.and_then(|read| Value::try_from(read).ok());
+    for entry in &mut entries {
+        let experiments = entry.set.get_mut("experiments").and_then(Value::as_table_mut);
+        if let (Some(own), Some(read)) = (experiments, &read)
+            && own.contains_key("table")
+            && !own.contains_key("read")
+        {
+            own.insert("read".to_owned(), read.clone());
+        }
+    }
+    Ok(entries)
 }
 
 /// Makes a path absolute; a relative path refers to the folder of the case.

@@ -9,7 +9,7 @@ use super::{Case, CaseFile, PriorCase};
 use crate::error::InputError;
 
 /// Tables that a test cannot change, because these tables define the joint calibration.
-const JOINT: [&str; 5] = ["prior", "extend", "parameters", "tests", "further_tests"];
+const JOINT: [&str; 6] = ["prior", "extend", "parameters", "tests", "validation", "further_tests"];
 
 /// Keys of `[calibration]` that a test cannot change, because the joint calibration has one sampler and one model.
 const JOINT_CALIBRATION: [&str; 10] = [
@@ -186,7 +186,7 @@ fn overlaid(file: &CaseFile, entry: &TestEntry) -> (Option<Table>, Vec<InputErro
     let mut refuse = |place: &str, key: &str, problem: &str, help: String| {
         mistakes.push(InputError::new(&file.path, place, key, problem, help));
     };
-    let mut case = Case { tests: Vec::new(), ..file.case.clone() };
+    let mut case = Case { tests: Vec::new(), validation: Vec::new(), ..file.case.clone() };
     case.calibration.between_tests = Default::default();
     let mut prior = case.prior.take().unwrap_or_default();
     entry.prior.iter().for_each(|(parameter, own)| prior.insert(parameter.clone(), *own));

@@ -13,6 +13,7 @@ mod specimen_figures;
 mod study;
 mod style;
 mod ticks;
+mod validation_results;
 
 pub use chart::{Chart, Ink};
 pub(crate) use digits::number;
@@ -24,7 +25,8 @@ pub(crate) use results::{
     BandEnd, CalibratedParameter, ChangedKey, DamageModel, DamageState, Finding, FurtherExpected,
     FurtherNeeded, FurtherParameter, FurtherTestResult, InputFile, LeftOut, MOST_SHIFT, Methods,
     Misfit, OrderErrors, Picture, PictureContent, Points, PredictedBand, Provenance, Qoi,
-    Qualifier, QuantityMisfit, Results, SpecimenFacts, Summarised, Verdict, mean,
+    Qualifier, QuantityMisfit, Results, SpecimenFacts, Summarised, ValidatedQuantity,
+    ValidationCoverage, ValidationResult, ValidationVerdict, Verdict, mean,
 };
 pub(crate) use specimen_figures::{grain_sizes, mesh_quality};
 pub(crate) use study::{

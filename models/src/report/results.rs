@@ -8,6 +8,9 @@ use ppl::diagnostics::Identification;
 pub(crate) use super::comparison::{BandEnd, Misfit, QuantityMisfit, SpecimenFacts};
 use super::digits::plain;
 pub(crate) use super::provenance::{ChangedKey, DamageModel, InputFile, Methods, Provenance};
+pub(crate) use super::validation_results::{
+    ValidatedQuantity, ValidationCoverage, ValidationResult, ValidationVerdict,
+};
 use crate::prior::Prior;
 
 /// A curve of displacement in mm and force in N.
@@ -81,6 +84,10 @@ pub(crate) struct Results {
     pub(crate) divergences: u64,
     /// Leave-one-out predictions, specimen by specimen; empty if there are none.
     pub(crate) loo: Vec<LeftOut>,
+    /// Comparisons with held-out specimens; empty if there are none.
+    pub(crate) validations: Vec<ValidationResult>,
+    /// Coverage of the predictive intervals over all held-out specimens and quantities.
+    pub(crate) validation_coverage: Vec<ValidationCoverage>,
     /// Expected benefit of further tests for each parameter; empty if it was not computed.
     pub(crate) further: Vec<FurtherParameter>,
     /// Warnings of all stages and rules; empty if there are none.
@@ -300,6 +307,8 @@ pub(crate) enum Qualifier {
     Toe,
     /// The model at the posterior mode does not reproduce the specimens.
     PoorFit,
+    /// Held-out specimens contradict their prediction.
+    NotValidated,
 }
 
 impl Qualifier {
@@ -310,6 +319,7 @@ impl Qualifier {
             Self::MeshError => " on this mesh",
             Self::Toe => " with the toe",
             Self::PoorFit => ", fit poor",
+            Self::NotValidated => ", validation failed",
         }
     }
 }

@@ -15,7 +15,11 @@ use super::specimen::{import_notes, imported_grains, imported_mesh};
 use super::specimen_checks::{InspectedSpecimens, inspect};
 use super::specimen_quantities::{SpecimenNames, compared};
 use super::stage::Stage;
-use crate::case::{CaseFile, ProgramPointCase, SingleTest, SpecimenGeometry, single_tests};
+use super::validation_folders::refuse_calibrated;
+use crate::case::{
+    CaseFile, ProgramPointCase, SingleTest, SpecimenGeometry, has_surrogate_for, single_tests,
+    validation_case,
+};
 use crate::experiment::{Specimen, SpecimenTable};
 use crate::specimen_files::{SpecimenFiles, recorded_file};
 
@@ -33,8 +37,10 @@ pub struct CaseCheck {
     pub mistakes: Vec<String>,
     /// Expected simulations and their cost; `None` for a case without a prior.
     pub cost: Option<ExpectedCost>,
-    /// Interpreted input of each test of a case with several tests, by the name of the test.
+    /// Interpreted input of each test of a case with several tests, and of each validation, by its name.
     pub tests: Vec<(String, Vec<(&'static str, String)>)>,
+    /// Whether the specimens are held out, so that a single one is sufficient.
+    is_held_out: bool,
 }
 
 impl CaseCheck {
@@ -108,7 +114,46 @@ impl CaseCheck {
         self.experiments(file, size);
         self.quantities_and_priors(file);
         let geometry = file.geometry().ok();
-        self.cost(geometry.and_then(|g| ExpectedCost::of_calibration(&file.case, &g)));
+        let cost = geometry.and_then(|g| ExpectedCost::of_calibration(&file.case, &g));
+        let of_validations = self.validations(file);
+        self.cost(cost.map(|cost| cost.with(of_validations)));
+    }
+
+    /// Checks the held-out specimens of each validation. Mistakes in the keys of a validation have been reported before.
+    /// Returns the cost of the simulations.
+    fn validations(&mut self, file: &CaseFile) -> Vec<ExpectedCost> {
+        let mut costs = Vec::new();
+        for (place, entry) in file.case.validation.iter().enumerate() {
+            let Ok(own) = validation_case(file, entry, place) else { continue };
+            let mut check = Self { is_held_out: true, ..Self::default() };
+            let size = check.specimen(&own);
+            check.experiments(&own, size);
+            if let Err(mistake) = refuse_calibrated(file, &own) {
+                check.fail(mistake);
+            }
+            let draws = if has_surrogate_for(file, entry) { 0 } else { entry.draws };
+            check.say(
+                "predicted",
+                match draws {
+                    0 => "by the surrogate of the calibration".to_owned(),
+                    draws => format!("by {draws} simulations at posterior draws"),
+                },
+            );
+            let geometry = own.geometry().ok();
+            costs
+                .extend(geometry.map(|g| ExpectedCost::of_validation(&own.case, entry, draws, &g)));
+            let name = format!("validation {}", entry.name);
+            let named = |text: &String| format!("{name}: {text}");
+            self.notes.extend(check.notes.iter().map(named));
+            self.mistakes.extend(check.mistakes.iter().map(named));
+            self.tests.push((name, check.understood));
+        }
+        costs
+    }
+
+    /// Smallest number of specimens.
+    fn least_specimens(&self) -> usize {
+        if self.is_held_out { 1 } else { 2 }
     }
 
     fn cost(&mut self, cost: Option<ExpectedCost>) {
@@ -271,7 +316,7 @@ impl CaseCheck {
             let path = file.beside(values);
             // the check of the case reports a missing file
             if path.is_file() {
-                match measured_specimens(file, &path) {
+                match measured_specimens(file, &path, self.least_specimens()) {
                     Ok(table) => self.table(&path, &table, None),
                     Err(mistake) => self.fail(mistake),
                 }
@@ -346,6 +391,7 @@ impl CaseCheck {
         }
         let folder = file.path.parent().map_or_else(PathBuf::new, Path::to_owned);
         let inputs = Inputs::new(file, &folder, Stage::that_writes);
+        let inputs = if self.is_held_out { inputs.of_held_out() } else { inputs };
         let table = match inputs.chosen(table.clone()) {
             Ok(chosen) => chosen,
             Err(mistake) => {

@@ -46,10 +46,11 @@ pub(super) fn source_in_words(file: &CaseFile) -> Result<Vec<(&'static str, Stri
 /// Reads the table of measured quantities and returns its specimens, which have no curves.
 ///
 /// # Errors
-/// Fails if the table cannot be used, or if the chosen group has fewer than two specimens.
+/// Fails if the table cannot be used, or if the chosen group has fewer than `least` specimens.
 pub(super) fn measured_specimens(
     file: &CaseFile,
     path: &Path,
+    least: usize,
 ) -> Result<SpecimenTable, WorkflowError> {
     let quantities = &file.case.qoi.quantities;
     let mut specimens = read_measured(path, quantities)?;
@@ -58,6 +59,6 @@ pub(super) fn measured_specimens(
     let table = without_curves(&specimens);
     let chosen = inputs.chosen(table.clone())?;
     specimens.retain(|own| chosen.specimens.iter().any(|specimen| specimen.id == own.id));
-    check_measured(path, quantities, &specimens)?;
+    check_measured(path, quantities, &specimens, least)?;
     Ok(table)
 }

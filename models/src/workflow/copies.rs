@@ -10,7 +10,9 @@ use super::files::{IMPORTED, SPECIMENS, VALUES, same_file};
 use super::freshness::STAGES_FILE;
 use super::in_place::is_case_of_folder;
 use super::product_folder::{Owner, ProductFolder};
-use crate::case::{Case, CaseFile, make_absolute, with_absolute_paths};
+use crate::case::{
+    Case, CaseFile, make_absolute, validations_with_absolute_paths, with_absolute_paths,
+};
 use crate::error::InputError;
 use crate::progress::say;
 use crate::specimen_files::{SpecimenFiles, recorded_file};
@@ -95,6 +97,8 @@ impl Copies {
             copies.case = with_absolute_paths(source)?;
             return Ok(copies);
         }
+        // the folders of the validations have the copies
+        copies.case.validation = validations_with_absolute_paths(source)?;
         if let Some(mesh) = &mut copies.case.specimen.mesh {
             let (from, to) = (source.beside(mesh), dir.join("specimen.msh"));
             if !same_file(&from, &to) {

@@ -2,7 +2,7 @@
 
 use fem::Order;
 
-use crate::case::{Case, SpecimenGeometry};
+use crate::case::{Case, SpecimenGeometry, ValidationCase};
 
 /// Measured cost of one simulation in the example `resolution` (docs/explanation/convergence.md) with [`STEPS`] load
 /// steps: number of tetrahedra of the lattice and processor seconds, for quadratic and for linear elements.
@@ -56,6 +56,28 @@ impl ExpectedCost {
     /// Estimates the cost of the tests of virtual specimens.
     pub(super) fn of_laboratory(case: &Case, geometry: &SpecimenGeometry) -> Self {
         Self::of_runs(virtual_tests(case), geometry)
+    }
+
+    /// Estimates the cost of a validation with the case `case`: `draws` simulations, and the tests of virtual specimens.
+    pub(super) fn of_validation(
+        case: &Case,
+        entry: &ValidationCase,
+        draws: usize,
+        geometry: &SpecimenGeometry,
+    ) -> Self {
+        let what = format!("at posterior draws, for the validation {:?}", entry.name);
+        let simulated = (draws > 0).then(|| on_specimen(case, draws, &what));
+        Self::of_runs(virtual_tests(case).chain(simulated), geometry)
+    }
+
+    /// Adds the cost of further groups of simulations.
+    pub(super) fn with(mut self, others: Vec<Self>) -> Self {
+        for other in others {
+            self.simulations += other.simulations;
+            self.seconds = self.seconds.zip(other.seconds).map(|(a, b)| a + b);
+            self.lines.extend(other.lines);
+        }
+        self
     }
 
     fn of_runs(runs: impl Iterator<Item = Runs>, geometry: &SpecimenGeometry) -> Self {

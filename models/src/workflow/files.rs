@@ -12,8 +12,8 @@ pub(super) const VALUES: &str = "experiments/values.csv";
 pub(super) const IMPORTED: &str = "imported_runs.csv";
 
 /// Stages that can issue warnings, in order; [`warnings_of`] returns the name of each stage's file.
-pub(super) const WARNING_STAGES: [&str; 6] =
-    ["segment", "mesh", "experiments", "ensemble", "calibrate", "confirm"];
+pub(super) const WARNING_STAGES: [&str; 7] =
+    ["segment", "mesh", "experiments", "ensemble", "calibrate", "confirm", "validate"];
 
 /// Name of the file with the warnings of a stage, one per line. The file does not exist if there are no warnings.
 pub(super) fn warnings_of(stage: &str) -> String {

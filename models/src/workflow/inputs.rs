@@ -17,8 +17,8 @@ use crate::case::{
     ByParameter, CalibrationCase, CandidateCase, Case, CaseFile, ConditionsCase, ConfirmCase,
     DesignCase, ExtendCase, FidelityCase, FurtherTestsCase, ImageCase, InterfaceCase, MachineCase,
     MaterialCase, Microstructure, NoiseCase, Parameter, PriorCase, QoiCase, SequentialCase,
-    SimulatorCase, SingleTest, SpecimenGeometry, SurrogateCase, TestCase, Toe, VirtualCase,
-    single_tests,
+    SimulatorCase, SingleTest, SpecimenGeometry, SurrogateCase, TestCase, Toe, ValidationCase,
+    VirtualCase, has_surrogate_for, single_tests,
 };
 use crate::experiment::SpecimenTable;
 use crate::prior::Prior;
@@ -35,6 +35,8 @@ pub(super) struct Inputs<'a> {
     writer: fn(&str) -> Option<&'static str>,
     /// Rejects result files that are out of date.
     guard: Option<Guard<'a>>,
+    /// Smallest number of specimens: two for a calibration, which estimates the scatter between specimens.
+    least_specimens: usize,
     /// Record of everything read so far. The record is a `RefCell`, which threads cannot share. Simulations that run
     /// on other threads therefore cannot read inputs that are not part of their identity.
     read: RefCell<Sources>,
@@ -49,7 +51,8 @@ impl<'a> Inputs<'a> {
         writer: fn(&str) -> Option<&'static str>,
     ) -> Self {
         let origin = Origin::of(&file.case, dir);
-        Self { file, dir, origin, writer, guard: None, read: RefCell::default() }
+        let read = RefCell::default();
+        Self { file, dir, origin, writer, guard: None, least_specimens: 2, read }
     }
 
     /// Creates the inputs of another case with the same results folder and an empty record.
@@ -73,6 +76,16 @@ impl<'a> Inputs<'a> {
     /// Adds a guard: the stage gets a file only if the guard accepts the file.
     pub(super) fn guarded(self, guard: Guard<'a>) -> Self {
         Self { guard: Some(guard), ..self }
+    }
+
+    /// Returns the inputs of specimens that are not calibrated to: a single specimen is sufficient.
+    pub(super) fn of_held_out(self) -> Self {
+        Self { least_specimens: 1, ..self }
+    }
+
+    /// Smallest number of specimens.
+    pub(super) fn least_specimens(&self) -> usize {
+        self.least_specimens
     }
 
     /// Parts of the case and files that have been read so far.
@@ -146,6 +159,7 @@ parts! {
     surrogate: surrogate => SurrogateCase;
     calibration: calibration => CalibrationCase;
     confirm: confirm => ConfirmCase;
+    validation: validation => Vec<ValidationCase>;
     further_tests: further_tests => FurtherTestsCase;
 }
 
@@ -184,6 +198,17 @@ impl Inputs<'_> {
     /// [`Self::reads_with`].
     pub(super) fn candidate(&self, candidate: &CandidateCase) -> Result<CaseFile, WorkflowError> {
         Ok(self.file.of_candidate(candidate)?)
+    }
+
+    /// Whether the surrogate predicts the specimens of a validation.
+    pub(super) fn has_surrogate_for(&self, entry: &ValidationCase) -> bool {
+        for key in ["specimen", "material", "interface", "phase_field", "test", "machine"] {
+            self.reads(key);
+        }
+        for key in ["conditions", "solver", "simulator", "qoi", "calibration.likelihood"] {
+            self.reads(key);
+        }
+        has_surrogate_for(self.file, entry)
     }
 
     /// Records all keys and files that `other` has read.
@@ -303,10 +328,10 @@ impl Inputs<'_> {
         Ok(single_tests(self.file)?)
     }
 
-    /// Records all keys of the case from which a test in a folder within the results folder has read keys, and all files
-    /// that the test has read.
-    pub(super) fn reads_in_folder(&self, test: &Inputs<'_>, folder: &str) {
-        let sources = test.sources();
+    /// Records all keys of the case from which a case in a folder within the results folder has read keys, and all files
+    /// that this case has read.
+    pub(super) fn reads_in_folder(&self, inner: &Inputs<'_>, folder: &str) {
+        let sources = inner.sources();
         sources.parts().for_each(|key| self.reads(key));
         self.reads("tests");
         sources.files().for_each(|name| drop(self.reads_file(&format!("{folder}/{name}"))));

@@ -52,7 +52,7 @@ pub(super) fn read_measured(
     Ok(specimens)
 }
 
-/// Checks whether a calibration to the given specimens is possible: at least two specimens and means that are not
+/// Checks whether a calibration to the given specimens is possible: at least `least` specimens and means that are not
 /// zero are necessary.
 ///
 /// # Errors
@@ -61,8 +61,9 @@ pub(super) fn check_measured(
     file: &Path,
     quantities: &[Quantity],
     specimens: &[MeasuredSpecimen],
+    least: usize,
 ) -> Result<(), InputError> {
-    if specimens.len() < 2 {
+    if specimens.len() < least {
         let count = specimens.len();
         let problem = format!("has {count} specimens of the chosen group");
         let help = "Scatter between specimens needs at least two.";
@@ -93,7 +94,7 @@ pub(super) fn write_measured(task: &Task<'_>, file: &Path) -> Result<String, Wor
     let is_chosen =
         |own: &MeasuredSpecimen| chosen.specimens.iter().any(|specimen| specimen.id == own.id);
     let specimens: Vec<MeasuredSpecimen> = all.into_iter().filter(is_chosen).collect();
-    check_measured(file, &qoi.quantities, &specimens)?;
+    check_measured(file, &qoi.quantities, &specimens, inputs.least_specimens())?;
     let findings: [[String; 4]; 0] = [];
     task.write_csv("curve_checks.csv", ["id", "finding", "value", "help"], findings)?;
     let [displacement, force] = MeshScale::COLUMNS;
@@ -138,7 +139,7 @@ mod tests {
         let named = |name: &str| toml::Value::from(name).try_into::<Quantity>().unwrap();
         let quantities = [named("column:u_mm"), named("peak-force")];
         let specimens = read_measured(&path, &quantities).map_err(|e| e.to_string())?;
-        check_measured(&path, &quantities, &specimens).map_err(|e| e.to_string())?;
+        check_measured(&path, &quantities, &specimens, 2).map_err(|e| e.to_string())?;
         Ok(specimens)
     }
 

@@ -10,6 +10,7 @@
 //! | surrogate | `runs.csv`, `experiments.csv` | `surrogate.json`, `surrogate_orders.csv`, `surrogate_error.json`, `surrogate_uncertainty.json` (posterior of its coefficients), `surrogate_specimens.json` (if runs share a few specimens: the error separated into scatter within and between specimens), `sobol.csv` (`qoi,input,first,first_q05,first_q95,total,total_q05,total_q95`) |
 //! | calibrate | `surrogate.json`, `runs.csv`, `curves/run-*.csv`, `curves/level-*.csv`, `experiments.csv`, `experiments/` | `posterior.zarr`, `posterior.csv`, `predictive.csv`, `predictive_curves.csv` (`displacement_mm` and quantiles of the force of a new specimen), `sampling.csv`, `summary.csv`, `posterior.txt` (the summary as text), `range.csv` (`qoi,experiment_mean,low,high,inside`), `map.csv`, `fit.csv` (`qoi,experiment_mean,map_surrogate,percent_error,sd_percent,simulation_sd_percent`), `uncertainty.csv`, `loo.csv` (`specimen,elpd,pareto_k`), `influence.csv` (`specimen,parameter,shift_sd,method`) |
 //! | confirm | `map.csv`, `posterior.csv`, `mesh.msh` | `confirm.csv`, `confirm_runs.csv`, `curves/baseline.csv`, `curves/map.csv`, `curves/draw-*.csv`, `fields/map*` (`.vtu`, `.pvd`, pictures, `map.csv`), `curves/second-mesh.csv` |
+//! | validate | `posterior.csv`, `surrogate.json`, `experiments.csv`; `mesh.msh`, `experiments.csv`, `experiments/` in the folder of each validation | `validation.csv` (one row for each validation, quantity and specimen), `validation_summary.csv` (for each validation and quantity), `validation_coverage.csv`, `validation_curves.csv` |
 //! | verdict | results and warnings of the earlier stages | `verdict.csv` (`parameter,contraction,verdict`), `warnings.txt`, `summary.txt` |
 //! | design | `posterior.csv`, `surrogate.json`, `experiments.csv`; runs and curves, for candidates with further quantities of existing curves | `design.csv` (`candidate,parameter,specimens,contraction,contraction_q05,contraction_q95,width90`), `design_specimens.csv` (`candidate,parameter,goal,value,specimens,limit`; `specimens` is empty if 1000 specimens do not reach the goal), `design/candidate-*.csv` (runs of each candidate, a [`surrogate::Dataset`]) |
 //! | report | the results of all other stages | `report.html` |
@@ -20,6 +21,8 @@
 //! second mesh, and runs without a curve have no file in `curves/`. `simulator/` and `experiments/values.csv` are
 //! copies of files that the case names. A case with several tests has a results folder for each test, `tests/NAME`,
 //! and the joint stages are run in the results folder of the case: see `joint` and `docs/how-to/several-tests.md`.
+//! Each `[[validation]]` has a results folder `validation/NAME` with the products of the stages `segment`, `mesh` and
+//! `experiments`, and its runs in `validation/NAME/runs/`.
 //!
 //! `breccia surfaces` writes the surface of each grain, `surfaces/grain-*.stl` and `surfaces.csv`. `breccia simulate`
 //! runs one simulation. These two commands are not stages.
@@ -99,6 +102,7 @@ mod one_stage;
 mod ownership;
 mod packings;
 mod pattern;
+mod posterior_draws;
 mod predicted_curves;
 mod preparation;
 mod product_folder;
@@ -135,6 +139,8 @@ mod task;
 mod tests;
 mod turns;
 mod uncertainty;
+mod validate;
+mod validation_folders;
 mod verdict;
 mod warnings;
 mod written;
@@ -163,7 +169,7 @@ pub use status::{RunCounts, StageState, StageStatus, status};
 pub use surfaces::SurfaceOptions;
 
 use crate::case::CaseFile;
-use crate::progress::say;
+use crate::progress::{say, speaking_for};
 use crate::report::Results;
 use adoption::adopt_products;
 use copies::Copies;
@@ -174,6 +180,7 @@ use inputs::Inputs;
 use locks::lock;
 use neighbours::Neighbours;
 use task::{StageRecord, Task};
+use validation_folders::{PREPARATION, VALIDATE, folder_of, held_out_cases};
 
 /// A case and the results folder in which its stages are run.
 ///
@@ -202,6 +209,10 @@ pub struct Workflow<'a> {
     folder: ProductFolder,
     freshness: Freshness,
     neighbours: Option<Neighbours>,
+    /// Folders of `[[validation]]`, with the names of the validations.
+    validations: Vec<(String, Workflow<'a>)>,
+    /// Whether the specimens are held out of the calibration.
+    is_held_out: bool,
 }
 
 impl<'a> Workflow<'a> {
@@ -249,6 +260,14 @@ impl<'a> Workflow<'a> {
         adopt_products(&folder, dir)?;
         folder.claim(STAGES_FILE, "run")?;
         copies.write(source, dir, &folder)?;
+        let mut validations = Vec::new();
+        for (name, own) in held_out_cases(source)? {
+            // these folders belong to the folder of the case, whose owner has been checked
+            let access = FolderAccess { reuse: true, replace: access.replace.clone() };
+            let place = dir.join(folder_of(&name));
+            let workflow = Self::open_with(&own, &place, threads, interrupt, &access)?;
+            validations.push((name, Self { is_held_out: true, ..workflow }));
+        }
         let file = CaseFile { path: dir.join("case.toml"), case: copies.case.clone() };
         Ok(Self {
             file,
@@ -262,13 +281,17 @@ impl<'a> Workflow<'a> {
             folder,
             freshness: Freshness::default(),
             neighbours: Neighbours::of(dir),
+            validations,
+            is_held_out: false,
         })
     }
 
     /// Returns the same workflow, sharing `cores` with other workflows. The workflow with the lowest rank gets the next
     /// free core.
     pub(crate) fn among(self, cores: &Cores, rank: usize) -> Self {
-        Self { cores: cores.clone(), rank, ..self }
+        let validations = self.validations.into_iter();
+        let validations = validations.map(|(name, own)| (name, own.among(cores, rank))).collect();
+        Self { cores: cores.clone(), rank, validations, ..self }
     }
 
     /// Returns the same workflow, which calibrates even if the data are outside the range of the simulations. No
@@ -300,6 +323,7 @@ impl<'a> Workflow<'a> {
             let ready = self.file.table().and_then(|_| self.file.check_steps());
             ready.map_err(|e| self.copies.named_by_owner(e.into()))?;
         }
+        self.validations.iter().try_for_each(|(_, own)| own.check_ready())?;
         let finished = self.finished();
         for stage in self.stages().iter().filter(|stage| !finished.contains_key(stage.name)) {
             let case = &self.file.case;
@@ -310,10 +334,17 @@ impl<'a> Workflow<'a> {
     }
 
     fn inputs(&self) -> Inputs<'_> {
-        Inputs::new(&self.file, &self.dir, Stage::that_writes)
+        let inputs = Inputs::new(&self.file, &self.dir, Stage::that_writes);
+        if self.is_held_out { inputs.of_held_out() } else { inputs }
     }
 
     fn make(&self, stage: &'static Stage) -> Result<(), WorkflowError> {
+        if stage.name == VALIDATE {
+            let before = STAGES.iter().filter(|stage| PREPARATION.contains(&stage.name));
+            self.validations.iter().try_for_each(|(name, own)| {
+                speaking_for(name, || before.clone().try_for_each(|stage| own.make(stage)))
+            })?;
+        }
         let before = self.finished();
         if let Some(earlier) = before.get(stage.name) {
             match self.change(earlier) {

@@ -227,6 +227,14 @@ fn specimens(inputs: &Inputs<'_>) -> Result<Vec<Named>, WorkflowError> {
     Ok(curves)
 }
 
+/// The curves of the specimens, processed in the same way as for their quantities of interest.
+///
+/// # Errors
+/// Fails if a file of the specimens cannot be read.
+pub(super) fn specimen_curves(inputs: &Inputs<'_>) -> Result<Vec<TestCurve>, WorkflowError> {
+    Ok(specimens(inputs)?.into_iter().map(|named| named.curve).collect())
+}
+
 /// Notes of a run that identify its specimen.
 const NOTES: [&str; 3] = [SEED, IMAGE, STIFFNESS_RATIO];
 

@@ -46,6 +46,7 @@ impl Workflow<'_> {
             freshness: Freshness::default(),
             neighbours: self.neighbours.clone(),
             interrupt: &RAISED,
+            validations: Vec::new(),
             ..*self
         };
         match rehearsal.share(stage) {

@@ -66,7 +66,7 @@ pub(super) fn inspect(
     accept_out_of_range: bool,
 ) -> Result<InspectedSpecimens, WorkflowError> {
     let mut mistakes = Vec::new();
-    if let [only] = &table.specimens[..] {
+    if let ([only], 2..) = (&table.specimens[..], inputs.least_specimens()) {
         let help = "Scatter between specimens needs at least two: add lines to the table, or choose \
                     another experiments.group.";
         let problem = "is the only specimen";

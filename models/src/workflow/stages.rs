@@ -2,14 +2,15 @@
 
 use super::pattern::matches;
 use super::stage::Stage;
+use super::validation_folders::VALIDATE;
 use super::{
     calibrate, confirm, design, ensemble, experiments, joint, mesh, report, segment, surrogate,
-    verdict,
+    validate, verdict,
 };
 use crate::case::Case;
 
 /// All stages in order. A new stage is an entry here and a module in this folder.
-pub static STAGES: [Stage; 10] = [
+pub static STAGES: [Stage; 11] = [
     Stage {
         name: "segment",
         about: "Find the grains of an image, or of a virtual scan: labels.tif, grains.csv, segment.csv",
@@ -140,6 +141,19 @@ pub static STAGES: [Stage; 10] = [
         ],
         share: None,
         run: confirm::run,
+    },
+    Stage {
+        name: VALIDATE,
+        about: "Predict held-out specimens from the posterior and compare them: validation.csv",
+        products: &[
+            "validation.csv",
+            "validation_summary.csv",
+            "validation_coverage.csv",
+            "validation_curves.csv",
+            "warnings/validate.txt",
+        ],
+        share: None,
+        run: validate::run,
     },
     Stage {
         name: "verdict",

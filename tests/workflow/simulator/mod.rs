@@ -4,6 +4,7 @@
 mod failures;
 mod further;
 mod refused;
+mod validation;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -10,6 +10,7 @@ mod prior;
 mod program;
 mod several_tests;
 mod simulation;
+mod validation;
 
 use fem::VOID;
 
@@ -19,6 +20,7 @@ use super::{CaseFile, Mistakes, SpecimenGeometry};
 use crate::error::{InputError, closest};
 use machine::check_machine;
 use several_tests::check_tests;
+use validation::check_validation;
 
 /// Regions that may have a material although the specimen does not have the region.
 const USUAL_REGIONS: [&str; 2] = ["matrix", "grain"];
@@ -94,6 +96,10 @@ impl CaseFile {
             self.check_experiments(geometry, &mut mistakes);
         }
         mistakes.note(self.check_further_tests());
+        // a mistake of the case is a mistake of each validation too: report it once
+        if mistakes.is_empty() {
+            check_validation(self, &mut mistakes);
+        }
         mistakes.into_vec()
     }
 

@@ -34,6 +34,11 @@ pub(super) fn check_tests(file: &CaseFile) -> Vec<InputError> {
             mistakes.note(Err(file.error(table, "", problem, help)));
         }
     }
+    if let Some(entry) = file.case.validation.first() {
+        let problem = "needs the posterior of a single test, and this case has several";
+        let help = "Write it in a case with one of the tests and no [[tests]], which calibrates this test alone.";
+        mistakes.note(Err(file.error("validation", format!("{:?}", entry.name), problem, help)));
+    }
     if let Some(candidate) = file.case.further_tests.candidate.first() {
         let problem = "looks at one further test of a single test, and this case has several";
         let help = "Write it in a case with one of the tests.";

@@ -27,7 +27,14 @@ pub(in crate::report) fn confirmation(results: &Results) -> String {
 
 /// Posterior predictive band of the curves of new specimens, with the experimental curves; `None` without predictions.
 pub(in crate::report) fn predicted(results: &Results) -> Option<String> {
-    let PredictedBand { displacement_mm: u, force_n, .. } = results.predicted_curves.as_ref()?;
+    let mut plots = band_of(results.predicted_curves.as_ref()?);
+    plots.extend(measured(results));
+    Some(force_displacement(plots))
+}
+
+/// Bands that contain 90 and 50 % of the curves of new specimens, and their median.
+pub(super) fn band_of(band: &PredictedBand) -> Vec<Plot> {
+    let PredictedBand { displacement_mm: u, force_n, .. } = band;
     let [q05, q25, q50, q75, q95] = force_n;
     let band = |low: &Vec<f64>, high: &Vec<f64>, colour: &str, name: &str| -> Plot {
         let band = BandPlot::new(u.iter().copied(), low.iter().copied(), high.iter().copied());
@@ -35,10 +42,9 @@ pub(in crate::report) fn predicted(results: &Results) -> Option<String> {
     };
     let mut plots =
         vec![band(q05, q95, DRAWS_FILL, "90 % of new ones"), band(q25, q75, DRAWS, "50 %")];
-    plots.extend(measured(results));
     let median = u.iter().copied().zip(q50.iter().copied());
     plots.push(line(median, POSTERIOR, 2.0).with_legend("median").into());
-    Some(force_displacement(plots))
+    plots
 }
 
 fn measured(results: &Results) -> Vec<Plot> {
@@ -64,7 +70,7 @@ fn alike<'a>(
 }
 
 /// Draws curves in axes that begin at zero: negative readings are noise.
-fn force_displacement(plots: Vec<Plot>) -> String {
+pub(super) fn force_displacement(plots: Vec<Plot>) -> String {
     let layout = panel(&plots, "displacement (mm)", "force (N)")
         .with_x_axis_min(0.0)
         .with_y_axis_min(0.0)

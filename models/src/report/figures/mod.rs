@@ -11,6 +11,7 @@ mod overlay;
 mod pairs;
 mod quantities;
 mod surrogate;
+mod validation;
 
 pub(super) use chains::{ranks, traces};
 pub(super) use curves::{confirmation, curves, predicted};
@@ -19,3 +20,4 @@ pub(super) use overlay::overlaid;
 pub(super) use pairs::{Place, design, posterior};
 pub(super) use quantities::{map_beside_experiments, of_the_ensemble, predictive};
 pub(super) use surrogate::orders;
+pub(super) use validation::{validated, validated_curves};

@@ -4,7 +4,7 @@
 //! 1. `parts`: tables, figures and captions
 //! 2. `made`, `unfinished`, `parameters`, `warnings`, `misfit`, `budget`: the conclusions
 //! 3. `specimens`, `curves`, `surrogate`, `posterior`, `correlations`, `sampling`: data, surrogate and posterior
-//! 4. `predictions`, `confirmation`, `damage`, `further`: predictions and further tests
+//! 4. `predictions`, `confirmation`, `validation`, `damage`, `further`: predictions and further tests
 //! 5. `specimen`, `methods`, `inputs`, `case_file`: how the results were made
 //! 6. `several_tests`: the page of a case with several tests, from these sections
 
@@ -29,6 +29,7 @@ mod specimen;
 mod specimens;
 mod surrogate;
 mod unfinished;
+mod validation;
 mod warnings;
 
 use maud::{Markup, html};
@@ -46,7 +47,7 @@ macro_rules! sections {
 
 /// Returns the report as HTML, with inline figures.
 pub(crate) fn page(results: &Results) -> String {
-    let sections: [Option<Markup>; 20] = sections!(
+    let sections: [Option<Markup>; 21] = sections!(
         results,
         [
             made,
@@ -63,6 +64,7 @@ pub(crate) fn page(results: &Results) -> String {
             sampling,
             predictions,
             confirmation,
+            validation,
             damage,
             further,
             specimen,

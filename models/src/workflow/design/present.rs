@@ -4,26 +4,16 @@ use surrogate::{DynPce, Input};
 
 use super::super::WorkflowError;
 use super::super::fitted::{Fitted, read_experiments};
+use super::super::posterior_draws::{Draw, posterior_draws};
 use super::super::task::Task;
 use super::super::uncertainty::SharedError;
-use crate::error::InputError;
-use crate::fracture::{column_means, short_name};
+use crate::fracture::column_means;
 use crate::further_test::{Belief, FurtherTest, FurtherTestError, TestAtDraw};
 use crate::prior::Prior;
-use crate::table::CsvTable;
 
 /// Number of posterior draws in averages: the standard error of a mean is about 5 % of the standard deviation of the
 /// draws.
 const DRAWS: usize = 400;
-
-/// A draw of a posterior.
-pub(super) struct Draw {
-    /// The parameters.
-    pub(super) theta: Vec<f64>,
-    /// Covariance (quantities × quantities) between specimens, relative to the means of the
-    /// quantities.
-    pub(super) scatter: Vec<Vec<f64>>,
-}
 
 /// The posterior of the calibration.
 pub(super) struct Present {
@@ -50,7 +40,7 @@ impl Present {
         let shared = SharedError::of(&fitted, discrepancy, &column_means(&qois))?;
         let evidence = shared.evidence(qois, &fitted.known);
         let (pce, shared) = (fitted.pce, shared.total());
-        let draws = draws(task, &prior, &outputs)?;
+        let draws = posterior_draws(inputs, &prior, &outputs)?;
         let (known, specimens) = (evidence.middle(), evidence.qois.len());
         let priors = inputs.priors()?;
         Ok(Self { prior, priors, draws, outputs, pce, known, specimens, shared })
@@ -101,27 +91,4 @@ pub(super) fn at_draws(
         Ok(TestAtDraw { jacobian, scatter: scatter(draw) })
     };
     draws.iter().step_by(every).map(at).collect()
-}
-
-/// Reads the draws of `posterior.csv`.
-fn draws(task: &Task<'_>, prior: &[Input], outputs: &[String]) -> Result<Vec<Draw>, WorkflowError> {
-    let short: Vec<String> = outputs.iter().map(|name| short_name(name)).collect();
-    let sd: Vec<String> = short.iter().map(|name| format!("sd[{name}]")).collect();
-    let correlation = |a: usize, b: usize| format!("correlation[{},{}]", short[a], short[b]);
-    let size = outputs.len();
-    let pairs: Vec<Vec<String>> =
-        (0..size).map(|a| (0..size).map(|b| correlation(a, b)).collect()).collect();
-    let path = task.inputs.file("posterior.csv")?;
-    let table = CsvTable::read(&path, &["chain"])?;
-    let mut found = Vec::new();
-    for row in table.rows() {
-        let theta = prior.iter().map(|input| row.number(&input.name)).collect::<Result<_, _>>()?;
-        let sd = sd.iter().map(|name| row.number(name)).collect::<Result<Vec<_>, InputError>>()?;
-        let mut scatter = vec![vec![0.0; size]; size];
-        for (a, b) in (0..size).flat_map(|a| (0..size).map(move |b| (a, b))) {
-            scatter[a][b] = sd[a] * sd[b] * row.number(&pairs[a][b])?;
-        }
-        found.push(Draw { theta, scatter });
-    }
-    Ok(found)
 }

@@ -8,15 +8,17 @@ mod influence;
 mod mesh;
 mod microstructure;
 mod toe;
+mod validation;
 
 use super::rule::Rule;
 
 /// All rules, in the order of their warnings.
-pub(super) const RULES: [Rule; 6] = [
+pub(super) const RULES: [Rule; 7] = [
     fit::AT_THE_SURROGATE,
     fit::SIMULATED,
     toe::RULE,
     mesh::RULE,
     microstructure::RULE,
     influence::RULE,
+    validation::RULE,
 ];

@@ -7,6 +7,7 @@ mod measured;
 mod notes;
 mod posterior;
 mod provenance;
+mod validated;
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -111,6 +112,10 @@ pub(in crate::workflow) fn load_done(
             let draw = measured::confirmed_if_there(inputs, &format!("draw-{k}"))?;
             results.posterior_curves.extend((!draw.is_empty()).then_some(draw));
         }
+    }
+    if done("validate") {
+        results.validations = validated::validations(inputs)?;
+        results.validation_coverage = validated::coverage(inputs)?;
     }
     if done("design") {
         results.further = further::further(inputs, case)?;

@@ -1,0 +1,44 @@
+//! Measurements of the held-out specimens of a validation.
+
+use super::super::WorkflowError;
+use super::super::inputs::Inputs;
+use crate::error::InputError;
+use crate::qoi::Quantity;
+use crate::table::CsvTable;
+
+/// Held-out specimens with their compared quantities.
+pub(super) struct HeldOut {
+    /// The compared quantities.
+    pub(super) quantities: Vec<Quantity>,
+    /// Columns of the compared quantities.
+    pub(super) columns: Vec<String>,
+    /// Names of the specimens.
+    ids: Vec<String>,
+    /// Measured quantities, one row per specimen.
+    rows: Vec<Vec<f64>>,
+}
+
+impl HeldOut {
+    /// Reads `experiments.csv` in the folder of the validation.
+    ///
+    /// # Errors
+    /// Fails if the file is missing or has no number for a quantity.
+    pub(super) fn read(inputs: &Inputs<'_>) -> Result<Self, WorkflowError> {
+        let quantities = inputs.qoi().quantities.clone();
+        let columns: Vec<String> = quantities.iter().map(|q| q.column().into_owned()).collect();
+        let path = inputs.file("experiments.csv")?;
+        let table = CsvTable::read(&path, &["id"])?;
+        let (mut ids, mut rows) = (Vec::new(), Vec::new());
+        for row in table.rows() {
+            ids.push(row.text("id").to_owned());
+            let values = columns.iter().map(|column| row.number(column));
+            rows.push(values.collect::<Result<_, InputError>>()?);
+        }
+        Ok(Self { quantities, columns, ids, rows })
+    }
+
+    /// Names of the specimens with their values of the quantity at the index `m`.
+    pub(super) fn of_quantity(&self, m: usize) -> Vec<(String, f64)> {
+        self.ids.iter().cloned().zip(self.rows.iter().map(|row| row[m])).collect()
+    }
+}

@@ -1,0 +1,182 @@
+//! Predictions by simulations at posterior draws, for a test that the surrogate does not describe.
+
+use fem::{RunInput, RunRecord};
+
+use super::super::WorkflowError;
+use super::super::fitted::read_experiments;
+use super::super::levels::Level;
+use super::super::microstructures::Microstructures;
+use super::super::posterior_draws::Draw;
+use super::super::run_source::RequestedRuns;
+use super::super::run_sources::source_of;
+use super::super::runs::NamedRuns;
+use super::super::simulator::quantities;
+use super::super::task::Task;
+use super::super::validation_folders::folder_of;
+use super::calibrated::Calibrated;
+use super::held_out::HeldOut;
+use super::predicted::{Predicted, Scatter};
+use crate::case::ValidationCase;
+use crate::fracture::{column_means, relative_covariance};
+use crate::qoi::{PeakForce, Quantity};
+
+/// Usable simulations of the test at posterior draws.
+pub(super) struct Runs<'a> {
+    /// The draw of each run.
+    pub(super) draws: Vec<&'a Draw>,
+    /// The record of each run.
+    pub(super) records: Vec<RunRecord>,
+    /// Quantities of each run.
+    values: Vec<Vec<f64>>,
+    /// Whether the runs have different microstructures.
+    has_microstructures: bool,
+    /// Relative variance between specimens of the force at each draw; `None` if it is unknown.
+    pub(super) force_variance: Option<Vec<f64>>,
+}
+
+impl<'a> Runs<'a> {
+    /// Simulates the test at draws of the posterior. Finished runs are reused. `own` is the task in the folder of the entry.
+    ///
+    /// # Errors
+    /// Fails if fewer than two runs are usable, or if no run can be computed.
+    pub(super) fn at_draws(
+        task: &Task<'_>,
+        own: &Task<'_>,
+        entry: &ValidationCase,
+        calibrated: &'a Calibrated,
+    ) -> Result<Self, WorkflowError> {
+        let draws = calibrated.thinned(entry.draws);
+        let (records, has_microstructures) = records(own, entry, &calibrated.names, &draws)?;
+        let qoi = own.inputs.qoi();
+        let mut runs = Self {
+            draws: Vec::new(),
+            records: Vec::new(),
+            values: Vec::new(),
+            has_microstructures,
+            force_variance: None,
+        };
+        let (all, mut failed) = (records.len(), Vec::new());
+        for (draw, record) in draws.into_iter().zip(records) {
+            match quantities(&record, qoi) {
+                Ok(values) => {
+                    runs.draws.push(draw);
+                    runs.values.push(values);
+                    runs.records.push(record);
+                }
+                Err(reason) => failed.push(format!("run {}: {reason}", record.id)),
+            }
+        }
+        let first = failed.first().map_or("", String::as_str);
+        if runs.records.len() < 2 {
+            let text = format!("{} of {all} simulations are usable; {first}", runs.records.len());
+            return Err(WorkflowError::Unusable(text));
+        }
+        if !failed.is_empty() {
+            task.warn(&format!(
+                "The prediction of the validation {} omits {} of {all} posterior draws, whose simulations have no \
+                 quantities: {first}.",
+                entry.name,
+                failed.len(),
+            ));
+        }
+        let scatter = runs.scatter(task, entry, calibrated)?;
+        let force = Quantity::new(PeakForce);
+        let variances = runs.draws.iter().map(|draw| scatter.relative_variance(&force, draw));
+        runs.force_variance = variances.collect();
+        Ok(runs)
+    }
+
+    /// Predicts the quantities of the held-out specimens.
+    ///
+    /// # Errors
+    /// Fails if a quantity is not finite.
+    pub(super) fn predictions(
+        &self,
+        task: &Task<'_>,
+        entry: &ValidationCase,
+        calibrated: &Calibrated,
+        held_out: &HeldOut,
+    ) -> Result<Vec<Predicted>, WorkflowError> {
+        let scatter = self.scatter(task, entry, calibrated)?;
+        // the error of the model in another test is independent of its error in the calibrated test
+        let discrepancy = task.inputs.calibration().discrepancy.covariance(&held_out.columns);
+        let of_quantity = |(m, quantity): (usize, &Quantity)| {
+            let means: Vec<f64> = self.values.iter().map(|row| row[m]).collect();
+            let sds = scatter.sds(quantity, &self.draws, &means);
+            let mean = means.iter().sum::<f64>() / means.len() as f64;
+            let shared = discrepancy.as_ref().map_or(0.0, |all| all[m][m].sqrt() * mean.abs());
+            Predicted::new(means, sds, shared)
+        };
+        held_out.quantities.iter().enumerate().map(of_quantity).collect()
+    }
+
+    fn scatter<'b>(
+        &self,
+        task: &Task<'_>,
+        entry: &'b ValidationCase,
+        calibrated: &'b Calibrated,
+    ) -> Result<Scatter<'b>, WorkflowError> {
+        let fitted = &calibrated.fitted;
+        let outputs = fitted.pce.outputs();
+        let of_microstructures = match self.has_microstructures {
+            true => {
+                // residuals of runs with different microstructures are scatter between microstructures
+                let at = column_means(&read_experiments(&task.inputs, outputs)?);
+                let variances = relative_covariance(fitted.report.scatter(&at)?, &at);
+                Some((0..at.len()).map(|m| variances[m][m]).collect())
+            }
+            false => None,
+        };
+        Ok(Scatter { entry, calibrated: outputs, of_microstructures })
+    }
+}
+
+/// Runs the test of the entry at the draws. Returns the records, and whether the runs have different microstructures.
+fn records(
+    own: &Task<'_>,
+    entry: &ValidationCase,
+    names: &[String],
+    draws: &[&Draw],
+) -> Result<(Vec<RunRecord>, bool), WorkflowError> {
+    let inputs = &own.inputs;
+    if inputs.is_built_in() {
+        // the runs depend on the geometry even if no mesh file is read: reading it adds it to the identity of the runs
+        inputs.geometry()?;
+    }
+    let parameters: Vec<String> = inputs.parameters()?.iter().map(ToString::to_string).collect();
+    let source = source_of(inputs)?;
+    if source.points().is_some() {
+        let text =
+            "the runs of the case are imported, so that no run at posterior draws can be made";
+        return Err(WorkflowError::Unusable(text.to_owned()));
+    }
+    let specimens = source.specimens(inputs, draws.len())?;
+    let meshes = specimens.as_ref().map_or(source.meshes(), Microstructures::meshes);
+    // the last level is the mesh of the case itself
+    let Some(level) = Level::all(inputs, meshes)?.pop() else {
+        return Err(WorkflowError::Unusable("the case has no mesh".to_owned()));
+    };
+    source.read_rest(inputs);
+    let order: Vec<usize> = parameters
+        .iter()
+        .map(|name| names.iter().position(|other| other == name))
+        .collect::<Option<_>>()
+        .ok_or_else(|| WorkflowError::Unusable("its parameters are not calibrated".to_owned()))?;
+    let point = |draw: &&Draw| order.iter().map(|&i| draw.theta[i]).collect::<Vec<f64>>();
+    let run = |(i, inputs)| RunInput { id: i + 1, inputs };
+    let runs: Vec<RunInput> = draws.iter().map(point).enumerate().map(run).collect();
+    // other draws are other runs
+    let points: String = runs.iter().map(|run| format!("draw = {:?}\n", run.inputs)).collect();
+    let manifest = format!("{}{points}", level.manifest);
+    let folder = format!("{}/runs", folder_of(&entry.name));
+    let named = NamedRuns {
+        folder: &folder,
+        manifest: &manifest,
+        names: &parameters,
+        runs: &runs,
+        wait: true,
+    };
+    let level = inputs.is_built_in().then_some(&level);
+    let requested = RequestedRuns { task: own, level, specimens: specimens.as_ref(), named };
+    Ok((source.records(&requested)?, specimens.is_some()))
+}

@@ -1,0 +1,104 @@
+//! Results folders of `[[validation]]`. Each validation has a folder within the results folder, with copies of its files and
+//! the products of the stages that prepare its specimen and its held-out specimens.
+
+use std::path::{Path, PathBuf};
+
+use super::WorkflowError;
+use super::measured_values::read_measured;
+use crate::case::{CaseFile, validation_case};
+use crate::error::InputError;
+use crate::experiment::Specimen;
+use crate::specimen_files::SpecimenFiles;
+
+/// Name of the stage that compares held-out specimens with their predictions.
+pub(super) const VALIDATE: &str = "validate";
+
+/// Stages that are run in the folder of a validation.
+pub(super) const PREPARATION: [&str; 3] = ["segment", "mesh", "experiments"];
+
+/// What to do if a held-out specimen is also calibrated to.
+const HOLD_OUT: &str = "Hold the specimen out of the calibration: remove its line from the table of [experiments], or give \
+                        it another group; or leave it out of the validation.";
+
+/// Folder of the results of a validation, within the results folder of the case.
+pub(super) fn folder_of(name: &str) -> String {
+    format!("validation/{name}")
+}
+
+/// The cases of all validations, with their names.
+///
+/// # Errors
+/// Fails if a validation has a mistake or uses a specimen of the calibration.
+pub(super) fn held_out_cases(source: &CaseFile) -> Result<Vec<(String, CaseFile)>, WorkflowError> {
+    let mut cases = Vec::new();
+    for (place, entry) in source.case.validation.iter().enumerate() {
+        let own = validation_case(source, entry, place).map_err(|errors| {
+            let mistakes = || WorkflowError::Unusable(format!("{}: mistakes", entry.name));
+            errors.into_iter().next().map_or_else(mistakes, WorkflowError::from)
+        })?;
+        refuse_calibrated(source, &own)?;
+        cases.push((entry.name.clone(), own));
+    }
+    Ok(cases)
+}
+
+/// Refuses held-out specimens that the calibration uses: specimens with the same curve, or with the same name and the same
+/// measured quantities.
+///
+/// # Errors
+/// Names the table of the held-out specimens and the specimen.
+pub(super) fn refuse_calibrated(
+    calibration: &CaseFile,
+    held_out: &CaseFile,
+) -> Result<(), InputError> {
+    let refuse = |path: &Path, id: &str, other: &str| {
+        let problem = format!("has the data of {other}, which the calibration uses");
+        Err(InputError::new(path, "specimen", id, problem, HOLD_OUT))
+    };
+    if let (Some((_, calibrated)), Some((path, own))) = (measured(calibration), measured(held_out))
+    {
+        for specimen in &own {
+            let is_same = |other: &&Specimen| other.curve == specimen.curve;
+            if let Some(other) = calibrated.iter().find(is_same) {
+                return refuse(&path, &specimen.id, &other.id);
+            }
+        }
+    }
+    let values = |file: &CaseFile| {
+        let path = file.beside(file.case.experiments.as_ref()?.values.as_ref()?);
+        // tables of other quantities cannot be compared
+        let rows = read_measured(&path, &held_out.case.qoi.quantities).ok()?;
+        let group = file.case.experiments.as_ref()?.group.clone();
+        let is_chosen = move |own: &str| group.as_deref().is_none_or(|group| group == own);
+        let rows = rows.into_iter().filter(move |row| is_chosen(&row.group));
+        Some((path, rows.collect::<Vec<_>>()))
+    };
+    if let (Some((_, calibrated)), Some((path, own))) = (values(calibration), values(held_out)) {
+        for specimen in &own {
+            let is_same = calibrated
+                .iter()
+                .any(|other| other.id == specimen.id && other.values == specimen.values);
+            if is_same {
+                return refuse(&path, &specimen.id, &specimen.id);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The table of measured specimens of a case, and the specimens that the case chooses. `None` if the case has no such table,
+/// or if the table has mistakes, which the checks of the case report.
+fn measured(file: &CaseFile) -> Option<(PathBuf, Vec<Specimen>)> {
+    let experiments = file.case.experiments.as_ref()?;
+    let path = file.beside(experiments.table.as_ref()?);
+    if !path.is_file() {
+        return None;
+    }
+    let options = experiments.read.clone().unwrap_or_default();
+    let read = SpecimenFiles::read(&path, &options).of_test(experiments.test.as_deref(), &path);
+    let table = match &experiments.group {
+        Some(group) => read.table.in_group(group, &file.path).ok()?,
+        None => read.table,
+    };
+    Some((path, table.specimens))
+}
