@@ -1,0 +1,191 @@
+//! Strength that is independent of toughness and regularisation length, as an external driving force of damage.
+//!
+//! With AT1 and g = (1 − φ)², the damage equation of the model is, without gradient and viscous terms,
+//! δ Gc/(c₀ ℓ₀) + g′(φ) ψ H(I₁) + g(φ) (α₁ I₁ + α₂ √J₂) = 0. ψ, I₁ and J₂ are energy, first invariant and second
+//! deviatoric invariant of the undamaged stress, and H is 1 for I₁ > 0 and 0 for I₁ < 0. From g = −½ (1 − φ) g′, the
+//! equation has the form of all other laws with the driving energy ψ_d = ψ H(I₁) − ½ √g (α₁ I₁ + α₂ √J₂). The constants
+//! α₁ and α₂ are chosen so that an undamaged point starts to be damaged at the tensile strength in uniaxial tension, and at
+//! the hydrostatic strength in hydrostatic tension: a Drucker–Prager strength surface. δ restores the toughness.
+//!
+//! References: Kumar, Bourdin, Francfort & Lopez-Pamies, J. Mech. Phys. Solids 142 (2020) 104027,
+//! doi:10.1016/j.jmps.2020.104027; Larsen, Dolbow & Lopez-Pamies (2024), arXiv:2401.13938.
+
+use serde::{Deserialize, Serialize};
+
+use super::number::Scalar;
+use super::response::{Response, packed};
+use crate::error::FemError;
+
+/// Strength of a material in tension and compression.
+///
+/// # Example
+/// ```
+/// use fem::{Fracture, Material, Strength};
+///
+/// let graphite = Material::hencky(9800.0, 0.13)
+///     .with_fracture(Fracture { residual_stiffness: 1e-4, ..Fracture::new(0.091) })
+///     .with_strength(Strength { tensile_mpa: 27.0, compressive_mpa: 77.0 });
+/// let strength = graphite.strength.expect("graphite has a strength");
+/// assert!((strength.hydrostatic_mpa() - 27.72).abs() < 0.01);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Strength {
+    /// Uniaxial tensile strength σ_ts, MPa.
+    pub tensile_mpa: f64,
+    /// Uniaxial compressive strength σ_cs, MPa; larger than the tensile strength.
+    pub compressive_mpa: f64,
+}
+
+/// Properties of a material and its mesh that the constants of a strength depend on.
+#[derive(Clone, Copy, Debug)]
+pub struct StrengthContext {
+    /// Toughness Gc, N/mm.
+    pub toughness_n_per_mm: f64,
+    /// Regularisation length ℓ₀, mm.
+    pub length_mm: f64,
+    /// Young's modulus and bulk modulus, MPa.
+    pub young_mpa: f64,
+    pub bulk_mpa: f64,
+    /// Distance h of neighbouring nodes of the mesh, mm; zero: without the correction for the mesh.
+    pub spacing_mm: f64,
+}
+
+/// Constants of a strength: of the external driving force, and the factor of the toughness.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StrengthConstants {
+    /// Factor δ of the toughness.
+    pub toughness_factor: f64,
+    /// Coefficients α₁ of I₁ and α₂ of √J₂.
+    pub drive: ExternalDrive,
+}
+
+/// External driving force α₁ I₁ + α₂ √J₂ of damage, with dimensionless coefficients.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ExternalDrive {
+    pub in_trace: f64,
+    pub in_shear: f64,
+}
+
+/// Normalising constant c₀ of AT1.
+const C0: f64 = 8.0 / 3.0;
+/// √J₂ below this share of the stress has no direction; its derivative is taken as zero.
+const ROUNDING: f64 = 1e-14;
+
+impl Strength {
+    /// Returns the strength σ_hs in hydrostatic tension of the Drucker–Prager surface, MPa.
+    pub fn hydrostatic_mpa(&self) -> f64 {
+        let Self { tensile_mpa: t, compressive_mpa: c } = *self;
+        2.0 / 3.0 * t * c / (c - t)
+    }
+
+    /// Checks that 0 < σ_ts < σ_cs.
+    pub(super) fn validate(&self, entity: &str) -> Result<(), FemError> {
+        let Self { tensile_mpa, compressive_mpa } = *self;
+        if !(tensile_mpa > 0.0 && tensile_mpa.is_finite()) {
+            let requirement = "a positive strength in MPa";
+            return Err(FemError::parameter(
+                entity,
+                "strength.tensile_mpa",
+                tensile_mpa,
+                requirement,
+            ));
+        }
+        if !(compressive_mpa > tensile_mpa && compressive_mpa.is_finite()) {
+            let requirement = "larger than strength.tensile_mpa, in MPa";
+            let field = "strength.compressive_mpa";
+            return Err(FemError::parameter(entity, field, compressive_mpa, requirement));
+        }
+        Ok(())
+    }
+
+    /// Returns the largest regularisation length for which the model makes sense, mm: 3 E Gc/(8 σ_ts²), the length at
+    /// which AT1 alone has this tensile strength.
+    pub fn largest_length_mm(&self, young_mpa: f64, toughness_n_per_mm: f64) -> f64 {
+        0.375 * young_mpa * toughness_n_per_mm / self.tensile_mpa.powi(2)
+    }
+
+    /// Computes the constants of the damage equation.
+    pub fn constants(&self, at: &StrengthContext) -> StrengthConstants {
+        let (tensile, hydrostatic) = (self.tensile_mpa, self.hydrostatic_mpa());
+        let StrengthContext { toughness_n_per_mm: toughness, length_mm: length, .. } = *at;
+        let in_tension = tensile.powi(2) / (2.0 * at.young_mpa);
+        let in_hydrostatic = hydrostatic.powi(2) / (2.0 * at.bulk_mpa);
+        let root = 3f64.sqrt();
+        let ratio =
+            (tensile + (1.0 + 2.0 * root) * hydrostatic) / ((8.0 + 3.0 * root) * hydrostatic);
+        let first = ratio * 3.0 * toughness / (16.0 * in_tension * length);
+        let toughness_factor = if at.spacing_mm > 0.0 {
+            // the energy of a crack on a mesh of linear elements is larger by this factor
+            let excess = 1.0 + 0.375 * at.spacing_mm / length;
+            first / excess.powi(2) + 0.4 / excess
+        } else {
+            first + 0.375
+        };
+        let local = toughness_factor * toughness / (8.0 * length);
+        let in_trace = -local / hydrostatic + 2.0 * in_hydrostatic / (3.0 * hydrostatic);
+        let in_shear = -root * (3.0 * hydrostatic - tensile) * local / (hydrostatic * tensile)
+            - 2.0 * in_hydrostatic / (root * hydrostatic)
+            + 2.0 * root * in_tension / tensile;
+        StrengthConstants { toughness_factor, drive: ExternalDrive { in_trace, in_shear } }
+    }
+
+    /// Returns the compressive strength that the model really has for this regularisation length, MPa. It approaches
+    /// [`compressive_mpa`](Self::compressive_mpa) as the length becomes small; NaN if the model never fails in uniaxial
+    /// compression.
+    pub fn realised_compressive_mpa(&self, at: &StrengthContext) -> f64 {
+        let StrengthConstants { toughness_factor, drive } = self.constants(at);
+        let resistance = toughness_factor * at.toughness_n_per_mm / (C0 * at.length_mm);
+        let strength = resistance / (drive.in_trace - drive.in_shear / 3f64.sqrt());
+        if strength > 0.0 { strength } else { f64::NAN }
+    }
+}
+
+impl ExternalDrive {
+    /// Adds the external driving force to the driving energy of a response whose whole energy is degraded, and removes
+    /// the energy of states with a negative trace of the stress from it.
+    #[inline(always)]
+    pub(super) fn add_to<T: Scalar, const TANGENT: bool>(
+        self,
+        mut out: Response<T>,
+        g: T,
+    ) -> Response<T> {
+        let [zero, half] = [0.0, 0.5].map(|x| g.constant(x));
+        let (in_trace, in_shear) = (g.constant(self.in_trace), g.constant(self.in_shear));
+        let stress = out.stress_plus;
+        let trace = stress[0] + stress[1] + stress[2];
+        let mean = g.constant(1.0 / 3.0) * trace;
+        let mut deviator = stress;
+        let mut squares = zero;
+        let mut largest = g.constant(f64::MIN_POSITIVE);
+        for i in 0..3 {
+            deviator[i] = stress[i] - mean;
+            squares = deviator[i].mul_add(deviator[i], squares);
+            largest = largest.max(stress[i]).max(zero - stress[i]);
+        }
+        let root = (half * squares).sqrt();
+        let has_shear = (g.constant(ROUNDING) * largest).less_than(root);
+        let per_root = T::select(has_shear, half / root.max(largest * ROUNDING), zero);
+        let force = in_trace * trace + in_shear * root;
+        let part = half * g.sqrt();
+        let is_compressed = trace.less_than(zero);
+        let energy = T::select(is_compressed, zero, out.driving);
+        out.softening = zero - half * part * force / g;
+        out.driving = energy - part * force;
+        if TANGENT {
+            let per_g = g.constant(1.0) / g;
+            for j in 0..3 {
+                let mut of_trace = zero;
+                let mut of_root = zero;
+                for i in 0..3 {
+                    let modulus = per_g * out.normal[packed(i.max(j), i.min(j))];
+                    of_trace += modulus;
+                    of_root = deviator[i].mul_add(modulus, of_root);
+                }
+                let slope = in_trace * of_trace + in_shear * per_root * of_root;
+                out.driving_stress[j] = T::select(is_compressed, zero, stress[j]) - part * slope;
+            }
+        }
+        out
+    }
+}
