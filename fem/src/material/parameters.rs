@@ -203,8 +203,9 @@ impl Material {
         };
         check_moduli(&entity, self.elasticity.young_mpa(), self.elasticity.poisson())?;
         self.validate_inelasticity(&entity, phase_field)?;
-        self.validate_strength(&entity, phase_field)?;
-        let Some(fracture) = &self.fracture else { return Ok(()) };
+        let Some(fracture) = &self.fracture else {
+            return self.validate_strength(&entity, phase_field);
+        };
         check(
             (1e-9..=1e3).contains(&fracture.toughness_n_per_mm),
             "toughness_n_per_mm",
@@ -223,6 +224,7 @@ impl Material {
             fracture.residual_stiffness,
             "in [0, 1), usually 0.01",
         )?;
+        self.validate_strength(&entity, phase_field)?;
         phase_field.map_or(Ok(()), |field| self.validate_split(entity, field))
     }
 
@@ -295,8 +297,8 @@ impl Material {
         Ok(())
     }
 
-    /// Returns what the constants of a strength depend on, for damage with the given settings on a mesh with this
-    /// distance of nodes in mm.
+    /// Returns what the constants of a strength depend on, for damage with the given settings. `spacing_mm` is the mean
+    /// distance of neighbouring nodes of the mesh; a spacing that the strength states comes first.
     pub fn strength_context(&self, field: &PhaseField, spacing_mm: f64) -> StrengthContext {
         let elasticity = &self.elasticity;
         let moduli = Moduli::new(elasticity.young_mpa(), elasticity.poisson());
@@ -305,7 +307,7 @@ impl Material {
             length_mm: field.length_mm,
             young_mpa: elasticity.young_mpa(),
             bulk_mpa: moduli.bulk,
-            spacing_mm,
+            spacing_mm: self.strength.and_then(|s| s.node_spacing_mm).unwrap_or(spacing_mm),
         }
     }
 

@@ -24,7 +24,7 @@ use crate::error::FemError;
 ///
 /// let graphite = Material::hencky(9800.0, 0.13)
 ///     .with_fracture(Fracture { residual_stiffness: 1e-4, ..Fracture::new(0.091) })
-///     .with_strength(Strength { tensile_mpa: 27.0, compressive_mpa: 77.0 });
+///     .with_strength(Strength::new(27.0, 77.0));
 /// let strength = graphite.strength.expect("graphite has a strength");
 /// assert!((strength.hydrostatic_mpa() - 27.72).abs() < 0.01);
 /// ```
@@ -35,6 +35,10 @@ pub struct Strength {
     pub tensile_mpa: f64,
     /// Uniaxial compressive strength σ_cs, MPa; larger than the tensile strength.
     pub compressive_mpa: f64,
+    /// Distance of neighbouring nodes where cracks run, mm. By default the mean of the whole mesh, which is right for
+    /// meshes of uniform size.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub node_spacing_mm: Option<f64>,
 }
 
 /// Properties of a material and its mesh that the constants of a strength depend on.
@@ -73,29 +77,35 @@ const C0: f64 = 8.0 / 3.0;
 const ROUNDING: f64 = 1e-14;
 
 impl Strength {
+    /// Creates a strength for meshes of uniform size.
+    pub const fn new(tensile_mpa: f64, compressive_mpa: f64) -> Self {
+        Self { tensile_mpa, compressive_mpa, node_spacing_mm: None }
+    }
+
     /// Returns the strength σ_hs in hydrostatic tension of the Drucker–Prager surface, MPa.
     pub fn hydrostatic_mpa(&self) -> f64 {
-        let Self { tensile_mpa: t, compressive_mpa: c } = *self;
+        let (t, c) = (self.tensile_mpa, self.compressive_mpa);
         2.0 / 3.0 * t * c / (c - t)
     }
 
     /// Checks that 0 < σ_ts < σ_cs.
     pub(super) fn validate(&self, entity: &str) -> Result<(), FemError> {
-        let Self { tensile_mpa, compressive_mpa } = *self;
-        if !(tensile_mpa > 0.0 && tensile_mpa.is_finite()) {
-            let requirement = "a positive strength in MPa";
-            return Err(FemError::parameter(
-                entity,
-                "strength.tensile_mpa",
-                tensile_mpa,
-                requirement,
-            ));
-        }
-        if !(compressive_mpa > tensile_mpa && compressive_mpa.is_finite()) {
-            let requirement = "larger than strength.tensile_mpa, in MPa";
-            let field = "strength.compressive_mpa";
-            return Err(FemError::parameter(entity, field, compressive_mpa, requirement));
-        }
+        let entity = format!("{entity}.strength");
+        let check = |is_valid: bool, field, value, requirement| match is_valid {
+            true => Ok(()),
+            false => Err(FemError::parameter(&entity, field, value, requirement)),
+        };
+        let Self { tensile_mpa, compressive_mpa, node_spacing_mm } = *self;
+        let is_positive = |x: f64| x > 0.0 && x.is_finite();
+        check(is_positive(tensile_mpa), "tensile_mpa", tensile_mpa, "a positive strength in MPa")?;
+        check(
+            compressive_mpa > tensile_mpa && compressive_mpa.is_finite(),
+            "compressive_mpa",
+            compressive_mpa,
+            "larger than tensile_mpa, in MPa",
+        )?;
+        let spacing = node_spacing_mm.unwrap_or(1.0);
+        check(is_positive(spacing), "node_spacing_mm", spacing, "a positive length in mm")?;
         Ok(())
     }
 
@@ -131,13 +141,13 @@ impl Strength {
     }
 
     /// Returns the compressive strength that the model really has for this regularisation length, MPa. It approaches
-    /// [`compressive_mpa`](Self::compressive_mpa) as the length becomes small; NaN if the model never fails in uniaxial
-    /// compression.
+    /// [`compressive_mpa`](Self::compressive_mpa) as the length becomes small. It is infinite if the model never fails in
+    /// uniaxial compression.
     pub fn realised_compressive_mpa(&self, at: &StrengthContext) -> f64 {
         let StrengthConstants { toughness_factor, drive } = self.constants(at);
         let resistance = toughness_factor * at.toughness_n_per_mm / (C0 * at.length_mm);
         let strength = resistance / (drive.in_trace - drive.in_shear / 3f64.sqrt());
-        if strength > 0.0 { strength } else { f64::NAN }
+        if strength > 0.0 { strength } else { f64::INFINITY }
     }
 }
 

@@ -12,7 +12,7 @@ fn graphite() -> Material {
     let fracture = Fracture { residual_stiffness: 1e-4, ..Fracture::new(0.091) };
     Material::hencky(YOUNG, POISSON)
         .with_fracture(fracture)
-        .with_strength(Strength { tensile_mpa: TENSILE, compressive_mpa: COMPRESSIVE })
+        .with_strength(Strength::new(TENSILE, COMPRESSIVE))
 }
 
 fn field(length_mm: f64) -> PhaseField {
@@ -123,9 +123,11 @@ fn unsupported_strengths_are_refused() {
     let message = |material: Material, field: PhaseField| {
         material.validate("matrix", Some(&field)).expect_err("refused").to_string()
     };
-    let weak = Strength { tensile_mpa: 27.0, compressive_mpa: 20.0 };
+    let weak = Strength::new(27.0, 20.0);
+    let folded = Strength { node_spacing_mm: Some(-0.1), ..Strength::new(27.0, 77.0) };
     let cases = [
-        (graphite().with_strength(weak), field(0.2), "strength.compressive_mpa"),
+        (graphite().with_strength(weak), field(0.2), "material.matrix.strength: compressive_mpa"),
+        (graphite().with_strength(folded), field(0.2), "material.matrix.strength: node_spacing_mm"),
         (Material { fracture: None, ..graphite() }, field(0.2), "toughness"),
         (graphite(), PhaseField::new(0.2), "AT1"),
         (graphite(), PhaseField { split: Split::Spectral, ..field(0.2) }, "AT1"),
