@@ -1,9 +1,11 @@
 //! Strength that is independent of toughness and regularisation length, as an external driving force of damage.
 //!
 //! With AT1 and g = (1 − φ)², the damage equation of the model is, without gradient and viscous terms,
-//! δ Gc/(c₀ ℓ₀) + g′(φ) ψ H(I₁) + g(φ) (α₁ I₁ + α₂ √J₂) = 0. ψ, I₁ and J₂ are energy, first invariant and second
-//! deviatoric invariant of the undamaged stress, and H is 1 for I₁ > 0 and 0 for I₁ < 0. From g = −½ (1 − φ) g′, the
-//! equation has the form of all other laws with the driving energy ψ_d = ψ H(I₁) − ½ √g (α₁ I₁ + α₂ √J₂). The constants
+//! δ Gc/(c₀ ℓ₀) + g′(φ) ψ H + g(φ) (α₁ I₁ + α₂ √J₂) = 0. ψ, I₁ and J₂ are energy, first invariant and second
+//! deviatoric invariant of the undamaged stress. From g = −½ (1 − φ) g′, the equation has the form of all other laws with
+//! the driving energy ψ_d = ψ H − ½ √g (α₁ I₁ + α₂ √J₂). In the references, H is 1 for I₁ > 0 and 0 for I₁ < 0. This step
+//! changes ψ_d by a jump, and Newton's method does not converge. Here, H rises smoothly between I₁ = −√J₂ and I₁ = √J₂:
+//! H = p² (3 − 2p) with p = (1 + I₁/√J₂)/2. Uniaxial states, where |I₁| = √3 √J₂, keep H = 0 or 1. The constants
 //! α₁ and α₂ are chosen so that an undamaged point starts to be damaged at the tensile strength in uniaxial tension, and at
 //! the hydrostatic strength in hydrostatic tension: a Drucker–Prager strength surface. δ restores the toughness.
 //!
@@ -178,12 +180,19 @@ impl ExternalDrive {
         let per_root = T::select(has_shear, half / root.max(largest * ROUNDING), zero);
         let force = in_trace * trace + in_shear * root;
         let part = half * g.sqrt();
+        let one = g.constant(1.0);
         let is_compressed = trace.less_than(zero);
-        let energy = T::select(is_compressed, zero, out.driving);
+        let sided = T::select(is_compressed, zero - one, one);
+        let per_shear = T::select(has_shear, one / root.max(largest * ROUNDING), zero);
+        let ratio = T::select(has_shear, trace * per_shear, sided).max(zero - one);
+        let position = half * (one - (zero - ratio).max(zero - one));
+        let share = position * position * (g.constant(3.0) - (position + position));
+        let energy = out.driving;
         out.softening = zero - half * part * force / g;
-        out.driving = energy - part * force;
+        out.driving = share * energy - part * force;
         if TANGENT {
-            let per_g = g.constant(1.0) / g;
+            let per_g = one / g;
+            let share_slope = g.constant(3.0) * position * (one - position) * per_shear * energy;
             for j in 0..3 {
                 let mut of_trace = zero;
                 let mut of_root = zero;
@@ -192,8 +201,10 @@ impl ExternalDrive {
                     of_trace += modulus;
                     of_root = deviator[i].mul_add(modulus, of_root);
                 }
-                let slope = in_trace * of_trace + in_shear * per_root * of_root;
-                out.driving_stress[j] = T::select(is_compressed, zero, stress[j]) - part * slope;
+                of_root = of_root * per_root;
+                let slope = in_trace * of_trace + in_shear * of_root;
+                let of_share = share_slope * (of_trace - ratio * of_root);
+                out.driving_stress[j] = share * stress[j] + of_share - part * slope;
             }
         }
         out
