@@ -133,8 +133,9 @@ pub use material::{
     Fracture, Hardening, HardeningPoint, Homogenisation, HyperelasticLaw, Inelasticity,
     Irreversibility, Material, MooneyRivlin, Number, Oblique, Ogden, OgdenTerm, PhaseField,
     PlasticRate, Plasticity, Principal, PrincipalStrain, PronyModuli, PronyTerm, Response,
-    SaintVenantKirchhoff, Scalar, Split, Strains, TimeShift, UserConstitutiveLaw, UserDegradation,
-    UserLaw, UserSplit, Viscoelasticity, YieldCriterion, assert_material,
+    SaintVenantKirchhoff, Scalar, Split, Strains, Strength, StrengthContext, TimeShift,
+    UserConstitutiveLaw, UserDegradation, UserLaw, UserSplit, Viscoelasticity, YieldCriterion,
+    assert_material,
 };
 pub use operator::CellStress;
 pub use parallel::{Communicator, RankLost, Ranks};

@@ -13,6 +13,16 @@ pub enum Order {
     Quadratic,
 }
 
+impl Order {
+    /// Returns the distance of neighbouring nodes on an edge, relative to the length of the edge.
+    pub(crate) fn node_spacing(self) -> f64 {
+        match self {
+            Order::Linear => 1.0,
+            Order::Quadratic => 0.5,
+        }
+    }
+}
+
 impl From<Order> for u8 {
     fn from(order: Order) -> u8 {
         match order {

@@ -152,6 +152,11 @@ pub enum Unsupported {
         "a mixed element needs the strain of its matrix, which exists for Prony series of the shear modulus that damage degrades too, beside elastic grains"
     )]
     MixtureInelastic,
+    /// A mixed element with a strength.
+    #[error(
+        "a mixed element has the mean stress of matrix and grain, for which the strength of the matrix is not defined"
+    )]
+    MixtureStrength,
     /// The crack density AT1 on quadratic elements whose damage terms are integrated at Gauss points.
     #[error("with Gauss points, AT1 damages the vertices of quadratic elements without any load")]
     At1AtGaussPoints,
@@ -178,6 +183,32 @@ pub enum Unsupported {
     /// A split of the energy of a viscoelastic or plastic material that is not defined.
     #[error("this split of the energy is not defined for a viscoelastic or plastic material")]
     SplitOfInelasticLaw,
+    /// A strength of a material that cannot break.
+    #[error("a strength needs a toughness")]
+    StrengthWithoutToughness,
+    /// A strength of a viscoelastic, plastic or user-defined law with a state.
+    #[error("a strength is implemented for elastic laws only")]
+    StrengthOfInelasticLaw,
+    /// A strength with settings of the phase field for which it is not defined.
+    #[error(
+        "a strength of its own is defined for AT1 without a split, without a history and without a user-defined degradation"
+    )]
+    StrengthOfField,
+    /// A regularisation length that is too large for a strength.
+    #[error(
+        "with length_mm = {length_mm}, AT1 alone is weaker than strength.tensile_mpa; the length must be below {largest_mm:.3e} mm, 3 E Gc/(8 tensile_mpa²)"
+    )]
+    StrengthLength {
+        /// Regularisation length of the phase field, mm.
+        length_mm: f64,
+        /// Length at which AT1 has the tensile strength, mm.
+        largest_mm: f64,
+    },
+    /// An interface of a region with a strength.
+    #[error(
+        "the band of an interface has no strength, so that its region may not have a strength either"
+    )]
+    InterfaceOfStrength,
     /// A degradation function that does not decrease from 1 to 0.
     #[error(
         "the degradation function g does not decrease from 1 to 0: g(0) = {start}, g(1) = {end}"
@@ -293,11 +324,23 @@ impl Unsupported {
             Self::MixtureLaw => {
                 "use law = \"hencky\" for all phases, or a mesh whose element faces follow the grain surfaces"
             }
+            Self::MixtureStrength => {
+                "use a mesh whose element faces follow the grain surfaces (grain_mode = \"conforming\")"
+            }
             Self::MixtureInelastic => {
                 "use a mesh whose element faces follow the grain surfaces (grain_mode = \"conforming\")"
             }
             Self::PlasticLaw => "use law = \"hencky\"",
             Self::ViscoelasticLaw => "use law = \"hencky\", \"mooney-rivlin\" or \"ogden\"",
+            Self::StrengthWithoutToughness => "add toughness_n_per_mm, or leave out strength",
+            Self::StrengthOfInelasticLaw => "leave out strength, or viscoelastic and plastic",
+            Self::StrengthOfField => {
+                "use model = \"at1\", split = \"none\" and irreversibility = \"active-set\" or \"none\""
+            }
+            Self::StrengthLength { .. } => {
+                "use a smaller length_mm and finer elements, a lower tensile strength, or a larger toughness"
+            }
+            Self::InterfaceOfStrength => "leave out the interface, or the strength of its regions",
             Self::SplitOfInelasticLaw => {
                 "use split = \"volumetric-deviatoric\" without hybrid, or split = \"none\""
             }

@@ -31,6 +31,10 @@ mod region_law;
 mod response;
 mod split;
 mod strain;
+mod strength;
+#[cfg(test)]
+#[path = "../../tests/unit/strength.rs"]
+mod strength_tests;
 mod tangent;
 #[cfg(test)]
 #[path = "../../tests/unit/laws.rs"]
@@ -57,6 +61,7 @@ pub use principal::{Principal, Strains};
 pub use response::{ElasticResponse, Oblique, Response};
 pub use split::{ElasticPoint, EnergySplit, Split, UserSplit};
 pub use strain::PrincipalStrain;
+pub use strength::{Strength, StrengthContext};
 
 pub use degradation::{Degradation, DegradationLaw};
 pub use mixture::{MOST_GRAIN, MixedPhases};
@@ -70,4 +75,5 @@ pub use principal::Inverted;
 pub use region_law::{LaneLaw, LawForm, RegionLaw};
 pub use response::packed;
 pub use split::{Degraded, PointSplit};
+pub use strength::ExternalDrive;
 pub use tangent::PointTangent;

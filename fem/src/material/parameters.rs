@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use super::crack_density::CrackDensity;
 use super::degradation::{DegradationFunction, DegradationLaw, UserDegradation};
 use super::inelastic::{Inelasticity, Plasticity, Viscoelasticity};
 use super::law::{
@@ -11,6 +12,7 @@ use super::law::{
 use super::phase_field::{Irreversibility, PhaseField};
 use super::point::{Damage, PointMaterial};
 use super::split::{Degraded, EnergySplit, PointSplit, Split, UserSplit};
+use super::strength::{Strength, StrengthContext};
 use crate::error::{FemError, Unsupported};
 
 /// The material of one region of the mesh.
@@ -35,6 +37,8 @@ pub struct Material {
     pub inelasticity: Option<Inelasticity>,
     /// Resistance to damage; `None`: the region stays elastic.
     pub fracture: Option<Fracture>,
+    /// Strength that is independent of the toughness; `None`: the strength follows from E, Gc and ℓ₀.
+    pub strength: Option<Strength>,
     /// User-defined split; `None`: [`PhaseField::split`].
     pub split: Option<UserSplit>,
     /// User-defined degradation function; `None`: (1 − φ)².
@@ -45,11 +49,14 @@ pub struct Material {
 /// degradation function that are not user-defined.
 impl fmt::Debug for Material {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let Self { elasticity, inelasticity, fracture, split, degradation } = self;
+        let Self { elasticity, inelasticity, fracture, strength, split, degradation } = self;
         let mut text = f.debug_struct("Material");
         text.field("elasticity", elasticity).field("fracture", fracture);
         if let Some(inelasticity) = inelasticity {
             text.field("inelasticity", inelasticity);
+        }
+        if let Some(strength) = strength {
+            text.field("strength", strength);
         }
         if let Some(split) = split {
             text.field("split", split);
@@ -108,7 +115,14 @@ impl Material {
     }
 
     fn elastic(elasticity: Elasticity) -> Self {
-        Self { elasticity, inelasticity: None, fracture: None, split: None, degradation: None }
+        Self {
+            elasticity,
+            inelasticity: None,
+            fracture: None,
+            strength: None,
+            split: None,
+            degradation: None,
+        }
     }
 
     /// Returns the material with Prony series for its elastic law.
@@ -142,6 +156,12 @@ impl Material {
     /// [`FemError::Unsupported`] if the function does not decrease from one to zero.
     pub fn with_degradation(self, function: impl DegradationFunction) -> Result<Self, FemError> {
         Ok(Self { degradation: Some(UserDegradation::new(function)?), ..self })
+    }
+
+    /// Returns the material with a strength in tension and compression. The material needs a resistance to damage, AT1,
+    /// and a residual stiffness.
+    pub fn with_strength(self, strength: Strength) -> Self {
+        Self { strength: Some(strength), ..self }
     }
 
     /// Returns the number of state values of the law at an integration point.
@@ -183,7 +203,9 @@ impl Material {
         };
         check_moduli(&entity, self.elasticity.young_mpa(), self.elasticity.poisson())?;
         self.validate_inelasticity(&entity, phase_field)?;
-        let Some(fracture) = &self.fracture else { return Ok(()) };
+        let Some(fracture) = &self.fracture else {
+            return self.validate_strength(&entity, phase_field);
+        };
         check(
             (1e-9..=1e3).contains(&fracture.toughness_n_per_mm),
             "toughness_n_per_mm",
@@ -202,6 +224,7 @@ impl Material {
             fracture.residual_stiffness,
             "in [0, 1), usually 0.01",
         )?;
+        self.validate_strength(&entity, phase_field)?;
         phase_field.map_or(Ok(()), |field| self.validate_split(entity, field))
     }
 
@@ -235,6 +258,59 @@ impl Material {
         Ok(())
     }
 
+    /// Checks the strength, and that law, split and phase field support it.
+    fn validate_strength(
+        &self,
+        entity: &str,
+        phase_field: Option<&PhaseField>,
+    ) -> Result<(), FemError> {
+        let refuse = |reason| Err(FemError::unsupported(entity, reason));
+        let Some(strength) = &self.strength else { return Ok(()) };
+        strength.validate(entity)?;
+        let Some(fracture) = &self.fracture else {
+            return refuse(Unsupported::StrengthWithoutToughness);
+        };
+        if self.inelasticity.is_some() || matches!(self.elasticity, Elasticity::Constitutive(_)) {
+            return refuse(Unsupported::StrengthOfInelasticLaw);
+        }
+        if self.split.is_some() || self.degradation.is_some() {
+            return refuse(Unsupported::StrengthOfField);
+        }
+        if fracture.residual_stiffness < 1e-8 {
+            let (field, value) = ("residual_stiffness", fracture.residual_stiffness);
+            let requirement = "at least 1e-8 for a material with a strength, usually 1e-4";
+            return Err(FemError::parameter(entity, field, value, requirement));
+        }
+        let Some(field) = phase_field else { return Ok(()) };
+        let is_supported = field.model == CrackDensity::At1
+            && field.split == Split::None
+            && field.irreversibility != Irreversibility::History;
+        if !is_supported {
+            return refuse(Unsupported::StrengthOfField);
+        }
+        let (young, toughness) = (self.elasticity.young_mpa(), fracture.toughness_n_per_mm);
+        let largest_mm = strength.largest_length_mm(young, toughness);
+        if field.length_mm >= largest_mm {
+            let length_mm = field.length_mm;
+            return refuse(Unsupported::StrengthLength { length_mm, largest_mm });
+        }
+        Ok(())
+    }
+
+    /// Returns what the constants of a strength depend on, for damage with the given settings. `spacing_mm` is the mean
+    /// distance of neighbouring nodes of the mesh; a spacing that the strength states comes first.
+    pub fn strength_context(&self, field: &PhaseField, spacing_mm: f64) -> StrengthContext {
+        let elasticity = &self.elasticity;
+        let moduli = Moduli::new(elasticity.young_mpa(), elasticity.poisson());
+        StrengthContext {
+            toughness_n_per_mm: self.fracture.map_or(0.0, |f| f.toughness_n_per_mm),
+            length_mm: field.length_mm,
+            young_mpa: elasticity.young_mpa(),
+            bulk_mpa: moduli.bulk,
+            spacing_mm: self.strength.and_then(|s| s.node_spacing_mm).unwrap_or(spacing_mm),
+        }
+    }
+
     /// Checks that the law supports the split.
     fn validate_split(&self, entity: String, field: &PhaseField) -> Result<(), FemError> {
         let refuse = |reason| Err(FemError::unsupported(entity, reason));
@@ -253,8 +329,13 @@ impl Material {
         }
     }
 
-    /// Returns the material in the form used at quadrature points.
+    /// Returns the material in the form used at quadrature points, without the correction of a strength for the mesh.
     pub fn at_point(&self, phase_field: Option<&PhaseField>) -> PointMaterial {
+        self.at_point_of(phase_field, 0.0)
+    }
+
+    /// Returns the material in the form used at quadrature points of a mesh with this distance of nodes in mm.
+    pub fn at_point_of(&self, phase_field: Option<&PhaseField>, spacing_mm: f64) -> PointMaterial {
         let damage = phase_field.zip(self.fracture).map(|(field, fracture)| {
             let c0 = field.model.normaliser();
             let split = match &self.split {
@@ -265,15 +346,21 @@ impl Material {
                 Some(function) => DegradationLaw::User(function.clone()),
                 None => DegradationLaw::Quadratic,
             };
+            let constants = self
+                .strength
+                .map(|strength| strength.constants(&self.strength_context(field, spacing_mm)));
+            let factor = constants.map_or(1.0, |constants| constants.toughness_factor);
+            let toughness = factor * fracture.toughness_n_per_mm;
             Damage {
+                strength: constants.map(|constants| constants.drive),
                 degraded: Degraded { split, hybrid: field.hybrid },
                 energies: field.energies(),
                 degradation,
                 density: field.model,
                 history: field.irreversibility == Irreversibility::History,
                 residual: fracture.residual_stiffness,
-                local: fracture.toughness_n_per_mm / (c0 * field.length_mm),
-                gradient: fracture.toughness_n_per_mm * field.length_mm / c0,
+                local: toughness / (c0 * field.length_mm),
+                gradient: toughness * field.length_mm / c0,
                 viscosity: fracture.viscosity_mpa_s,
             }
         });

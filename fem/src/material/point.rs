@@ -11,6 +11,7 @@ use super::principal::Principal;
 use super::region_law::{LaneLaw, LawForm, RegionLaw};
 use super::response::Response;
 use super::split::Degraded;
+use super::strength::ExternalDrive;
 
 /// Material constants of one region, in the form used at quadrature points.
 #[derive(Clone, Debug)]
@@ -28,6 +29,8 @@ pub struct PointMaterial {
 pub struct Damage {
     pub degraded: Degraded,
     pub energies: DamageEnergies,
+    /// External driving force of a material with a strength of its own.
+    pub strength: Option<ExternalDrive>,
     pub degradation: DegradationLaw,
     pub density: CrackDensity,
     /// Whether the largest driving energy so far drives damage.
@@ -56,6 +59,7 @@ impl PointMaterial {
             inelastic: self.inelastic.clone(),
             degraded: damage.map_or(Degraded::ALL, |d| d.degraded.clone()),
             energies: damage.map_or_else(DamageEnergies::default, |d| d.energies),
+            strength: damage.and_then(|d| d.strength),
         }
     }
 
@@ -63,13 +67,17 @@ impl PointMaterial {
     ///
     /// The tangent is not symmetric for viscoelastic laws with damage and for plastic flow that is not associated. For
     /// a plastic law with damage, the tangent is not symmetric either if plastic work drives damage and damage does not
-    /// degrade the yield stress, or the reverse, or if the plastic work has a threshold.
+    /// degrade the yield stress, or the reverse, or if the plastic work has a threshold. It is not symmetric for a
+    /// material with a strength.
     pub fn has_symmetric_tangent(&self) -> bool {
         if let Some(Inelasticity::Plastic(law)) = &self.inelastic {
             let [friction, dilatancy, _] = law.criterion.cone();
             if friction != dilatancy {
                 return false;
             }
+        }
+        if self.damage.as_ref().is_some_and(|damage| damage.strength.is_some()) {
+            return false;
         }
         let Some(DamageEnergies { drive, degrade, plastic_threshold_mpa }) =
             self.damage.as_ref().map(|damage| damage.energies)

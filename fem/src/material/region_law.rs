@@ -12,6 +12,7 @@ use super::point_law::PointLaw;
 use super::principal::Principal;
 use super::response::{ElasticResponse, Response};
 use super::split::{Degraded, ElasticPoint, PointSplit, Split};
+use super::strength::ExternalDrive;
 
 /// Law of a region without its moduli. Regions with the same law are evaluated together.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,6 +22,8 @@ pub struct RegionLaw {
     pub inelastic: Option<Inelasticity>,
     pub degraded: Degraded,
     pub energies: DamageEnergies,
+    /// External driving force of a material with a strength.
+    pub strength: Option<ExternalDrive>,
 }
 
 /// Form of an elastic law, without its moduli.
@@ -111,6 +114,24 @@ impl RegionLaw {
             }
             None => {}
         }
+        let out = self.elastic::<T, TANGENT>(constants, trial, g, dt, old, new);
+        match self.strength {
+            Some(drive) => drive.add_to::<T, TANGENT>(out, g),
+            None => out,
+        }
+    }
+
+    /// Returns the response of a law without Prony series and plasticity.
+    #[inline(always)]
+    fn elastic<T: Scalar, const TANGENT: bool>(
+        &self,
+        constants: Constants<T>,
+        trial: &Principal<T>,
+        g: T,
+        dt: T,
+        old: &[T],
+        new: &mut [T],
+    ) -> Response<T> {
         let strains = &trial.strains;
         let Degraded { split, hybrid } = &self.degraded;
         let whole = match &self.form {

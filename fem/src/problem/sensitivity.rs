@@ -47,7 +47,8 @@ pub(super) fn carry_rates(
         fields,
         context,
         bound_follows_damage: state.memory.bound_follows_damage(),
-        is_variational: setup.parts.phase_field.as_ref().is_none_or(PhaseField::is_variational),
+        is_variational: setup.parts.phase_field.as_ref().is_none_or(PhaseField::is_variational)
+            && setup.parts.materials.iter().all(|material| material.strength.is_none()),
     };
     let rates = differentiate(&mut solver.newton, at, &known, measured);
     let operator = setup.discretisation.operator.as_ref();

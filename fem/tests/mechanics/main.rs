@@ -33,6 +33,7 @@ mod round_bar;
 mod sensitivity;
 mod solution;
 mod state_sensitivity;
+mod strength;
 mod supports;
 mod unloading;
 mod warnings;

@@ -18,14 +18,14 @@ use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use self::element_kernel::Form;
-use fem::Fields;
 use fem::TetMesh;
-use fem::element::{DamageRule, Domain, Linear, Quadratic, Space, Tetrahedron};
+use fem::element::{DamageRule, Domain, ExtraTerms, Linear, Quadratic, Space, Tetrahedron};
 use fem::material::{
     CrackDensity, Fracture, Irreversibility, Material, PhaseField, PointMaterial,
     SaintVenantKirchhoff, Split,
 };
 use fem::operator::*;
+use fem::{Fields, Strength};
 
 /// Function from Young's modulus (MPa) and Poisson's ratio to a material.
 type Law = fn(f64, f64) -> Material;
@@ -285,4 +285,80 @@ fn assert_threads_change_nothing<const N: usize, T: Element<N>>(n: usize) {
 fn threads_change_no_bit_of_the_assembly() {
     assert_threads_change_nothing::<4, Linear>(17);
     assert_threads_change_nothing::<10, Quadratic>(12);
+}
+
+/// The tangent of a material with a strength is not symmetric, and no energy exists: the tangent is compared with
+/// differences of the residual.
+fn assert_tangent_of_strength<const N: usize, T: Element<N>>(rule: DamageRule) {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
+    let mesh = cube(2, &mut rng);
+    let mut space = Space::new::<T>(&mesh, rule);
+    space.rule.extra = ExtraTerms { stored: true, unsymmetric: true };
+    let nodes = space.nodes.len();
+    let pattern = Arc::new(Pattern::new(&space.tets, nodes));
+    let operator = T::operator(Assembly::new(space));
+    let field = PhaseField { model: CrackDensity::At1, ..PhaseField::new(0.3) };
+    let strong = Material::hencky(275.0, 0.25)
+        .with_fracture(Fracture { residual_stiffness: 1e-4, ..Fracture::new(2.0) })
+        .with_strength(Strength::new(20.0, 60.0));
+    let materials = [strong, Material::hencky(2000.0, 0.25)].map(|m| m.at_point(Some(&field)));
+    let mut random_fields = |stretch: f64, damage: std::ops::Range<f64>| Fields {
+        displacement: operator
+            .domain()
+            .nodes()
+            .iter()
+            .map(|x| std::array::from_fn(|k| stretch * x[k] + 0.03 * rng.random_range(-1.0..1.0)))
+            .collect(),
+        damage: (0..nodes).map(|_| rng.random_range(damage.clone())).collect(),
+        ..Fields::default()
+    };
+    for stretch in [0.1, -0.1, 0.0] {
+        let fields = random_fields(stretch, 0.2..0.8);
+        let direction = random_fields(0.3, -1.0..1.0);
+        let before = vec![0.0; nodes];
+        let context = StepContext::new(&before, 0.1);
+        let residual = |t: f64| {
+            let mut at = fields.clone();
+            for (u, d) in at.displacement.iter_mut().zip(&direction.displacement) {
+                (0..3).for_each(|k| u[k] += t * d[k]);
+            }
+            at.damage.iter_mut().zip(&direction.damage).for_each(|(phi, d)| *phi += t * d);
+            let mut residual = Residual::new(nodes);
+            let increment = Increment { materials: &materials, fields: &at, context };
+            operator.residual(&increment, &mut residual).expect("no element is inverted");
+            residual.nodal
+        };
+        let mut tangent = Tangent::new(Arc::clone(&pattern));
+        let increment = Increment { materials: &materials, fields: &fields, context };
+        operator.tangent(&increment, Coupling::Full, &mut tangent).expect("no element is inverted");
+        assert_matrix_free(operator.as_ref(), &increment, &tangent);
+        let d: Vec<[f64; 4]> = direction
+            .displacement
+            .iter()
+            .zip(&direction.damage)
+            .map(|(u, phi)| [u[0], u[1], u[2], *phi])
+            .collect();
+        let mut product = vec![[0.0; 4]; nodes];
+        tangent.multiply(&d, &mut product);
+        let step = 1e-6;
+        let (after, prior) = (residual(step), residual(-step));
+        for equation in [0..3, 3..4] {
+            let (mut error, mut size) = (0.0f64, 0.0f64);
+            for n in 0..nodes {
+                for k in equation.clone() {
+                    let difference = (after[n][k] - prior[n][k]) / (2.0 * step);
+                    error = error.max((product[n][k] - difference).abs());
+                    size = size.max(difference.abs());
+                }
+            }
+            assert!(error < 1e-6 * size, "{rule:?} {stretch} {equation:?}: {error} of {size}");
+        }
+    }
+}
+
+#[test]
+fn the_tangent_of_a_strength_is_the_derivative_of_the_residual() {
+    assert_tangent_of_strength::<4, Linear>(DamageRule::Vertex);
+    assert_tangent_of_strength::<4, Linear>(DamageRule::Consistent);
+    assert_tangent_of_strength::<10, Quadratic>(DamageRule::Vertex);
 }

@@ -1,6 +1,6 @@
 //! The parameters of a region and its elastic law.
 
-use fem::{ElasticLaw, FemError, Fracture, Inelasticity, Material, Viscoelasticity};
+use fem::{ElasticLaw, FemError, Fracture, Inelasticity, Material, Strength, Viscoelasticity};
 use serde::{Deserialize, Serialize};
 
 use super::plastic::PlasticCase;
@@ -27,6 +27,9 @@ pub struct MaterialCase {
     /// Critical energy release rate in N/mm; without it, the region is elastic.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub toughness_n_per_mm: Option<f64>,
+    /// Strength in tension and compression, independent of the toughness.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub strength: Option<Strength>,
     /// Viscosity of the damage in MPa s.
     #[serde(default)]
     pub viscosity_mpa_s: f64,
@@ -51,7 +54,8 @@ impl MaterialCase {
         let viscous = self.viscoelastic.clone().map(Inelasticity::Viscoelastic);
         let plastic = self.plastic.as_ref().map(|plastic| Inelasticity::Plastic(plastic.in_fem()));
         let inelasticity = viscous.or(plastic);
-        Ok(Material { fracture, inelasticity, ..self.law.material(young, poisson)? })
+        let strength = self.strength;
+        Ok(Material { fracture, inelasticity, strength, ..self.law.material(young, poisson)? })
     }
 }
 

@@ -63,6 +63,7 @@ fn elastic(
             viscosity_mpa_s: 0.0,
             viscoelastic: None,
             plastic: None,
+            strength: None,
             ..material.clone()
         };
         elastic.in_fem()

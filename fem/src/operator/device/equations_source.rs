@@ -261,6 +261,7 @@ pub fn equations_kernels(rule: &Rule) -> Vec<Kernel> {
     let split = PointSplit::Standard(Split::Spectral);
     let setting = Setting {
         laws: vec![RegionLaw {
+            strength: None,
             form: LawForm::Hencky,
             inelastic: None,
             energies: DamageEnergies::default(),

@@ -273,7 +273,8 @@ fn add_gradient<T: Scalar, const N: usize>(
         for b in 1..=stored.last(a) {
             let block = &mut blocks[a][b][3][3];
             if N == 4 {
-                *block += term[packed(a - 1, b - 1)];
+                let (k, l) = (a - 1, b - 1);
+                *block += term[packed(k.max(l), k.min(l))];
                 continue;
             }
             for k in 0..3 {

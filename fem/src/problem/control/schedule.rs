@@ -143,6 +143,9 @@ pub(crate) fn check_crack_energy(
     if damaged().any(|m| m.viscosity_mpa_s > 0.0) {
         return refuse(Unsupported::ArcLengthWithViscosity);
     }
+    if materials.iter().any(|material| material.strength.is_some()) {
+        return refuse(Unsupported::ArcLengthWithoutEnergy);
+    }
     if materials.iter().any(|material| material.state_len() > 0) {
         return refuse(Unsupported::ArcLengthWithState);
     }

@@ -56,6 +56,7 @@ impl Definition {
         }
         field.map_or(Ok(()), PhaseField::validate)?;
         self.interfaces.iter().try_for_each(Interface::validate)?;
+        self.validate_strengths_at_interfaces()?;
         self.options.validate()?;
         if self.device.is_some() && self.options.linear == LinearScheme::Direct {
             return Err(FemError::unsupported("device", Unsupported::FactorOnDevice));
@@ -106,6 +107,19 @@ impl Definition {
         Ok(())
     }
 
+    /// Rejects interfaces of regions with a strength.
+    fn validate_strengths_at_interfaces(&self) -> Result<(), FemError> {
+        let regions = self.mesh.regions.iter().zip(&self.materials);
+        let strong: Vec<_> = regions.filter(|(_, material)| material.strength.is_some()).collect();
+        for interface in self.interfaces.iter() {
+            if strong.iter().any(|(name, _)| interface.regions.contains(name)) {
+                let reason = Unsupported::InterfaceOfStrength;
+                return Err(FemError::unsupported(interface.entity(), reason));
+            }
+        }
+        Ok(())
+    }
+
     /// Checks that there are at least two phases, and that their law can be homogenised.
     fn validate_mixtures(&self) -> Result<(), FemError> {
         let refused =
@@ -116,6 +130,9 @@ impl Definition {
         let hencky = |m: &Material| matches!(m.elasticity, Elasticity::Hencky { .. });
         if !self.materials.iter().all(hencky) {
             return refused(Unsupported::MixtureLaw);
+        }
+        if self.materials.iter().any(|m| m.strength.is_some()) {
+            return refused(Unsupported::MixtureStrength);
         }
         if !self.materials.iter().all(Material::is_mixable) || self.has_inelastic_grain() {
             return refused(Unsupported::MixtureInelastic);
@@ -136,6 +153,15 @@ impl Definition {
         let mixtures = self.mesh.mixture.iter().flatten();
         let mut grains = mixtures.filter(|m| m.fraction > 0.0).map(|m| usize::from(m.region));
         grains.any(|region| self.materials.get(region).is_some_and(|m| m.inelasticity.is_some()))
+    }
+
+    /// Returns the mean distance of neighbouring nodes on an edge, mm, if a material needs it: for its strength. Otherwise
+    /// zero.
+    pub(crate) fn strength_spacing_mm(&self) -> f64 {
+        if self.materials.iter().all(|material| material.strength.is_none()) {
+            return 0.0;
+        }
+        self.order.node_spacing() * self.mesh.mean_edge()
     }
 
     /// Marks the regions that can be damaged.

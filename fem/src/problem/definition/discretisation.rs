@@ -174,13 +174,14 @@ fn rank_of_tets<const N: usize>(space: &Space<N>, ranks: usize) -> Vec<u32> {
     bisect(&centres, ranks)
 }
 
-/// Returns the terms that viscoelastic and plastic laws of the materials add to the tangent.
+/// Returns the terms that viscoelastic and plastic laws, and strengths, of the materials add to the tangent.
 fn extra_terms(parts: &Definition) -> ExtraTerms {
     let field = parts.phase_field.as_ref();
     let points: Vec<_> = parts.materials.iter().map(|m| m.at_point(field)).collect();
+    let unsymmetric = points.iter().any(|point| !point.has_symmetric_tangent());
     ExtraTerms {
-        stored: points.iter().any(|point| point.inelastic.is_some()),
-        unsymmetric: points.iter().any(|point| !point.has_symmetric_tangent()),
+        stored: unsymmetric || points.iter().any(|point| point.inelastic.is_some()),
+        unsymmetric,
     }
 }
 
@@ -214,11 +215,7 @@ fn selected_rule(field: &PhaseField, order: Order, mesh: &TetMesh) -> Result<Dam
         DamageQuadrature::Consistent => DamageRule::Consistent,
         DamageQuadrature::Eleven => DamageRule::Eleven,
         DamageQuadrature::Auto => {
-            // quadratic elements have a node at the midpoint of each edge
-            let between_nodes = match order {
-                Order::Linear => mesh.mean_edge(),
-                Order::Quadratic => 0.5 * mesh.mean_edge(),
-            };
+            let between_nodes = order.node_spacing() * mesh.mean_edge();
             if lumped || field.length_mm < 2.0 * between_nodes {
                 DamageRule::Vertex
             } else {

@@ -45,8 +45,10 @@ impl Setup {
 
     /// Creates the setup of input data with an existing discretisation of the same mesh.
     fn with(parts: Definition, discretisation: Arc<Discretisation>) -> Self {
+        let spacing_mm = parts.strength_spacing_mm();
         let points = |materials: &[Material], interfaces: &[Interface]| {
-            discretisation.bands.points(materials, interfaces, parts.phase_field.as_ref())
+            let field = parts.phase_field.as_ref();
+            discretisation.bands.points(materials, interfaces, field, spacing_mm)
         };
         let shift = |parameter: &MaterialParameter| {
             let own = || [0, 1].map(|_| &parts.interfaces[..]);

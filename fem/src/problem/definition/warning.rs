@@ -3,6 +3,7 @@
 use super::definition::Definition;
 use super::setup::Setup;
 use crate::element::Order;
+use crate::material::Material;
 use crate::problem::interface::Interface;
 
 /// Property of a problem that makes its results inaccurate without causing an error.
@@ -77,6 +78,23 @@ pub enum ProblemWarning {
         /// Share of the region's volume in the band, %.
         percent: f64,
     },
+    /// The regularisation length is too large for the compressive strength of a material.
+    #[error(
+        "region '{region}' fails in uniaxial compression at {realised_mpa:.1} MPa instead of strength.compressive_mpa = \
+         {stated_mpa}: the strength surface is exact in tension, and in compression only for a small length_mm (now \
+         {length_mm}); use a smaller length_mm with a finer mesh, or calibrate strength.compressive_mpa as a parameter \
+         of this length_mm"
+    )]
+    CompressiveStrength {
+        /// Name of the region.
+        region: String,
+        /// Compressive strength that the material specifies, MPa.
+        stated_mpa: f64,
+        /// Compressive strength of the model, MPa; infinite if the model does not fail in compression.
+        realised_mpa: f64,
+        /// Regularisation length, mm.
+        length_mm: f64,
+    },
 }
 
 /// Smallest Poisson's ratio that causes a warning about volumetric locking.
@@ -88,6 +106,8 @@ const SLENDER: f64 = 15.0;
 /// The deflection of a square bar is 3 % too small with ten cubes (3.8 edges) across the thickness, and 17 % too small
 /// with four cubes (1.5 edges).
 const ACROSS: f64 = 3.5;
+/// Largest relative error of a compressive strength without a warning.
+const STRENGTH_ERROR: f64 = 0.05;
 
 /// Returns the properties of a problem that make its results inaccurate without causing an error.
 pub(crate) fn warnings(setup: &Setup) -> Vec<ProblemWarning> {
@@ -100,6 +120,7 @@ pub(crate) fn warnings(setup: &Setup) -> Vec<ProblemWarning> {
     warnings.extend(hinges(parts));
     warnings.extend(widened_interfaces(setup));
     warnings.extend(wide_interfaces(setup));
+    warnings.extend(compressive_strengths(parts));
     warnings
 }
 
@@ -148,6 +169,25 @@ fn wide_interfaces(setup: &Setup) -> Vec<ProblemWarning> {
         }
     };
     setup.discretisation.bands.large(&parts.interfaces).map(warning).collect()
+/// Warns about regions whose compressive strength differs from the one specified.
+fn compressive_strengths(parts: &Definition) -> Vec<ProblemWarning> {
+    let Some(field) = &parts.phase_field else { return Vec::new() };
+    let spacing_mm = parts.strength_spacing_mm();
+    let warning = |(region, material): (&String, &Material)| {
+        let strength = material.strength?;
+        let context = material.strength_context(field, spacing_mm);
+        let (stated_mpa, length_mm) = (strength.compressive_mpa, field.length_mm);
+        let realised_mpa = strength.realised_compressive_mpa(&context);
+        let error = (realised_mpa - stated_mpa).abs();
+        let region = region.clone();
+        (error > STRENGTH_ERROR * stated_mpa).then_some(ProblemWarning::CompressiveStrength {
+            region,
+            stated_mpa,
+            realised_mpa,
+            length_mm,
+        })
+    };
+    parts.mesh.regions.iter().zip(&parts.materials).filter_map(warning).collect()
 }
 
 fn hinges(parts: &Definition) -> Option<ProblemWarning> {

@@ -123,14 +123,16 @@ impl Bands {
         &self.of_element
     }
 
-    /// Returns the materials of the regions and of the bands, in the form used at quadrature points.
+    /// Returns the materials of the regions and of the bands, in the form used at quadrature points. `spacing_mm` is the
+    /// mean distance of neighbouring nodes if a material has a strength.
     pub(crate) fn points(
         &self,
         materials: &[Material],
         interfaces: &[Interface],
         field: Option<&PhaseField>,
+        spacing_mm: f64,
     ) -> Arc<[PointMaterial]> {
-        let of_region = |material: &Material| material.at_point(field);
+        let of_region = |material: &Material| material.at_point_of(field, spacing_mm);
         let mut points: Vec<PointMaterial> = materials.iter().map(of_region).collect();
         for (interface, sides) in interfaces.iter().zip(&self.sides) {
             for side in sides {

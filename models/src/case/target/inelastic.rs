@@ -1,32 +1,32 @@
-//! Constants of viscoelastic and plastic laws, such as `matrix.viscoelastic.shear.0.fraction`.
+//! Constants of viscoelastic and plastic laws and of strengths, such as `matrix.viscoelastic.shear.0.fraction`.
 
 use std::borrow::Cow;
 
 use super::definition::{SimulationParts, Target, TargetError};
 
 /// Tables of a region whose numbers can be calibrated.
-const TABLES: [&str; 2] = ["viscoelastic", "plastic"];
+const TABLES: [&str; 3] = ["viscoelastic", "plastic", "strength"];
 
-/// Number in a viscoelastic or plastic table of a region. After the region, the path consists of keys and of indices of
+/// Number in a viscoelastic, plastic or strength table of a region. After the region, the path consists of keys and of indices of
 /// lists.
 #[derive(Debug)]
 pub(super) struct InelasticConstant {
     path: String,
 }
 
-/// Splits a path into the region and the keys below it; `None` if the path is not in a viscoelastic or plastic table.
+/// Splits a path into the region and the keys below it; `None` if the path is not in one of these tables.
 fn parts(path: &str) -> Option<(&str, impl Iterator<Item = &str>)> {
     let (region, below) = path.split_once('.')?;
     let first = below.split('.').next()?;
     TABLES.contains(&first).then(|| (region, below.split('.')))
 }
 
-/// Returns whether a path is in a viscoelastic or plastic table, or is such a table.
+/// Returns whether a path is in one of these tables, or is such a table.
 pub(super) fn is_inelastic(path: &str) -> bool {
     parts(path).is_some()
 }
 
-/// Returns whether a path in a viscoelastic or plastic table is itself a table, and not a number.
+/// Returns whether a path in one of these tables is itself a table, and not a number.
 pub(super) fn is_table(path: &str) -> bool {
     is_inelastic(path) && InelasticConstant::of_path(path).is_none()
 }
@@ -75,6 +75,8 @@ fn symbol(key: &str) -> Option<[&'static str; 2]> {
         "exponent" => ["n", "1"],
         "c" => ["C", "1"],
         "reference_per_s" => ["reference rate", "1/s"],
+        "tensile_mpa" => ["σ_ts", "MPa"],
+        "compressive_mpa" => ["σ_cs", "MPa"],
         _ => return None,
     })
 }
@@ -171,6 +173,22 @@ mod tests {
             assert!(error.to_string().contains(path), "{error}");
         }
         assert!("grain.plastic.rate".parse::<Parameter>().is_err());
+    }
+
+    #[test]
+    fn strengths_are_parameters() {
+        let text = CASE
+            .replace("viscoelastic.shear", "#")
+            .replace("[material.grain]", "toughness_n_per_mm = 0.002\nstrength = { tensile_mpa = 2.0, compressive_mpa = 6.0 }\n[material.grain]")
+            + "[phase_field]\nmodel = \"at1\"\nlength_mm = 0.01\n";
+        let case = parse(&text).unwrap().case;
+        let parameter: Parameter = "matrix.strength.tensile_mpa".parse().unwrap();
+        assert_eq!((&*parameter.label(), &*parameter.unit()), ("σ_ts", "MPa"));
+        let mut parts = case.parts();
+        parameter.set(&mut parts, 2.5).unwrap();
+        assert_eq!(parts.material["matrix"].strength.unwrap().tensile_mpa, 2.5);
+        let error = parse(&text.replace("at1", "at2")).unwrap_err().to_string();
+        assert!(error.contains("AT1"), "{error}");
     }
 
     #[test]

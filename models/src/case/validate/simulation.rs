@@ -213,7 +213,10 @@ impl CaseFile {
             {
                 let (key, problem) =
                     (format!("{entity}.{field}"), format!("must be {requirement}"));
-                Err(self.error(&key, value.to_string(), problem, "See docs/how-to/memory.md."))
+                let is_strength = entity.ends_with(".strength");
+                let page = if is_strength { "strength" } else { "memory" };
+                let help = format!("See docs/how-to/{page}.md.");
+                Err(self.error(&key, value.to_string(), problem, help))
             }
             FemError::OutOfRange { field, value, requirement, .. } => {
                 let property = Property::ALL.into_iter().find(|p| p.key() == field);
