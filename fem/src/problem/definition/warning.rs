@@ -169,6 +169,8 @@ fn wide_interfaces(setup: &Setup) -> Vec<ProblemWarning> {
         }
     };
     setup.discretisation.bands.large(&parts.interfaces).map(warning).collect()
+}
+
 /// Warns about regions whose compressive strength differs from the one specified.
 fn compressive_strengths(parts: &Definition) -> Vec<ProblemWarning> {
     let Some(field) = &parts.phase_field else { return Vec::new() };
