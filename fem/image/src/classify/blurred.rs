@@ -3,10 +3,15 @@
 //! Small grains have hardly any voxels far from their surface, so the grey value of the grain material cannot be
 //! computed as a mean over voxels. The image is modelled instead: a set of voxels S is grain, all other voxels are
 //! matrix, and the grey value is m + c (k ∗ S), with the matrix's grey value m, the contrast c and a kernel k. The
-//! kernel k is a mixture of binomial kernels kᵢ, k = Σ aᵢ kᵢ with Σ aᵢ = 1. The values m and c aᵢ follow from linear
-//! least squares, without an assumption about the width of the blur or the form of the grains. Then m and c are
+//! kernel k is a mixture of binomial kernels kᵢ, k = Σ aᵢ kᵢ with aᵢ ≥ 0 and Σ aᵢ = 1. The values m and c aᵢ follow from
+//! linear least squares, without an assumption about the width of the blur or the form of the grains. Then m and c are
 //! computed again from the *purest* voxels, which the blur of the other material affects least and in which an error of
 //! S hardly matters. The values of k ∗ S identify these voxels.
+//!
+//! The condition aᵢ ≥ 0 is necessary, because S comes from the filtered image and is therefore smoother than the grains.
+//! Without the condition, least squares compensate this difference by a negative weight of the widest kernel. Then k ∗ S
+//! is negative beside a grain, and the purest voxels are voxels at interfaces, whose grey values are between the two
+//! materials.
 //!
 //! The sum over all voxels of (grey value − m) equals the grains' volume times c. S is the set of voxels above a level
 //! in the filtered image, and the level is chosen such that S has the grains' volume. With the level half way between
@@ -169,8 +174,8 @@ fn mixed(
     Some((0..count).into_par_iter().map(|at| rounded(mixed(at)) as i16).collect())
 }
 
-/// Returns the weights of the kernels by least squares over the voxels of a sample; the sum of the weights is 1. `None`
-/// if the grey value does not increase with the share.
+/// Returns the weights of the kernels by least squares over the voxels of a sample. No weight is negative, and the sum of
+/// the weights is 1. `None` if the grey value does not increase with the share.
 fn weights(grey: &[u16], kernels: &[Vec<u16>; KERNELS], sample: &[u8]) -> Option<[f64; KERNELS]> {
     // number of terms of the normal equations: 1, the kernels and the grey value; all their pairwise products are
     // summed
@@ -201,20 +206,43 @@ fn weights(grey: &[u16], kernels: &[Vec<u16>; KERNELS], sample: &[u8]) -> Option
             || [[0_u128; TERMS]; TERMS],
             |a, b| std::array::from_fn(|i| std::array::from_fn(|j| a[i][j] + b[i][j])),
         );
-    let full = f64::from(FULL);
-    let scale = |k: usize| if k == 0 { 1.0 } else { full };
-    let entry = |i: usize, j: usize| sums[i.min(j)][i.max(j)] as f64;
-    if entry(0, 1) < LEAST as f64 * full {
+    if sums[0][1] < u128::from(LEAST) * u128::from(FULL) {
         return None;
     }
-    let normal = SMatrix::<f64, { KERNELS + 1 }, { KERNELS + 1 }>::from_fn(|i, j| {
-        entry(i, j) / scale(i) / scale(j)
+    // the products are exact, so that the differences do not depend on the mean grey value
+    let covariance = |i: usize, j: usize| {
+        let [product, means] = [sums[0][0] * sums[i.min(j)][i.max(j)], sums[0][i] * sums[0][j]];
+        product as i128 - means as i128
+    };
+    let normal = SMatrix::from_fn(|i, j| covariance(i + 1, j + 1) as f64);
+    let right = SVector::from_fn(|i, _| covariance(i + 1, TERMS - 1) as f64);
+    let parts = non_negative(&normal, &right)?;
+    let contrast = parts.sum();
+    Some(std::array::from_fn(|k| parts[k] / contrast))
+}
+
+/// Solves a least-squares problem with the condition that no unknown is negative, by trying all sets of unknowns that
+/// may differ from 0. `normal` and `right` are the normal equations. Returns `None` if all unknowns are 0.
+fn non_negative(
+    normal: &SMatrix<f64, KERNELS, KERNELS>,
+    right: &SVector<f64, KERNELS>,
+) -> Option<SVector<f64, KERNELS>> {
+    let candidates = (1_usize..1 << KERNELS).filter_map(|set| {
+        let is_free = |k: usize| set >> k & 1 == 1;
+        let reduced =
+            SMatrix::<f64, KERNELS, KERNELS>::from_fn(|i, j| match is_free(i) && is_free(j) {
+                true => normal[(i, j)],
+                false => f64::from(u8::from(i == j)),
+            });
+        let reduced_right =
+            SVector::<f64, KERNELS>::from_fn(|i, _| if is_free(i) { right[i] } else { 0.0 });
+        let solution = reduced.cholesky()?.solve(&reduced_right);
+        solution.iter().all(|&value| value >= 0.0).then_some(solution)
     });
-    let right = SVector::<f64, { KERNELS + 1 }>::from_fn(|i, _| entry(i, TERMS - 1) / scale(i));
-    let u = normal.cholesky()?.solve(&right);
-    let parts: [f64; KERNELS] = std::array::from_fn(|k| u[k + 1]);
-    let contrast: f64 = parts.iter().sum();
-    (contrast > 0.0).then(|| parts.map(|part| part / contrast))
+    // the sum of squared residuals decreases by this product
+    let decrease = |solution: &SVector<f64, KERNELS>| solution.dot(right);
+    let best = candidates.max_by(|a, b| decrease(a).total_cmp(&decrease(b)))?;
+    (decrease(&best) > 0.0).then_some(best)
 }
 
 /// Returns the grey value of the matrix and the contrast, computed from the purest voxels.

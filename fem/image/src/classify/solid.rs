@@ -48,7 +48,7 @@ impl Solid {
     /// A grain's volume is the volume of its voxels in the model's set, plus the difference between the image and the
     /// model in and around these voxels. The image and the model contain the same blur beyond this region, which
     /// cancels in the difference. `matrix` contains the voxels that are neither grain nor void. `shown` contains all
-    /// matrix and grain voxels, and the voxels beyond the wall that show blur of grains. `inside` is the specimen, and
+    /// matrix and grain voxels, and the voxels in the air beyond the wall that show blur of grains. `inside` is the specimen, and
     /// `sample` are its voxels away from walls and voids.
     pub(crate) fn measure(
         grey: &Volume<u16>,

@@ -30,7 +30,8 @@ const FEW: usize = 2000;
 
 /// Sets of voxels of the image after the air beyond the wall was replaced by matrix, as if the specimen were larger.
 pub(crate) struct Continued {
-    /// The specimen, and voxels outside the specimen that now contain matrix with blur of grains.
+    /// The specimen, and voxels in the air outside the specimen, which now contain matrix with blur of the specimen's
+    /// grains. Voxels outside a cut are not in this set: their grains are not part of the specimen.
     pub(crate) shown: Vec<u8>,
     /// The voxels that may be grain: the specimen, and voxels outside the specimen that are not in air.
     pub(crate) solid: Vec<u8>,
@@ -56,19 +57,17 @@ pub(crate) fn continue_beyond(
     drop(deep);
     let bare = bare(fit, shape, &ring, [grains, sample]);
     let covered = covered(fit, shape, inside, &ring);
-    let Some(share) = share_at(grey, covered, bare.as_ref().unwrap_or(&ring), &ring) else {
-        let changed = vec![0; inside.len()];
-        return Continued { shown: inside.to_vec(), solid: inside.to_vec(), changed };
-    };
-    let full = f64::from(FULL);
+    // `None` if the wall shows no air, for example if the whole specimen is cut out of a larger specimen
+    let share = share_at(grey, covered, bare.as_ref().unwrap_or(&ring), &ring);
     let raw = grey.values.clone();
-    let is_in_air = |at: usize| {
+    let is_air_beyond = |at: usize| {
         beyond(fit, voxel_at(shape, at), shape)
             .is_some_and(|[x, y, z]| f64::from(raw[x + nx * (y + ny * z)]) < void)
     };
+    let is_in_air = |at: usize| share.is_some() && is_air_beyond(at);
     let with_matrix = |at: usize| {
-        let missing = 1.0 - f64::from(share[at]) / full;
-        f64::from(raw[at]) + (matrix - air) * missing
+        let covered = share.as_ref().map_or(1.0, |share| f64::from(share[at]) / f64::from(FULL));
+        f64::from(raw[at]) + (matrix - air) * (1.0 - covered)
     };
     let error = WallError::measure(fit, shape, |at| {
         let is_bare = bare.as_ref().is_some_and(|bare| bare[at] != 0);
@@ -82,6 +81,9 @@ pub(crate) fn continue_beyond(
                 let value = with_matrix(at) - error.at(fit, voxel_at(shape, at));
                 return Some((at, value.round().clamp(0.0, 65535.0) as u16, inside[at]));
             }
+            if is_air_beyond(at) {
+                return None;
+            }
             let [x, y, z] = below_wall(fit, voxel_at(shape, at), shape, DEPTH)?;
             let from = x + nx * (y + ny * z);
             (inside[at] == 0 && inside[from] != 0).then(|| (at, raw[from], 1))
@@ -92,7 +94,7 @@ pub(crate) fn continue_beyond(
     for (at, value, is_solid) in continued {
         grey.values[at] = value;
         changed[at] = 1;
-        shown[at] = 1;
+        shown[at] |= 1 - is_solid;
         solid[at] = is_solid;
     }
     Continued { shown, solid, changed }

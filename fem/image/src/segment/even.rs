@@ -26,7 +26,7 @@ pub(super) struct CorrectedImage {
     pub(super) sample: Vec<u8>,
     /// Voxels that may be grain: the specimen, and voxels outside the specimen that are not in air.
     pub(super) solid: Vec<u8>,
-    /// The voxels of the specimen, and voxels outside the specimen whose grey values contain blur of grains.
+    /// The voxels of the specimen, and voxels in the air outside the specimen whose grey values contain blur of grains.
     pub(super) shown: Vec<u8>,
     /// Voxels of the specimen that are as dark as air.
     pub(super) voids: Vec<u8>,

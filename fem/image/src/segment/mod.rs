@@ -3,6 +3,7 @@
 mod even;
 pub(crate) mod outline;
 pub(crate) mod settings;
+mod warnings;
 
 use rayon::prelude::*;
 
@@ -16,6 +17,7 @@ use crate::locate::region::masked;
 use crate::locate::specimen::{Locating, Specimen};
 use crate::segment::even::{CorrectedImage, GreyCorrection};
 use crate::segment::settings::{SeedRule, Segmentation};
+use crate::segment::warnings::{fractions_in_words, small_in_words, void_in_words};
 use crate::volume::components::fill_holes;
 use crate::volume::contrast::Contrast;
 use crate::volume::cylinder::Cylinder;
@@ -59,12 +61,6 @@ const MOST: f64 = 0.5;
 /// If there are at least this number of grains, a grain that has more than the share [`MOST`] of the volume of all
 /// grains also causes a warning.
 const MANY: usize = 10;
-/// Share of the specimen's volume above which voids cause a warning.
-const VOIDS: f64 = 0.02;
-/// The measured volume of a grain below this volume (voxels) is uncertain.
-const SMALL: f64 = 65.0;
-/// A warning is added if grains smaller than [`SMALL`] have more than this share of the volume of all grains.
-const SMALL_SHARE: f64 = 0.05;
 
 impl Segmentation {
     /// Segments an image into grains. `progress` is called with the name of each step when the step begins.
@@ -205,8 +201,10 @@ impl Segmentation {
             Some(fit) => (fit.in_mm(voxel_mm), fit.in_mm(voxel_mm).volume_mm3()),
             None => (Cylinder::within(&grey), grey.size_mm().iter().product()),
         };
+        let statistics = SpecimenStatistics::of(&regions, voxel_mm, volume_mm3);
+        warnings.extend(fractions_in_words(&statistics));
         Ok(Segmented {
-            statistics: SpecimenStatistics::of(&regions, voxel_mm, volume_mm3),
+            statistics,
             labels,
             solid: grey.with(solid.share),
             cylinder,
@@ -355,32 +353,6 @@ impl Segmentation {
             }
         }
     }
-}
-
-/// Returns a warning about voids in the specimen.
-fn void_in_words(fraction: f64) -> Option<String> {
-    (fraction > VOIDS).then(|| {
-        format!(
-            "{:.1} % of the specimen is as dark as air (cracks, pores, a chipped edge) and is meshed as matrix: the grain fraction refers to the cylinder including its voids (share of voids: void_fraction in segment.csv)",
-            100.0 * fraction
-        )
-    })
-}
-
-/// Returns a warning about grains that are too small for an accurate volume.
-fn small_in_words(regions: &[Region], voxel_mm: f64) -> Option<String> {
-    let volume = |region: &Region| region.volume_mm3 / voxel_mm.powi(3);
-    let small: Vec<f64> = regions.iter().map(volume).filter(|&volume| volume < SMALL).collect();
-    let all: f64 = regions.iter().map(volume).sum();
-    let share = small.iter().sum::<f64>() / all;
-    (share > SMALL_SHARE).then(|| {
-        format!(
-            "{} of {} grains, {:.0} % of the grains' volume, are smaller than {SMALL} voxels (2.5 voxels in radius): their volumes and numbers are uncertain by more than 10 %",
-            small.len(),
-            regions.len(),
-            100.0 * share
-        )
-    })
 }
 
 /// Removes labels of fewer than `least` voxels and numbers the remaining labels consecutively from 1; returns the

@@ -1,6 +1,7 @@
 //! Tests with synthetic specimens of known location and known grains.
 
 mod dark;
+mod fine_detail;
 mod location;
 mod scene;
 mod small_grains;

@@ -193,7 +193,7 @@ impl Scene {
 }
 
 /// Applies a Gaussian filter along each axis; positions beyond the edge have the value of the outermost voxel.
-fn blurred(values: &mut [f32], shape: [usize; 3], deviation: f64) {
+pub(crate) fn blurred(values: &mut [f32], shape: [usize; 3], deviation: f64) {
     let reach = (4.0 * deviation).ceil() as usize;
     let weight = |d: f64| (-0.5 * (d / deviation).powi(2)).exp();
     let kernel: Vec<f64> = (0..=2 * reach).map(|k| weight(k as f64 - reach as f64)).collect();
