@@ -64,7 +64,7 @@ impl Schedule {
 
     /// Distance of a position from the last corner before it; infinite if no corner is before it. Positions are fractions
     /// of the duration.
-    pub(crate) fn from_corner(&self, position: f64) -> f64 {
+    pub(crate) fn since_corner(&self, position: f64) -> f64 {
         let corners = self.corners_s.iter().map(|time_s| time_s / self.duration_s);
         let distances = corners.filter(|&corner| !is_later(corner, position));
         distances.map(|corner| position - corner).fold(f64::INFINITY, f64::min)

@@ -50,13 +50,13 @@ impl Past {
     }
 
     /// Extrapolates `fields`, the last equilibrium, by an increment `ahead` of the clock. Increments before the last
-    /// corner of the load, where its speed changed, are not used: the corner lies `from_corner` before the last
+    /// corner of the load, where its speed changed, are not used: the corner lies `since_corner` before the last
     /// equilibrium. `size` returns the norms of the displacement and of the damage in a term of the extrapolating
     /// polynomial.
     pub(crate) fn continue_by(
         &self,
         ahead: f64,
-        from_corner: f64,
+        since_corner: f64,
         fields: &mut Fields,
         size: impl Fn(&Fields) -> [f64; 2],
     ) {
@@ -64,7 +64,7 @@ impl Past {
         let mut passed = 0.0;
         let is_smooth = |step: &&f64| {
             passed += **step;
-            **step * ahead > 0.0 && !is_later(passed, from_corner)
+            **step * ahead > 0.0 && !is_later(passed, since_corner)
         };
         let onwards = self.steps.iter().take_while(is_smooth).count();
         let steps = &self.steps[..onwards.max(1).min(self.steps.len())];

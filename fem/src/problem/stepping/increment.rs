@@ -247,8 +247,8 @@ impl<'a> Increments<'a> {
                 part.ranks().sum(&mut size);
                 size.map(f64::sqrt)
             };
-            let from_corner = setup.parts.schedule.from_corner(state.clock);
-            state.past.continue_by(target - state.clock, from_corner, &mut fields, size);
+            let since_corner = setup.parts.schedule.since_corner(state.clock);
+            state.past.continue_by(target - state.clock, since_corner, &mut fields, size);
         } else {
             let time_s = target * setup.parts.schedule.duration_s;
             boundary.start(setup.discretisation.nodes(), time_s, &mut fields);
