@@ -80,10 +80,10 @@ pub enum ProblemWarning {
     },
     /// The regularisation length is too large for the compressive strength of a material.
     #[error(
-        "region '{region}' fails in uniaxial compression at {realised_mpa:.1} MPa instead of strength.compressive_mpa = \
-         {stated_mpa}: the strength surface is exact in tension, and in compression only for a small length_mm (now \
-         {length_mm}); use a smaller length_mm with a finer mesh, or calibrate strength.compressive_mpa as a parameter \
-         of this length_mm"
+        "region '{region}' {} instead of strength.compressive_mpa = {stated_mpa}: the strength surface is exact in tension, \
+         and in compression only for a small length_mm (now {length_mm}); use a smaller length_mm with a finer mesh, or \
+         calibrate strength.compressive_mpa as a parameter of this length_mm",
+        strength_in_words(*realised_mpa)
     )]
     CompressiveStrength {
         /// Name of the region.
@@ -169,6 +169,15 @@ fn wide_interfaces(setup: &Setup) -> Vec<ProblemWarning> {
         }
     };
     setup.discretisation.bands.large(&parts.interfaces).map(warning).collect()
+}
+
+/// Returns a clause about the compressive strength of the model, in MPa.
+fn strength_in_words(mpa: f64) -> String {
+    if mpa.is_finite() {
+        format!("fails in uniaxial compression at {mpa:.1} MPa")
+    } else {
+        "never fails in uniaxial compression,".into()
+    }
 }
 
 /// Warns about regions whose compressive strength differs from the one specified.

@@ -189,6 +189,10 @@ mod tests {
         assert_eq!(parts.material["matrix"].strength.unwrap().tensile_mpa, 2.5);
         let error = parse(&text.replace("at1", "at2")).unwrap_err().to_string();
         assert!(error.contains("AT1"), "{error}");
+        // each bound is possible, but not the largest tensile strength beside the smallest compressive strength
+        let prior = "[prior]\nmatrix.strength.tensile_mpa = [1.5, 3.0]\nmatrix.strength.compressive_mpa = [2.5, 8.0]\n";
+        let error = parse(&format!("{text}{prior}")).unwrap_err().to_string();
+        assert!(error.contains("corner of the priors") && error.contains("2.5"), "{error}");
     }
 
     #[test]

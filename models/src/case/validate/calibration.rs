@@ -27,6 +27,7 @@ impl CaseFile {
             let of_prior = of_prior.into_vec();
             if of_prior.is_empty() {
                 mistakes.note(self.check_fractions());
+                mistakes.note(self.check_strengths());
             }
             of_prior.into_iter().for_each(|mistake| mistakes.note(Err(mistake)));
         }

@@ -215,6 +215,48 @@ impl CaseFile {
         Ok(())
     }
 
+    /// Refuses priors with a corner where a region's strength is not defined: a tensile strength at its upper bound beside
+    /// a compressive strength, a toughness and a Young's modulus at their lower bounds and the largest regularisation
+    /// length. The check of single bounds takes the other values from the case.
+    pub(super) fn check_strengths(&self) -> Result<(), InputError> {
+        let Some(prior) = self.case.whole_prior().filter(|_| self.case.is_built_in()) else {
+            return Ok(());
+        };
+        let mut parts = self.case.parts();
+        let mut names = Vec::new();
+        for (parameter, own) in prior.iter() {
+            let path = parameter.to_string();
+            let [lower, upper] = own.range();
+            let is_of = |key: &str| path.ends_with(key);
+            let value = if is_of(".strength.tensile_mpa") || path == "phase_field.length_mm" {
+                upper
+            } else if [".strength.compressive_mpa", ".toughness_n_per_mm", ".young_mpa"]
+                .into_iter()
+                .any(is_of)
+            {
+                lower
+            } else {
+                continue;
+            };
+            // `check_parameter` reports a parameter that cannot be set
+            let _ = parameter.set(&mut parts, value);
+            names.push(format!("{path} = {value}"));
+        }
+        for (region, material) in parts.material.iter().filter(|(_, own)| own.strength.is_some()) {
+            let checked = material
+                .in_fem()
+                .and_then(|material| material.validate(region, parts.phase_field.as_ref()));
+            if let Err(error) = checked {
+                let key = format!("prior.{region}.strength");
+                let problem = format!("is not possible in a corner of the priors: {error}");
+                let help =
+                    "Narrow the ranges, so that every combination of their bounds is possible.";
+                return Err(self.error(&key, names.join(", "), problem, help));
+            }
+        }
+        Ok(())
+    }
+
     /// Checks that the parameter exists in the case.
     fn check_parameter(&self, key: &str, parameter: &Parameter) -> Result<(), InputError> {
         let set = parameter.set(&mut self.case.parts(), 1.0);
