@@ -88,7 +88,10 @@ fn a_tilted_specimen_is_segmented_like_the_upright_specimen() {
     // without correction of the tilt there is a warning, and the grains are not at their true positions
     let told = segment(&leaning, false);
     assert_eq!(told.cylinder.lean, [0.0; 2]);
-    let [warning] = &told.warnings[..] else { panic!("{:?}", told.warnings) };
+    // a second warning may say that the grain fraction is uncertain
+    let Some(warning) = told.warnings.iter().find(|warning| warning.contains("leans by")) else {
+        panic!("{:?}", told.warnings)
+    };
     for part in ["leans by 6.", "follow_lean = true", "turn the image upright"] {
         assert!(warning.contains(part), "{part:?} is not in {warning:?}");
     }
