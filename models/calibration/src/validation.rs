@@ -15,8 +15,10 @@ use thiserror::Error;
 pub use coverage::Coverage;
 use coverage::binomial_tail;
 
-/// Number of equally probable values that represent the shared error in the probabilities of specimens outside or inside.
-const SHARED_VALUES: usize = 16;
+/// Number of values of the shared error, and the largest value in standard deviations, in the probabilities of specimens outside
+/// or inside. The verdicts compare probabilities of 0.1 %, to which the tails of the shared error contribute most.
+const SHARED_VALUES: usize = 97;
+const LARGEST_SHARED: f64 = 6.0;
 
 /// Reason why runs at posterior draws give no prediction.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -226,7 +228,7 @@ impl Prediction {
     /// Predicted probability that at least `outside` of `total` specimens lie outside `interval`.
     ///
     /// The specimens share the parameters and the error ε, so that they are outside together. The probability is the mean,
-    /// over the draws and over equally probable values of ε, of the binomial probability of independent specimens.
+    /// over the draws and over ε, of the binomial probability of independent specimens.
     pub fn probability_outside(&self, interval: [f64; 2], outside: usize, total: usize) -> f64 {
         self.mean_over_shared(interval, |out, _| binomial_tail(outside, total, out))
     }
@@ -239,25 +241,31 @@ impl Prediction {
     /// Mean over the draws and over the shared error of `of`, whose arguments are the probabilities that one specimen lies
     /// outside and inside `interval`.
     fn mean_over_shared(&self, interval: [f64; 2], of: impl Fn(f64, f64) -> f64) -> f64 {
-        let shared: Vec<f64> = match self.shared_sd > 0.0 {
-            true => {
-                let place = |k: usize| (k as f64 + 0.5) / SHARED_VALUES as f64;
-                let error = Normal(0.0, self.shared_sd);
-                (0..SHARED_VALUES).map(|k| error.quantile(place(k))).collect()
-            }
-            false => vec![0.0],
-        };
+        let shared = shared_values(self.shared_sd);
         let mut sum = 0.0;
         for (mean, sd) in self.means.iter().zip(&self.scatter_sds) {
-            for error in &shared {
+            for (error, weight) in &shared {
                 let [low, high] = interval.map(|end| end - mean - error);
                 // both tails are computed as lower tails, in which no digits are lost
                 let outside = (normal_cdf(low, *sd) + normal_cdf(-high, *sd)).min(1.0);
-                sum += of(outside, 1.0 - outside);
+                sum += weight * of(outside, 1.0 - outside);
             }
         }
-        sum / (self.means.len() * shared.len()) as f64
+        sum / self.means.len() as f64
     }
+}
+
+/// Values of the shared error with their weights, which sum to 1. The weights of equidistant values are proportional to the normal
+/// density: the trapezoidal rule, which converges exponentially for smooth functions that vanish at both ends.
+fn shared_values(sd: f64) -> Vec<(f64, f64)> {
+    if sd <= 0.0 {
+        return vec![(0.0, 1.0)];
+    }
+    let step = 2.0 * LARGEST_SHARED / (SHARED_VALUES - 1) as f64;
+    let places = (0..SHARED_VALUES).map(|k| k as f64 * step - LARGEST_SHARED);
+    let all: Vec<(f64, f64)> = places.map(|z| (z * sd, (-0.5 * z * z).exp())).collect();
+    let total: f64 = all.iter().map(|(_, weight)| weight).sum();
+    all.into_iter().map(|(value, weight)| (value, weight / total)).collect()
 }
 
 /// Distribution function of Normal(0, `sd`²); for `sd = 0` a step with the value ½ at 0.
