@@ -259,4 +259,15 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn a_validation_without_specimens_is_refused() {
+        let error = parsed("without = [\"experiments\"]").unwrap_err();
+        for part in ["validation (other).without", "experiments", "set.experiments.table"] {
+            assert!(error.contains(part), "{part}: {error}");
+        }
+        // other specimens replace those of the case
+        let other = "without = [\"experiments\"]\nset.experiments.table = \"held-out.csv\"";
+        parsed(other).unwrap();
+    }
 }

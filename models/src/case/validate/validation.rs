@@ -68,6 +68,11 @@ fn check_entry(file: &CaseFile, entry: &ValidationCase, own: &CaseFile, mistakes
             mistakes.note(Err(file.error(&key, percent.to_string(), problem, help)));
         }
     }
+    if own.case.experiments.is_none() {
+        let help = "Leave it out of `without`, and name held-out specimens: set.experiments.table = \"held-out.csv\".";
+        let problem = "removes the specimens, and a validation compares its prediction with held-out specimens";
+        mistakes.note(Err(file.error(&place("without"), "experiments", problem, help)));
+    }
     if let [Some(calibrated), Some(held_out)] =
         [&file.case.experiments, &own.case.experiments].map(Option::as_ref)
     {
