@@ -17,7 +17,7 @@ use super::calibrated::Calibrated;
 use super::held_out::HeldOut;
 use super::predicted::{Predicted, Scatter};
 use crate::case::ValidationCase;
-use crate::fracture::{column_means, relative_covariance};
+use crate::fracture::column_means;
 use crate::qoi::{PeakForce, Quantity};
 
 /// Usable simulations of the test at posterior draws.
@@ -120,10 +120,9 @@ impl<'a> Runs<'a> {
         let outputs = fitted.pce.outputs();
         let of_microstructures = match self.has_microstructures {
             true => {
-                // residuals of runs with different microstructures are scatter between microstructures
                 let at = column_means(&read_experiments(&task.inputs, outputs)?);
-                let variances = relative_covariance(fitted.report.scatter(&at)?, &at);
-                Some((0..at.len()).map(|m| variances[m][m]).collect())
+                let variances = fitted.between_microstructures(&at)?;
+                variances.map(|all| (0..at.len()).map(|m| all[m][m]).collect())
             }
             false => None,
         };
