@@ -67,6 +67,8 @@ pub struct Prediction {
     scatter_sds: Vec<f64>,
     /// Standard deviation of the error that all specimens share.
     shared_sd: f64,
+    /// Variance that [`Prediction::without_variance`] has removed from the means.
+    removed: f64,
 }
 
 /// Difference between the mean of held-out specimens and the predicted mean.
@@ -118,8 +120,23 @@ impl Prediction {
         let wrong = means.iter().find(|x| !x.is_finite()).or_else(|| sds().find(|x| !is_sd(x)));
         match wrong {
             Some(&x) => Err(PredictionError::NotFinite(x)),
-            None => Ok(Self { means, scatter_sds, shared_sd }),
+            None => Ok(Self { means, scatter_sds, shared_sd, removed: 0.0 }),
         }
+    }
+
+    /// Removes a variance from the means that is part of the scatter between specimens too: each draw is simulated with its own
+    /// microstructure, and each specimen has its own microstructure, so that this scatter is not shared by the specimens.
+    ///
+    /// The means are shrunk about their average by √(max(0, V − `included`)/V), where V is their variance. The mean of the
+    /// prediction is unchanged. Its error is that of n means with the variance V.
+    pub fn without_variance(mut self, included: f64) -> Self {
+        let (middle, whole) = (self.mean(), variance(&self.means));
+        if whole > 0.0 && included > 0.0 {
+            let factor = ((whole - included).max(0.0) / whole).sqrt();
+            self.means.iter_mut().for_each(|mean| *mean = middle + factor * (*mean - middle));
+            self.removed += included.min(whole);
+        }
+        self
     }
 
     /// Number of posterior draws.
@@ -206,9 +223,9 @@ impl Prediction {
 
     /// Compares the mean of independent specimens with the predicted mean.
     ///
-    /// The variance of the difference is V(1 + 1/n) + s² + Σ/N: V is the variance of the n means, s the standard deviation
-    /// of the shared error, Σ the variance between specimens, N the number of measurements. If the prediction has no
-    /// scatter, Σ is the variance of the measurements.
+    /// The variance of the difference is V + (V + R)/n + s² + Σ/N: V is the variance of the n means, R the variance that
+    /// [`Prediction::without_variance`] has removed from them, s the standard deviation of the shared error, Σ the variance between
+    /// specimens, N the number of measurements. If the prediction has no scatter, Σ is the variance of the measurements.
     pub fn deviation(&self, measured: &[f64]) -> Deviation {
         let (n, size) = (self.means.len() as f64, measured.len() as f64);
         let scatter = match self.scatter_variance() {
@@ -216,7 +233,8 @@ impl Prediction {
             0.0 => Some(variance(measured)),
             predicted => Some(predicted),
         };
-        let of_draws = variance(&self.means) * (1.0 + n.recip()) + self.shared_sd.powi(2);
+        let spread = variance(&self.means);
+        let of_draws = spread + (spread + self.removed) / n + self.shared_sd.powi(2);
         let is_scatter_measured = self.scatter_variance() == 0.0 && measured.len() > 1;
         Deviation {
             difference: mean(measured) - self.mean(),

@@ -145,6 +145,38 @@ fn the_deviation_of_means_has_its_standard_deviation() {
     assert_eq!(only.deviation(&[3.0]).p_value(), None);
 }
 
+/// Draws with the posterior standard deviation 1 % and a packing each (4 %), specimens that scatter by 5 % (packings 4 %, the rest
+/// 3 %): the mean of 6 specimens has the standard deviation √(1² + 5²/6) % = 2.27 %, and one specimen √(1² + 5²) %.
+#[test]
+fn scatter_between_microstructures_is_not_shared_by_the_specimens() {
+    let mut noise = Noise::new(6);
+    let means: Vec<f64> = (0..4000).map(|_| noise.normal(100.0, 1.0_f64.hypot(4.0))).collect();
+    let prediction = Prediction::new(means.clone(), vec![5.0; 4000], 0.0).unwrap();
+    let prediction = prediction.without_variance(16.0);
+    assert!((prediction.mean() - mean(&means)).abs() < 1e-9);
+    let measured = [100.0; 6];
+    let sd = prediction.deviation(&measured).sd.unwrap();
+    // the sampling error of V − 16 is about 17 √(2/4000) = 0.4
+    let [least, most] = [0.0_f64, 2.2].map(|spread| (spread + 25.0 / 6.0).sqrt());
+    assert!(least < sd && sd < most, "{least} {sd} {most}");
+    assert!((prediction.sd() - 26.0_f64.sqrt()).abs() < 0.15, "{}", prediction.sd());
+    // 24 simulations in repeated laboratories: the mean square of the standardised difference is near 1
+    let squares: Vec<f64> = (0..4000)
+        .map(|_| {
+            let means = (0..24).map(|_| noise.normal(100.0, 17.0_f64.sqrt())).collect();
+            let own = Prediction::new(means, vec![5.0; 24], 0.0).unwrap().without_variance(16.0);
+            let truth = noise.normal(100.0, 1.0);
+            let measured: Vec<f64> = (0..6).map(|_| noise.normal(truth, 5.0)).collect();
+            own.deviation(&measured).standardised().unwrap().powi(2)
+        })
+        .collect();
+    let (found, error) = mean_and_error(&squares);
+    assert!(error < 0.05 && (0.8..1.2).contains(&found), "{found} ± {error}");
+    // a variance larger than that of the means leaves no spread
+    let none = Prediction::new(vec![1.0, 3.0], vec![1.0; 2], 0.0).unwrap().without_variance(5.0);
+    assert_eq!((none.means[0], none.means[1]), (2.0, 2.0));
+}
+
 /// With one degree of freedom, Student's t is the Cauchy distribution: P(|t| > x) = 1 − 2 atan(x)/π.
 #[test]
 fn the_probability_of_a_deviation_is_that_of_student() {

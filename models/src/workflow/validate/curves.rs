@@ -5,7 +5,8 @@ use super::super::inputs::Inputs;
 use super::super::predicted_curves::specimen_curves;
 use super::super::simulator::recorded_run;
 use super::compared::LEVELS;
-use super::simulated::Runs;
+use super::predicted::Predicted;
+use super::simulated::{ForceScatter, Runs};
 use crate::experiment::TestCurve;
 use crate::report::PredictedBand;
 use crate::table::CsvTable;
@@ -101,7 +102,7 @@ pub(super) fn simulated(
     runs: &Runs<'_>,
 ) -> Result<Option<Band>, WorkflowError> {
     let has_curves = runs.records.iter().all(|record| !record.curve.is_empty());
-    let Some(variances) = runs.force_variance.as_ref().filter(|_| has_curves) else {
+    let Some(scatter) = runs.force.as_ref().filter(|_| has_curves) else {
         return Ok(None);
     };
     if held_out.measured_values().is_some() {
@@ -115,15 +116,25 @@ pub(super) fn simulated(
         let u = end * place as f64 / PLACES as f64;
         let forces: Option<Vec<f64>> = curves.iter().map(|curve| force_at(curve, u)).collect();
         let Some(forces) = forces else { continue };
-        let sds = forces.iter().zip(variances).map(|(force, v)| force.abs() * v.sqrt()).collect();
-        let prediction = Prediction::new(forces, sds, 0.0);
-        let prediction = prediction.map_err(|e| WorkflowError::Unusable(e.to_string()))?;
+        let prediction = prediction_of_force(forces, scatter)?;
         band.displacement_mm.push(u);
         for (forces, p) in band.force_n.iter_mut().zip([0.05, 0.25, 0.5, 0.75, 0.95]) {
             forces.push(prediction.quantile(p));
         }
     }
     Ok(Some(Band::new(band, &specimen_curves(held_out)?)))
+}
+
+/// Prediction of the force of a new specimen at one displacement, from the forces of the curves at the draws.
+fn prediction_of_force(
+    forces: Vec<f64>,
+    scatter: &ForceScatter,
+) -> Result<Prediction, WorkflowError> {
+    let sd = |(force, variance): (&f64, &f64)| force.abs() * variance.sqrt();
+    let sds = forces.iter().zip(&scatter.variances).map(sd).collect();
+    Ok(Predicted::new(forces, Some(sds), 0.0)?
+        .without_relative_variance(scatter.included)
+        .prediction)
 }
 
 /// Force at a displacement on the loading part of a curve, interpolated linearly; `None` outside the curve.

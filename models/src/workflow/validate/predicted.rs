@@ -31,6 +31,12 @@ impl Predicted {
         let prediction = prediction.map_err(|e| WorkflowError::Unusable(e.to_string()))?;
         Ok(Self { prediction, is_scatter_known })
     }
+
+    /// Removes a variance, relative to the mean, from the means at the draws: see [`Prediction::without_variance`].
+    pub(super) fn without_relative_variance(self, variance: f64) -> Self {
+        let included = variance * self.prediction.mean().powi(2);
+        Self { prediction: self.prediction.without_variance(included), ..self }
+    }
 }
 
 /// Scatter of quantities between the specimens of a validation, relative to the means of the quantities.
@@ -38,8 +44,8 @@ pub(super) struct Scatter<'a> {
     pub(super) entry: &'a ValidationCase,
     /// Columns of the calibrated quantities.
     pub(super) calibrated: &'a [String],
-    /// Relative variance between microstructures of each calibrated quantity, if it is part of the means already. It is
-    /// subtracted from the calibrated variance between specimens, which includes it.
+    /// Relative variance between microstructures of each calibrated quantity, if the means at the draws contain it. The variance
+    /// between specimens includes it too, so that it is removed from the means.
     pub(super) of_microstructures: Option<Vec<f64>>,
 }
 
@@ -49,9 +55,13 @@ impl Scatter<'_> {
     pub(super) fn relative_variance(&self, quantity: &Quantity, draw: &Draw) -> Option<f64> {
         let place = self.place(&quantity.column());
         let stated = self.entry.scatter_percent.get(quantity).map(|p| (0.01 * p).powi(2));
-        let variance = stated.or_else(|| place.map(|m| draw.scatter[m][m]))?;
-        let included = self.of_microstructures.as_ref().zip(place).map_or(0.0, |(all, m)| all[m]);
-        Some((variance - included).max(0.0))
+        stated.or_else(|| place.map(|m| draw.scatter[m][m]))
+    }
+
+    /// Relative variance between microstructures that the means of a quantity at the draws contain.
+    pub(super) fn included_variance(&self, quantity: &Quantity) -> f64 {
+        let place = self.place(&quantity.column());
+        self.of_microstructures.as_ref().zip(place).map_or(0.0, |(all, m)| all[m])
     }
 
     /// Standard deviations between specimens of a quantity with the given means at the draws.
@@ -78,7 +88,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn scatter_is_as_stated_or_as_calibrated_without_that_of_microstructures() {
+    fn scatter_is_as_stated_or_as_calibrated_and_is_not_shared() {
         let named = |name: &str| toml::Value::from(name).try_into::<Quantity>().unwrap();
         let entry: ValidationCase =
             toml::from_str("name = \"held-out\"\nscatter_percent = { peak-force = 10.0 }").unwrap();
@@ -95,10 +105,15 @@ mod tests {
         let stated = alone.sds(&peak, &[&draw], &[30.0]).unwrap();
         assert!((stated[0] - 3.0).abs() < 1e-12, "{stated:?}");
         assert!(alone.sds(&energy, &[&draw], &[1.0]).is_none());
-        // 5 % between specimens, of which 3 % between microstructures: 4 % remain
+        // the means contain scatter between microstructures: it is removed from them, and the specimens keep it
+        assert_eq!(alone.included_variance(&slope), 0.0);
         let partly = scatter(Some(vec![0.0009, 1.0]));
-        let rest = partly.relative_variance(&slope, &draw).unwrap();
-        assert!((rest - 0.0016).abs() < 1e-12, "{rest}");
-        assert_eq!(partly.relative_variance(&peak, &draw), Some(0.0));
+        assert_eq!(partly.relative_variance(&slope, &draw), Some(0.0025));
+        assert_eq!(partly.included_variance(&slope), 0.0009);
+        assert_eq!(partly.included_variance(&energy), 0.0);
+        // means 90 and 110 have the variance 200 = 0.02 · 100², of which 100 remains
+        let predicted = Predicted::new(vec![90.0, 110.0], Some(vec![5.0; 2]), 0.0).unwrap();
+        let prediction = predicted.without_relative_variance(0.01).prediction;
+        assert!((prediction.sd() - 125.0_f64.sqrt()).abs() < 1e-9, "{}", prediction.sd());
     }
 }

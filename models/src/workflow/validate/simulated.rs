@@ -30,8 +30,16 @@ pub(super) struct Runs<'a> {
     values: Vec<Vec<f64>>,
     /// Whether the runs have different microstructures.
     has_microstructures: bool,
-    /// Relative variance between specimens of the force at each draw; `None` if it is unknown.
-    pub(super) force_variance: Option<Vec<f64>>,
+    /// Scatter of the force between specimens; `None` if it is unknown.
+    pub(super) force: Option<ForceScatter>,
+}
+
+/// Scatter and error of the force of simulated curves, as those of the peak force, relative to the force.
+pub(super) struct ForceScatter {
+    /// Variance between specimens at each draw.
+    pub(super) variances: Vec<f64>,
+    /// Variance between microstructures, which the curves contain.
+    pub(super) included: f64,
 }
 
 impl<'a> Runs<'a> {
@@ -53,7 +61,7 @@ impl<'a> Runs<'a> {
             records: Vec::new(),
             values: Vec::new(),
             has_microstructures,
-            force_variance: None,
+            force: None,
         };
         let (all, mut failed) = (records.len(), Vec::new());
         for (draw, record) in draws.into_iter().zip(records) {
@@ -82,7 +90,9 @@ impl<'a> Runs<'a> {
         let scatter = runs.scatter(task, entry, calibrated)?;
         let force = Quantity::new(PeakForce);
         let variances = runs.draws.iter().map(|draw| scatter.relative_variance(&force, draw));
-        runs.force_variance = variances.collect();
+        let variances: Option<Vec<f64>> = variances.collect();
+        let included = scatter.included_variance(&force);
+        runs.force = variances.map(|variances| ForceScatter { variances, included });
         Ok(runs)
     }
 
@@ -105,7 +115,8 @@ impl<'a> Runs<'a> {
             let sds = scatter.sds(quantity, &self.draws, &means);
             let mean = means.iter().sum::<f64>() / means.len() as f64;
             let shared = discrepancy.as_ref().map_or(0.0, |all| all[m][m].sqrt() * mean.abs());
-            Predicted::new(means, sds, shared)
+            let included = scatter.included_variance(quantity);
+            Ok(Predicted::new(means, sds, shared)?.without_relative_variance(included))
         };
         held_out.quantities.iter().enumerate().map(of_quantity).collect()
     }
