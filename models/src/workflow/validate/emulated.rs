@@ -76,7 +76,12 @@ pub(super) fn predictions(
             *variance += given.covariance[(m, m)].max(0.0) / draws.len() as f64;
         }
     }
-    let scatter = Scatter { entry, calibrated: outputs, of_microstructures: None };
+    let scatter = Scatter {
+        entry,
+        calibrated: outputs,
+        of_microstructures: None,
+        calibrated_means: Some(&means),
+    };
     let of_quantity = |quantity: &crate::qoi::Quantity| {
         let column = quantity.column();
         let Some(m) = scatter.place(&column) else {

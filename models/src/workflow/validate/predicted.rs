@@ -47,6 +47,9 @@ pub(super) struct Scatter<'a> {
     /// Relative variance between microstructures of each calibrated quantity, if the means at the draws contain it. The variance
     /// between specimens includes it too, so that it is removed from the means.
     pub(super) of_microstructures: Option<Vec<f64>>,
+    /// Means of the calibrated quantities over the calibrated specimens, if the held-out specimens are of the same test. The
+    /// calibrated scatter is relative to these means. In another test it is relative to the predicted means.
+    pub(super) calibrated_means: Option<&'a [f64]>,
 }
 
 impl Scatter<'_> {
@@ -71,8 +74,12 @@ impl Scatter<'_> {
         draws: &[&Draw],
         means: &[f64],
     ) -> Option<Vec<f64>> {
+        let is_stated = self.entry.scatter_percent.contains_key(quantity);
+        let base = self.calibrated_means.zip(self.place(&quantity.column()));
+        let base = base.filter(|_| !is_stated).map(|(all, m)| all[m]);
         let sd = |(draw, mean): (&&Draw, &f64)| {
-            self.relative_variance(quantity, draw).map(|variance| variance.sqrt() * mean.abs())
+            let base = base.unwrap_or(*mean).abs();
+            self.relative_variance(quantity, draw).map(|variance| variance.sqrt() * base)
         };
         draws.iter().zip(means).map(sd).collect()
     }
@@ -98,6 +105,7 @@ mod tests {
             entry: &entry,
             calibrated: &calibrated,
             of_microstructures,
+            calibrated_means: None,
         };
         let draw = Draw { theta: vec![1.0], scatter: vec![vec![0.0025, 0.0], vec![0.0, 0.04]] };
         let alone = scatter(None);
@@ -105,6 +113,10 @@ mod tests {
         let stated = alone.sds(&peak, &[&draw], &[30.0]).unwrap();
         assert!((stated[0] - 3.0).abs() < 1e-12, "{stated:?}");
         assert!(alone.sds(&energy, &[&draw], &[1.0]).is_none());
+        // the same test: the calibrated scatter is relative to the calibrated mean, the stated one to the predicted mean
+        let same = Scatter { calibrated_means: Some(&[-400.0, 60.0]), ..scatter(None) };
+        assert_eq!(same.sds(&slope, &[&draw], &[-200.0]).unwrap(), [20.0]);
+        assert_eq!(same.sds(&peak, &[&draw], &[30.0]).unwrap(), stated);
         // the means contain scatter between microstructures: it is removed from them, and the specimens keep it
         assert_eq!(alone.included_variance(&slope), 0.0);
         let partly = scatter(Some(vec![0.0009, 1.0]));

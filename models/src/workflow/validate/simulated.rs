@@ -137,7 +137,7 @@ impl<'a> Runs<'a> {
             }
             false => None,
         };
-        Ok(Scatter { entry, calibrated: outputs, of_microstructures })
+        Ok(Scatter { entry, calibrated: outputs, of_microstructures, calibrated_means: None })
     }
 }
 
