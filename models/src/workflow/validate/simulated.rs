@@ -40,6 +40,8 @@ pub(super) struct ForceScatter {
     pub(super) variances: Vec<f64>,
     /// Variance between microstructures, which the curves contain.
     pub(super) included: f64,
+    /// Standard deviation of the error of the model that all specimens share.
+    pub(super) discrepancy_sd: f64,
 }
 
 impl<'a> Runs<'a> {
@@ -92,7 +94,10 @@ impl<'a> Runs<'a> {
         let variances = runs.draws.iter().map(|draw| scatter.relative_variance(&force, draw));
         let variances: Option<Vec<f64>> = variances.collect();
         let included = scatter.included_variance(&force);
-        runs.force = variances.map(|variances| ForceScatter { variances, included });
+        let discrepancy =
+            task.inputs.calibration().discrepancy.covariance(&[force.column().into_owned()]);
+        let discrepancy_sd = discrepancy.map_or(0.0, |all| all[0][0].sqrt());
+        runs.force = variances.map(|variances| ForceScatter { variances, included, discrepancy_sd });
         Ok(runs)
     }
 
