@@ -24,10 +24,10 @@ const LARGEST_SHARED: f64 = 6.0;
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum PredictionError {
     /// Fewer than two draws, so that the spread of the posterior is unknown.
-    #[error("{0} draws have a value, and a prediction needs at least 2")]
+    #[error("the quantity has a value at {0} posterior draws, and a prediction needs at least 2")]
     FewDraws(usize),
     /// The number of standard deviations differs from the number of means.
-    #[error("{means} means and {sds} standard deviations")]
+    #[error("{means} means and {sds} standard deviations differ in number")]
     Lengths {
         /// Number of means.
         means: usize,
@@ -35,7 +35,7 @@ pub enum PredictionError {
         sds: usize,
     },
     /// A value is infinite or NaN, or a standard deviation is negative.
-    #[error("the value {0} of a draw is no finite number, or no standard deviation")]
+    #[error("the value {0} at a posterior draw is no finite number, or no standard deviation")]
     NotFinite(f64),
 }
 

@@ -49,7 +49,8 @@ fn refuse_calibrated_scatter(
         calibrated.iter().any(|column| *column == *own.column())
             && !entry.scatter_percent.contains_key(own)
     };
-    let names: Vec<String> = quantities.iter().filter(is_calibrated).map(Quantity::to_string).collect();
+    let names: Vec<String> =
+        quantities.iter().filter(is_calibrated).map(Quantity::to_string).collect();
     if names.is_empty() {
         return Ok(());
     }
@@ -73,7 +74,8 @@ mod tests {
         let quantities = ["slope", "peak-force", "energy-to-peak"].map(named);
         let calibrated = [&quantities[0], &quantities[1]].map(|own| own.column().into_owned());
         let refused = |text: &str| {
-            let entry: ValidationCase = toml::from_str(&format!("name = \"other\"\n{text}")).unwrap();
+            let entry: ValidationCase =
+                toml::from_str(&format!("name = \"other\"\n{text}")).unwrap();
             refuse_calibrated_scatter(&calibrated, &entry, &quantities).map_err(|e| e.to_string())
         };
         let error = refused("scatter_percent = { slope = 5.0 }").unwrap_err();

@@ -193,7 +193,8 @@ mod tests {
     fn compared(measured: &[f64], is_scatter_known: bool) -> Compared {
         let means = (0..40).map(|k| 100.0 + 0.01 * f64::from(k % 3 - 1)).collect();
         let predicted =
-            Predicted::new(means, is_scatter_known.then(|| vec![2.0; 40]), 0.0).unwrap();
+            Predicted::new("peak_force_N", means, is_scatter_known.then(|| vec![2.0; 40]), 0.0)
+                .unwrap();
         let specimens = measured.iter().enumerate().map(|(k, y)| (format!("H-{k}"), *y)).collect();
         Compared {
             validation: "held-out".to_owned(),
@@ -236,7 +237,8 @@ mod tests {
     fn a_negligible_difference_does_not_contradict_by_specimens_outside() {
         let verdict = |measured: &[f64]| {
             let means = (0..40).map(|k| 100.0 + 0.01 * f64::from(k % 3 - 1)).collect();
-            let predicted = Predicted::new(means, Some(vec![0.3; 40]), 0.0).unwrap();
+            let predicted =
+                Predicted::new("peak_force_N", means, Some(vec![0.3; 40]), 0.0).unwrap();
             let own = Compared { predicted, ..compared(measured, true) };
             assert_eq!(own.coverage().unwrap()[1].inside, 0);
             verdicts(&[own])[0]
@@ -259,7 +261,8 @@ mod tests {
             let means = (0..draws).map(|_| normal(20.0, 1.0)).collect();
             let middle = normal(20.0, 1.0) + normal(0.0, shared_sd);
             let measured: Vec<f64> = (0..6).map(|_| normal(middle, 2.0)).collect();
-            let predicted = Predicted::new(means, Some(vec![2.0; draws]), shared_sd).unwrap();
+            let predicted =
+                Predicted::new("peak_force_N", means, Some(vec![2.0; draws]), shared_sd).unwrap();
             match verdicts(&[Compared { predicted, ..compared(&measured, true) }])[0] {
                 ValidationVerdict::Contradicted => counts[0] += 1,
                 ValidationVerdict::TooWide => counts[1] += 1,

@@ -134,9 +134,14 @@ fn prediction_of_force(
     let sd = |(force, variance): (&f64, &f64)| force.abs() * variance.sqrt();
     let sds = forces.iter().zip(&scatter.variances).map(sd).collect();
     let mean = forces.iter().sum::<f64>() / forces.len() as f64;
-    Ok(Predicted::new(forces, Some(sds), scatter.discrepancy_sd * mean.abs())?
-        .without_relative_variance(scatter.included)
-        .prediction)
+    Ok(Predicted::new(
+        "the force of the curve",
+        forces,
+        Some(sds),
+        scatter.discrepancy_sd * mean.abs(),
+    )?
+    .without_relative_variance(scatter.included)
+    .prediction)
 }
 
 /// Force at a displacement on the loading part of a curve, interpolated linearly; `None` outside the curve.
@@ -181,11 +186,8 @@ mod tests {
     /// Scatter 3 %, error of the model 4 %: together 5 %. Scatter between microstructures is removed from the curves.
     #[test]
     fn the_force_has_the_scatter_between_specimens_and_the_error_of_the_model() {
-        let scatter = |included| ForceScatter {
-            variances: vec![0.0009; 3],
-            included,
-            discrepancy_sd: 0.04,
-        };
+        let scatter =
+            |included| ForceScatter { variances: vec![0.0009; 3], included, discrepancy_sd: 0.04 };
         let equal = prediction_of_force(vec![-200.0; 3], &scatter(0.0)).unwrap();
         assert!((equal.sd() - 10.0).abs() < 1e-9, "{}", equal.sd());
         // 190, 200 and 210 have the variance 100

@@ -90,7 +90,7 @@ pub(super) fn predictions(
         };
         let values: Vec<f64> = predicted.iter().map(|row| row[m] * means[m]).collect();
         let sds = scatter.sds(quantity, &draws, &values);
-        Predicted::new(values, sds, variances[m].sqrt() * means[m].abs())
+        Predicted::new(&column, values, sds, variances[m].sqrt() * means[m].abs())
     };
     held_out.quantities.iter().map(of_quantity).collect()
 }

@@ -4,7 +4,7 @@ use super::super::WorkflowError;
 use super::super::posterior_draws::Draw;
 use crate::case::ValidationCase;
 use crate::qoi::Quantity;
-use crate::validation::Prediction;
+use crate::validation::{Prediction, PredictionError};
 
 /// Prediction of one quantity.
 pub(super) struct Predicted {
@@ -15,12 +15,13 @@ pub(super) struct Predicted {
 }
 
 impl Predicted {
-    /// Creates the prediction from the mean over specimens and the standard deviation between specimens at each draw
+    /// Creates the prediction of the quantity with the column `column` from the mean over specimens and the standard deviation between specimens at each draw
     /// (`None`: unknown), and the standard deviation of the error that all specimens share.
     ///
     /// # Errors
     /// Fails if there are fewer than two draws or if a value is not finite.
     pub(super) fn new(
+        column: &str,
         means: Vec<f64>,
         scatter_sds: Option<Vec<f64>>,
         shared_sd: f64,
@@ -28,7 +29,16 @@ impl Predicted {
         let is_scatter_known = scatter_sds.is_some();
         let sds = scatter_sds.unwrap_or_else(|| vec![0.0; means.len()]);
         let prediction = Prediction::new(means, sds, shared_sd);
-        let prediction = prediction.map_err(|e| WorkflowError::Unusable(e.to_string()))?;
+        let prediction = prediction.map_err(|error| {
+            let help = match error {
+                PredictionError::FewDraws(_) => "raise the number of draws of the validation or of the calibration",
+                PredictionError::Lengths { .. } | PredictionError::NotFinite(_) => {
+                    "look for a run without this quantity in runs.csv or in the runs of the validation, or leave the quantity \
+                     out of set.qoi.quantities"
+                }
+            };
+            WorkflowError::Unusable(format!("{column} cannot be predicted: {error}; {help}"))
+        })?;
         Ok(Self { prediction, is_scatter_known })
     }
 
@@ -124,8 +134,23 @@ mod tests {
         assert_eq!(partly.included_variance(&slope), 0.0009);
         assert_eq!(partly.included_variance(&energy), 0.0);
         // means 90 and 110 have the variance 200 = 0.02 · 100², of which 100 remains
-        let predicted = Predicted::new(vec![90.0, 110.0], Some(vec![5.0; 2]), 0.0).unwrap();
+        let predicted = Predicted::new("y", vec![90.0, 110.0], Some(vec![5.0; 2]), 0.0).unwrap();
         let prediction = predicted.without_relative_variance(0.01).prediction;
         assert!((prediction.sd() - 125.0_f64.sqrt()).abs() < 1e-9, "{}", prediction.sd());
+    }
+
+    #[test]
+    fn what_cannot_be_predicted_is_named_with_a_remedy() {
+        let error = |means: &[f64]| {
+            let predicted = Predicted::new("peak_force_N", means.to_vec(), None, 0.0);
+            predicted.err().unwrap().to_string()
+        };
+        for (means, parts) in [
+            (vec![1.0, f64::NAN], ["peak_force_N", "NaN", "set.qoi.quantities"]),
+            (vec![1.0], ["peak_force_N", "1 posterior draws", "raise the number of draws"]),
+        ] {
+            let found = error(&means);
+            assert!(parts.iter().all(|part| found.contains(part)), "{found}");
+        }
     }
 }

@@ -97,7 +97,8 @@ impl<'a> Runs<'a> {
         let discrepancy =
             task.inputs.calibration().discrepancy.covariance(&[force.column().into_owned()]);
         let discrepancy_sd = discrepancy.map_or(0.0, |all| all[0][0].sqrt());
-        runs.force = variances.map(|variances| ForceScatter { variances, included, discrepancy_sd });
+        runs.force =
+            variances.map(|variances| ForceScatter { variances, included, discrepancy_sd });
         Ok(runs)
     }
 
@@ -121,7 +122,8 @@ impl<'a> Runs<'a> {
             let mean = means.iter().sum::<f64>() / means.len() as f64;
             let shared = discrepancy.as_ref().map_or(0.0, |all| all[m][m].sqrt() * mean.abs());
             let included = scatter.included_variance(quantity);
-            Ok(Predicted::new(means, sds, shared)?.without_relative_variance(included))
+            let column = &held_out.columns[m];
+            Ok(Predicted::new(column, means, sds, shared)?.without_relative_variance(included))
         };
         held_out.quantities.iter().enumerate().map(of_quantity).collect()
     }
@@ -172,11 +174,7 @@ fn records(
         return Err(WorkflowError::Unusable("the case has no mesh".to_owned()));
     };
     source.read_rest(inputs);
-    let order: Vec<usize> = parameters
-        .iter()
-        .map(|name| names.iter().position(|other| other == name))
-        .collect::<Option<_>>()
-        .ok_or_else(|| WorkflowError::Unusable("its parameters are not calibrated".to_owned()))?;
+    let order = places_of(&parameters, names)?;
     let point = |draw: &&Draw| order.iter().map(|&i| draw.theta[i]).collect::<Vec<f64>>();
     let run = |(i, inputs)| RunInput { id: i + 1, inputs };
     let runs: Vec<RunInput> = draws.iter().map(point).enumerate().map(run).collect();
@@ -194,4 +192,36 @@ fn records(
     let level = inputs.is_built_in().then_some(&level);
     let requested = RequestedRuns { task: own, level, specimens: specimens.as_ref(), named };
     Ok((source.records(&requested)?, specimens.is_some()))
+}
+
+/// Index of each parameter of the runs in `calibrated`.
+fn places_of(parameters: &[String], calibrated: &[String]) -> Result<Vec<usize>, WorkflowError> {
+    let place = |name: &String| {
+        calibrated.iter().position(|other| other == name).ok_or_else(|| {
+            let all = calibrated.join(", ");
+            let text = format!(
+                "its simulations have the parameter {name}, which is not calibrated; calibrated are {all}: give {name} a \
+                 value in set, or calibrate it in [prior]"
+            );
+            WorkflowError::Unusable(text)
+        })
+    };
+    parameters.iter().map(place).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parameters_of_runs_have_their_places_among_the_calibrated_ones() {
+        let named = |names: &[&str]| names.iter().map(ToString::to_string).collect::<Vec<_>>();
+        let calibrated = named(&["matrix.young_mpa", "machine.friction"]);
+        let places = |names: &[&str]| places_of(&named(names), &calibrated);
+        assert_eq!(places(&["machine.friction", "matrix.young_mpa"]).unwrap(), [1, 0]);
+        let error = places(&["grain.young_mpa"]).unwrap_err().to_string();
+        for part in ["grain.young_mpa", "matrix.young_mpa, machine.friction", "[prior]"] {
+            assert!(error.contains(part), "{part}: {error}");
+        }
+    }
 }
