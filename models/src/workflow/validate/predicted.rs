@@ -15,8 +15,8 @@ pub(super) struct Predicted {
 }
 
 impl Predicted {
-    /// Creates the prediction of the quantity with the column `column` from the mean over specimens and the standard deviation between specimens at each draw
-    /// (`None`: unknown), and the standard deviation of the error that all specimens share.
+    /// Creates the prediction of the quantity with the column `column` from the mean over specimens and the standard deviation
+    /// between specimens at each draw (`None`: unknown), and the standard deviation of the error that all specimens share.
     ///
     /// # Errors
     /// Fails if there are fewer than two draws or if a value is not finite.
