@@ -15,17 +15,19 @@ use thiserror::Error;
 pub use coverage::Coverage;
 use coverage::binomial_tail;
 
-/// Number of equally probable values that represent the shared error in the probabilities of specimens outside or inside.
-const SHARED_VALUES: usize = 16;
+/// Number of values of the shared error, and the largest value in standard deviations, in the probabilities of specimens outside
+/// or inside. The verdicts compare probabilities of 0.1 %, to which the tails of the shared error contribute most.
+const SHARED_VALUES: usize = 97;
+const LARGEST_SHARED: f64 = 6.0;
 
 /// Reason why runs at posterior draws give no prediction.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum PredictionError {
     /// Fewer than two draws, so that the spread of the posterior is unknown.
-    #[error("{0} draws have a value, and a prediction needs at least 2")]
+    #[error("the quantity has a value at {0} posterior draws, and a prediction needs at least 2")]
     FewDraws(usize),
     /// The number of standard deviations differs from the number of means.
-    #[error("{means} means and {sds} standard deviations")]
+    #[error("{means} means and {sds} standard deviations differ in number")]
     Lengths {
         /// Number of means.
         means: usize,
@@ -33,7 +35,7 @@ pub enum PredictionError {
         sds: usize,
     },
     /// A value is infinite or NaN, or a standard deviation is negative.
-    #[error("the value {0} of a draw is no finite number, or no standard deviation")]
+    #[error("the value {0} at a posterior draw is no finite number, or no standard deviation")]
     NotFinite(f64),
 }
 
@@ -65,6 +67,8 @@ pub struct Prediction {
     scatter_sds: Vec<f64>,
     /// Standard deviation of the error that all specimens share.
     shared_sd: f64,
+    /// Variance that [`Prediction::without_variance`] has removed from the means.
+    removed: f64,
 }
 
 /// Difference between the mean of held-out specimens and the predicted mean.
@@ -116,8 +120,23 @@ impl Prediction {
         let wrong = means.iter().find(|x| !x.is_finite()).or_else(|| sds().find(|x| !is_sd(x)));
         match wrong {
             Some(&x) => Err(PredictionError::NotFinite(x)),
-            None => Ok(Self { means, scatter_sds, shared_sd }),
+            None => Ok(Self { means, scatter_sds, shared_sd, removed: 0.0 }),
         }
+    }
+
+    /// Removes a variance from the means that is part of the scatter between specimens too: each draw is simulated with its own
+    /// microstructure, and each specimen has its own microstructure, so that this scatter is not shared by the specimens.
+    ///
+    /// The means are shrunk about their average by √(max(0, V − `included`)/V), where V is their variance. The mean of the
+    /// prediction is unchanged. Its error is that of n means with the variance V.
+    pub fn without_variance(mut self, included: f64) -> Self {
+        let (middle, whole) = (self.mean(), variance(&self.means));
+        if whole > 0.0 && included > 0.0 {
+            let factor = ((whole - included).max(0.0) / whole).sqrt();
+            self.means.iter_mut().for_each(|mean| *mean = middle + factor * (*mean - middle));
+            self.removed += included.min(whole);
+        }
+        self
     }
 
     /// Number of posterior draws.
@@ -204,9 +223,9 @@ impl Prediction {
 
     /// Compares the mean of independent specimens with the predicted mean.
     ///
-    /// The variance of the difference is V(1 + 1/n) + s² + Σ/N: V is the variance of the n means, s the standard deviation
-    /// of the shared error, Σ the variance between specimens, N the number of measurements. If the prediction has no
-    /// scatter, Σ is the variance of the measurements.
+    /// The variance of the difference is V + (V + R)/n + s² + Σ/N: V is the variance of the n means, R the variance that
+    /// [`Prediction::without_variance`] has removed from them, s the standard deviation of the shared error, Σ the variance between
+    /// specimens, N the number of measurements. If the prediction has no scatter, Σ is the variance of the measurements.
     pub fn deviation(&self, measured: &[f64]) -> Deviation {
         let (n, size) = (self.means.len() as f64, measured.len() as f64);
         let scatter = match self.scatter_variance() {
@@ -214,7 +233,8 @@ impl Prediction {
             0.0 => Some(variance(measured)),
             predicted => Some(predicted),
         };
-        let of_draws = variance(&self.means) * (1.0 + n.recip()) + self.shared_sd.powi(2);
+        let spread = variance(&self.means);
+        let of_draws = spread + (spread + self.removed) / n + self.shared_sd.powi(2);
         let is_scatter_measured = self.scatter_variance() == 0.0 && measured.len() > 1;
         Deviation {
             difference: mean(measured) - self.mean(),
@@ -226,7 +246,7 @@ impl Prediction {
     /// Predicted probability that at least `outside` of `total` specimens lie outside `interval`.
     ///
     /// The specimens share the parameters and the error ε, so that they are outside together. The probability is the mean,
-    /// over the draws and over equally probable values of ε, of the binomial probability of independent specimens.
+    /// over the draws and over ε, of the binomial probability of independent specimens.
     pub fn probability_outside(&self, interval: [f64; 2], outside: usize, total: usize) -> f64 {
         self.mean_over_shared(interval, |out, _| binomial_tail(outside, total, out))
     }
@@ -239,25 +259,31 @@ impl Prediction {
     /// Mean over the draws and over the shared error of `of`, whose arguments are the probabilities that one specimen lies
     /// outside and inside `interval`.
     fn mean_over_shared(&self, interval: [f64; 2], of: impl Fn(f64, f64) -> f64) -> f64 {
-        let shared: Vec<f64> = match self.shared_sd > 0.0 {
-            true => {
-                let place = |k: usize| (k as f64 + 0.5) / SHARED_VALUES as f64;
-                let error = Normal(0.0, self.shared_sd);
-                (0..SHARED_VALUES).map(|k| error.quantile(place(k))).collect()
-            }
-            false => vec![0.0],
-        };
+        let shared = shared_values(self.shared_sd);
         let mut sum = 0.0;
         for (mean, sd) in self.means.iter().zip(&self.scatter_sds) {
-            for error in &shared {
+            for (error, weight) in &shared {
                 let [low, high] = interval.map(|end| end - mean - error);
                 // both tails are computed as lower tails, in which no digits are lost
                 let outside = (normal_cdf(low, *sd) + normal_cdf(-high, *sd)).min(1.0);
-                sum += of(outside, 1.0 - outside);
+                sum += weight * of(outside, 1.0 - outside);
             }
         }
-        sum / (self.means.len() * shared.len()) as f64
+        sum / self.means.len() as f64
     }
+}
+
+/// Values of the shared error with their weights, which sum to 1. The weights of equidistant values are proportional to the normal
+/// density: the trapezoidal rule, which converges exponentially for smooth functions that vanish at both ends.
+fn shared_values(sd: f64) -> Vec<(f64, f64)> {
+    if sd <= 0.0 {
+        return vec![(0.0, 1.0)];
+    }
+    let step = 2.0 * LARGEST_SHARED / (SHARED_VALUES - 1) as f64;
+    let places = (0..SHARED_VALUES).map(|k| k as f64 * step - LARGEST_SHARED);
+    let all: Vec<(f64, f64)> = places.map(|z| (z * sd, (-0.5 * z * z).exp())).collect();
+    let total: f64 = all.iter().map(|(_, weight)| weight).sum();
+    all.into_iter().map(|(value, weight)| (value, weight / total)).collect()
 }
 
 /// Distribution function of Normal(0, `sd`²); for `sd = 0` a step with the value ½ at 0.

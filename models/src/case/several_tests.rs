@@ -91,18 +91,24 @@ pub(super) struct ReadTests {
     pub(super) mistakes: Vec<TestMistake>,
 }
 
-/// Checks the name of a test, which is also the name of a folder. Returns the reason and the remedy if the name
-/// is not allowed.
+/// Checks the name of a test, which is also the name of a folder and of a table of parameters. Returns the reason and the remedy
+/// if the name is not allowed.
 pub(super) fn check_name(name: &str, earlier: &[&str]) -> Result<(), (&'static str, &'static str)> {
-    let is_plain = |c: char| c.is_alphanumeric() || "-_.".contains(c);
-    if !name.chars().all(is_plain) || name.trim_matches('.').is_empty() {
-        return Err(("is no name of a folder", "Use letters, digits and - _ only."));
-    }
+    check_folder_name(name)?;
     if RESERVED.contains(&name) {
         return Err(("is the name of a table of parameters", "Give the test another name."));
     }
     if earlier.contains(&name) {
         return Err(("is the name of two tests", "Give each test a name of its own."));
+    }
+    Ok(())
+}
+
+/// Checks the name of a folder. Returns the reason and the remedy if the name is not allowed.
+pub(super) fn check_folder_name(name: &str) -> Result<(), (&'static str, &'static str)> {
+    let is_plain = |c: char| c.is_alphanumeric() || "-_.".contains(c);
+    if !name.chars().all(is_plain) || name.trim_matches('.').is_empty() {
+        return Err(("is no name of a folder", "Use letters, digits and - _ only."));
     }
     Ok(())
 }

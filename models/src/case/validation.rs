@@ -259,4 +259,35 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn a_validation_without_specimens_is_refused() {
+        let error = parsed("without = [\"experiments\"]").unwrap_err();
+        for part in ["validation (other).without", "experiments", "set.experiments.table"] {
+            assert!(error.contains(part), "{part}: {error}");
+        }
+        // other specimens replace those of the case
+        let other = "without = [\"experiments\"]\nset.experiments.table = \"held-out.csv\"";
+        parsed(other).unwrap();
+    }
+
+    #[test]
+    fn a_validation_has_the_name_of_a_folder_of_its_own() {
+        let named = |names: &[&str]| {
+            let entry = |name: &&str| format!("[[validation]]\nname = \"{name}\"\n{MORE}");
+            let all: Vec<String> = names.iter().map(entry).collect();
+            let text = format!("{}\n{}", Case::TEMPLATE, all.concat());
+            CaseFile::parse(&text, Path::new("case.toml")).map(drop).map_err(|e| e.to_string())
+        };
+        // names of tables of parameters are no names of tests, but names of validations
+        named(&["test", "machine"]).unwrap();
+        for (names, problem) in [
+            (["a", "a"], "two validations"),
+            (["a", "../a"], "no name of a folder"),
+            (["a", ".."], "no name of a folder"),
+        ] {
+            let error = named(&names).unwrap_err();
+            assert!(error.contains(problem), "{names:?}: {error}");
+        }
+    }
 }

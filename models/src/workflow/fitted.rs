@@ -11,6 +11,7 @@ use super::made_on::MadeOn;
 use super::specimen_stiffness::{KnownStiffness, knowing_stiffness, of_specimens};
 use crate::case::SurrogateCase;
 use crate::error::InputError;
+use crate::fracture::relative_covariance;
 use crate::qoi::Quantity;
 use crate::table::{CsvTable, TableRow};
 
@@ -97,6 +98,26 @@ impl Fitted {
                 None => Vec::new(),
             },
         })
+    }
+
+    /// Covariance (quantities × quantities, relative to `means`) between the microstructures of the runs; `None` if all runs use the
+    /// same specimen.
+    ///
+    /// # Errors
+    /// Fails if `means` has another length than the outputs of the surrogate.
+    pub(super) fn between_microstructures(
+        &self,
+        means: &[f64],
+    ) -> Result<Option<Vec<Vec<f64>>>, WorkflowError> {
+        if !self.made_on.shows_scatter() {
+            return Ok(None);
+        }
+        let scatter = match &self.specimens {
+            Some(specimens) => specimens.between.scatter(means)?,
+            // each run has its own microstructure, so that the residuals are scatter between microstructures
+            None => self.report.scatter(means)?,
+        };
+        Ok(Some(relative_covariance(scatter, means)))
     }
 
     /// Inputs of the surrogate that are calibrated.

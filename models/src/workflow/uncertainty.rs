@@ -225,12 +225,8 @@ pub(super) fn sources_of_test(
     sources.extend(shared.discrepancy.as_ref().map(|model| ("discrepancy", shared_by_all(model))));
     let mut geometry: Option<DMatrix<f64>> = None;
     let mut own = scatter.clone();
-    if fitted.made_on.shows_scatter() {
-        let packings = match &fitted.specimens {
-            Some(specimens) => specimens.between.scatter(&means)?,
-            None => fitted.report.scatter(&means)?,
-        };
-        let packings = matrix(&relative_covariance(packings, &means));
+    if let Some(packings) = fitted.between_microstructures(&means)? {
+        let packings = matrix(&packings);
         let packings = &packings * largest_part(&scatter, &packings);
         own -= &packings;
         geometry = Some(of_each(&packings));

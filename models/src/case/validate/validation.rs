@@ -1,6 +1,6 @@
 //! Checks of `[[validation]]`.
 
-use super::super::several_tests::check_name;
+use super::super::several_tests::check_folder_name;
 use super::super::validation::{has_surrogate_for, validation_case};
 use super::super::{CaseFile, ExperimentsCase, Mistakes, ValidationCase};
 use crate::error::InputError;
@@ -25,16 +25,18 @@ pub(super) fn check_validation(file: &CaseFile, mistakes: &mut Mistakes) {
     }
     let mut names: Vec<&str> = Vec::new();
     for (place, entry) in case.validation.iter().enumerate() {
-        let named = check_name(&entry.name, &names).map_err(|(problem, help)| {
+        let named = check_folder_name(&entry.name).and_then(|()| {
+            match names.contains(&entry.name.as_str()) {
+                true => Err((
+                    "is the name of two validations",
+                    "Give each validation a name of its own.",
+                )),
+                false => Ok(()),
+            }
+        });
+        let named = named.map_err(|(problem, help)| {
             let key = format!("validation[{place}].name");
-            let help =
-                help.replace("the test", "the validation").replace("each test", "each validation");
-            file.error(
-                &key,
-                format!("{:?}", entry.name),
-                problem.replace("tests", "validations"),
-                help,
-            )
+            file.error(&key, format!("{:?}", entry.name), problem, help)
         });
         mistakes.note(named);
         names.push(&entry.name);
@@ -67,6 +69,11 @@ fn check_entry(file: &CaseFile, entry: &ValidationCase, own: &CaseFile, mistakes
             let problem = "is not compared";
             mistakes.note(Err(file.error(&key, percent.to_string(), problem, help)));
         }
+    }
+    if own.case.experiments.is_none() {
+        let help = "Leave it out of `without`, and name held-out specimens: set.experiments.table = \"held-out.csv\".";
+        let problem = "removes the specimens, and a validation compares its prediction with held-out specimens";
+        mistakes.note(Err(file.error(&place("without"), "experiments", problem, help)));
     }
     if let [Some(calibrated), Some(held_out)] =
         [&file.case.experiments, &own.case.experiments].map(Option::as_ref)

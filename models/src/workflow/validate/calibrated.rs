@@ -1,7 +1,10 @@
 //! The calibration on which validations are based.
 
+use super::super::WorkflowError;
 use super::super::fitted::Fitted;
 use super::super::posterior_draws::Draw;
+use crate::case::ValidationCase;
+use crate::qoi::Quantity;
 
 /// Posterior of the calibration with its surrogate.
 pub(super) struct Calibrated {
@@ -17,5 +20,68 @@ impl Calibrated {
         let draws = &self.draws;
         let n = n.min(draws.len());
         (0..n).map(|k| &draws[(2 * k + 1) * draws.len() / (2 * n)]).collect()
+    }
+
+    /// Refuses quantities whose scatter is calibrated at known stiffness ratios. The calibrated scatter then omits the differences
+    /// between the ratios of specimens, and the held-out specimens are not predicted at their own ratios.
+    ///
+    /// # Errors
+    /// Names the quantities, and the scatter to state.
+    pub(super) fn check_scatter(
+        &self,
+        entry: &ValidationCase,
+        quantities: &[Quantity],
+    ) -> Result<(), WorkflowError> {
+        if self.fitted.known.is_input() {
+            refuse_calibrated_scatter(self.fitted.pce.outputs(), entry, quantities)?;
+        }
+        Ok(())
+    }
+}
+
+/// Refuses quantities whose scatter is calibrated and not stated in `entry`.
+fn refuse_calibrated_scatter(
+    calibrated: &[String],
+    entry: &ValidationCase,
+    quantities: &[Quantity],
+) -> Result<(), WorkflowError> {
+    let is_calibrated = |own: &&Quantity| {
+        calibrated.iter().any(|column| *column == *own.column())
+            && !entry.scatter_percent.contains_key(own)
+    };
+    let names: Vec<String> =
+        quantities.iter().filter(is_calibrated).map(Quantity::to_string).collect();
+    if names.is_empty() {
+        return Ok(());
+    }
+    Err(WorkflowError::Unusable(format!(
+        "the calibrated scatter of {} omits the differences between the stiffness ratios of the specimens, because calibrated \
+         specimens have images: intervals of held-out specimens would be too narrow. State the standard deviation between \
+         specimens as scatter_percent = {{ {} = … }}, or calibrate without the images of specimens (column image of their \
+         table).",
+        names.join(", "),
+        names.join(" = …, "),
+    )))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scatter_at_known_stiffness_ratios_is_refused_unless_it_is_stated() {
+        let named = |name: &str| toml::Value::from(name).try_into::<Quantity>().unwrap();
+        let quantities = ["slope", "peak-force", "energy-to-peak"].map(named);
+        let calibrated = [&quantities[0], &quantities[1]].map(|own| own.column().into_owned());
+        let refused = |text: &str| {
+            let entry: ValidationCase =
+                toml::from_str(&format!("name = \"other\"\n{text}")).unwrap();
+            refuse_calibrated_scatter(&calibrated, &entry, &quantities).map_err(|e| e.to_string())
+        };
+        let error = refused("scatter_percent = { slope = 5.0 }").unwrap_err();
+        for part in ["scatter of peak-force omits", "scatter_percent = { peak-force =", "images"] {
+            assert!(error.contains(part), "{part}: {error}");
+        }
+        refused("scatter_percent = { slope = 5.0, peak-force = 4.0 }").unwrap();
     }
 }

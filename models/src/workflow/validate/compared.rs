@@ -135,15 +135,21 @@ impl Compared {
     }
 
     /// Probabilities, if the prediction is right, of a difference of the means at least as large, and of at least as many
-    /// specimens outside the intervals. The probability of a negligible difference is 1.
+    /// specimens outside the intervals. The probability of a negligible difference is 1. A negligible difference is subtracted
+    /// from the measurements before specimens outside are counted, so that it does not contradict the prediction either way.
     fn p_values(&self, deviation: &Deviation) -> Vec<f64> {
         let least = NEGLIGIBLE * self.predicted.prediction.mean().abs();
         let is_negligible = deviation.difference.abs() < least;
         let of_means = deviation.p_value().map(|p| if is_negligible { 1.0 } else { p });
         let mut all: Vec<f64> = of_means.into_iter().collect();
-        for (interval, own) in self.intervals().iter().zip(self.coverage().into_iter().flatten()) {
-            let (outside, total) = (own.total - own.inside, own.total);
-            all.push(self.predicted.prediction.probability_outside(*interval, outside, total));
+        if self.predicted.is_scatter_known {
+            let removed = if is_negligible { deviation.difference } else { 0.0 };
+            let judged: Vec<f64> = self.measured().iter().map(|y| y - removed).collect();
+            for interval in self.intervals() {
+                let Coverage { inside, total } = Coverage::of(&judged, interval);
+                let prediction = &self.predicted.prediction;
+                all.push(prediction.probability_outside(interval, total - inside, total));
+            }
         }
         all
     }
@@ -187,7 +193,8 @@ mod tests {
     fn compared(measured: &[f64], is_scatter_known: bool) -> Compared {
         let means = (0..40).map(|k| 100.0 + 0.01 * f64::from(k % 3 - 1)).collect();
         let predicted =
-            Predicted::new(means, is_scatter_known.then(|| vec![2.0; 40]), 0.0).unwrap();
+            Predicted::new("peak_force_N", means, is_scatter_known.then(|| vec![2.0; 40]), 0.0)
+                .unwrap();
         let specimens = measured.iter().enumerate().map(|(k, y)| (format!("H-{k}"), *y)).collect();
         Compared {
             validation: "held-out".to_owned(),
@@ -224,6 +231,24 @@ mod tests {
         assert_eq!([near, far], [ValidationVerdict::Consistent, ValidationVerdict::Contradicted]);
     }
 
+    /// A prediction of 100 ± 0.3. Six specimens at 101 are all outside its intervals, but their difference is negligible. Specimens
+    /// at 103, and specimens that scatter by 2 % about 101, contradict it.
+    #[test]
+    fn a_negligible_difference_does_not_contradict_by_specimens_outside() {
+        let verdict = |measured: &[f64]| {
+            let means = (0..40).map(|k| 100.0 + 0.01 * f64::from(k % 3 - 1)).collect();
+            let predicted =
+                Predicted::new("peak_force_N", means, Some(vec![0.3; 40]), 0.0).unwrap();
+            let own = Compared { predicted, ..compared(measured, true) };
+            assert_eq!(own.coverage().unwrap()[1].inside, 0);
+            verdicts(&[own])[0]
+        };
+        assert_eq!(verdict(&[101.0; 6]), ValidationVerdict::Consistent);
+        assert_eq!(verdict(&[103.0; 6]), ValidationVerdict::Contradicted);
+        let spread = [99.0, 103.0, 99.0, 103.0, 99.0, 103.0];
+        assert_eq!(verdict(&spread), ValidationVerdict::Contradicted);
+    }
+
     /// Laboratories whose parameters and specimens are drawn from the prediction: at most 1 % of them are contradicted, and
     /// likewise at most 1 % are called too wide, within the standard error of these frequencies.
     #[test]
@@ -236,7 +261,8 @@ mod tests {
             let means = (0..draws).map(|_| normal(20.0, 1.0)).collect();
             let middle = normal(20.0, 1.0) + normal(0.0, shared_sd);
             let measured: Vec<f64> = (0..6).map(|_| normal(middle, 2.0)).collect();
-            let predicted = Predicted::new(means, Some(vec![2.0; draws]), shared_sd).unwrap();
+            let predicted =
+                Predicted::new("peak_force_N", means, Some(vec![2.0; draws]), shared_sd).unwrap();
             match verdicts(&[Compared { predicted, ..compared(&measured, true) }])[0] {
                 ValidationVerdict::Contradicted => counts[0] += 1,
                 ValidationVerdict::TooWide => counts[1] += 1,

@@ -76,7 +76,12 @@ pub(super) fn predictions(
             *variance += given.covariance[(m, m)].max(0.0) / draws.len() as f64;
         }
     }
-    let scatter = Scatter { entry, calibrated: outputs, of_microstructures: None };
+    let scatter = Scatter {
+        entry,
+        calibrated: outputs,
+        of_microstructures: None,
+        calibrated_means: Some(&means),
+    };
     let of_quantity = |quantity: &crate::qoi::Quantity| {
         let column = quantity.column();
         let Some(m) = scatter.place(&column) else {
@@ -85,7 +90,7 @@ pub(super) fn predictions(
         };
         let values: Vec<f64> = predicted.iter().map(|row| row[m] * means[m]).collect();
         let sds = scatter.sds(quantity, &draws, &values);
-        Predicted::new(values, sds, variances[m].sqrt() * means[m].abs())
+        Predicted::new(&column, values, sds, variances[m].sqrt() * means[m].abs())
     };
     held_out.quantities.iter().map(of_quantity).collect()
 }

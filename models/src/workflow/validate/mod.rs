@@ -87,6 +87,7 @@ fn validated(
         warn_of(task, &inputs, entry, stage)?;
     }
     let held_out = HeldOut::read(&inputs)?;
+    calibrated.check_scatter(entry, &held_out.quantities)?;
     let is_emulated = task.inputs.has_surrogate_for(entry);
     let (predictions, band) = match is_emulated {
         true => {

@@ -17,7 +17,7 @@ use super::calibrated::Calibrated;
 use super::held_out::HeldOut;
 use super::predicted::{Predicted, Scatter};
 use crate::case::ValidationCase;
-use crate::fracture::{column_means, relative_covariance};
+use crate::fracture::column_means;
 use crate::qoi::{PeakForce, Quantity};
 
 /// Usable simulations of the test at posterior draws.
@@ -30,8 +30,18 @@ pub(super) struct Runs<'a> {
     values: Vec<Vec<f64>>,
     /// Whether the runs have different microstructures.
     has_microstructures: bool,
-    /// Relative variance between specimens of the force at each draw; `None` if it is unknown.
-    pub(super) force_variance: Option<Vec<f64>>,
+    /// Scatter of the force between specimens; `None` if it is unknown.
+    pub(super) force: Option<ForceScatter>,
+}
+
+/// Scatter and error of the force of simulated curves, as those of the peak force, relative to the force.
+pub(super) struct ForceScatter {
+    /// Variance between specimens at each draw.
+    pub(super) variances: Vec<f64>,
+    /// Variance between microstructures, which the curves contain.
+    pub(super) included: f64,
+    /// Standard deviation of the error of the model that all specimens share.
+    pub(super) discrepancy_sd: f64,
 }
 
 impl<'a> Runs<'a> {
@@ -53,7 +63,7 @@ impl<'a> Runs<'a> {
             records: Vec::new(),
             values: Vec::new(),
             has_microstructures,
-            force_variance: None,
+            force: None,
         };
         let (all, mut failed) = (records.len(), Vec::new());
         for (draw, record) in draws.into_iter().zip(records) {
@@ -82,7 +92,13 @@ impl<'a> Runs<'a> {
         let scatter = runs.scatter(task, entry, calibrated)?;
         let force = Quantity::new(PeakForce);
         let variances = runs.draws.iter().map(|draw| scatter.relative_variance(&force, draw));
-        runs.force_variance = variances.collect();
+        let variances: Option<Vec<f64>> = variances.collect();
+        let included = scatter.included_variance(&force);
+        let discrepancy =
+            task.inputs.calibration().discrepancy.covariance(&[force.column().into_owned()]);
+        let discrepancy_sd = discrepancy.map_or(0.0, |all| all[0][0].sqrt());
+        runs.force =
+            variances.map(|variances| ForceScatter { variances, included, discrepancy_sd });
         Ok(runs)
     }
 
@@ -105,7 +121,9 @@ impl<'a> Runs<'a> {
             let sds = scatter.sds(quantity, &self.draws, &means);
             let mean = means.iter().sum::<f64>() / means.len() as f64;
             let shared = discrepancy.as_ref().map_or(0.0, |all| all[m][m].sqrt() * mean.abs());
-            Predicted::new(means, sds, shared)
+            let included = scatter.included_variance(quantity);
+            let column = &held_out.columns[m];
+            Ok(Predicted::new(column, means, sds, shared)?.without_relative_variance(included))
         };
         held_out.quantities.iter().enumerate().map(of_quantity).collect()
     }
@@ -120,14 +138,13 @@ impl<'a> Runs<'a> {
         let outputs = fitted.pce.outputs();
         let of_microstructures = match self.has_microstructures {
             true => {
-                // residuals of runs with different microstructures are scatter between microstructures
                 let at = column_means(&read_experiments(&task.inputs, outputs)?);
-                let variances = relative_covariance(fitted.report.scatter(&at)?, &at);
-                Some((0..at.len()).map(|m| variances[m][m]).collect())
+                let variances = fitted.between_microstructures(&at)?;
+                variances.map(|all| (0..at.len()).map(|m| all[m][m]).collect())
             }
             false => None,
         };
-        Ok(Scatter { entry, calibrated: outputs, of_microstructures })
+        Ok(Scatter { entry, calibrated: outputs, of_microstructures, calibrated_means: None })
     }
 }
 
@@ -157,11 +174,7 @@ fn records(
         return Err(WorkflowError::Unusable("the case has no mesh".to_owned()));
     };
     source.read_rest(inputs);
-    let order: Vec<usize> = parameters
-        .iter()
-        .map(|name| names.iter().position(|other| other == name))
-        .collect::<Option<_>>()
-        .ok_or_else(|| WorkflowError::Unusable("its parameters are not calibrated".to_owned()))?;
+    let order = places_of(&parameters, names)?;
     let point = |draw: &&Draw| order.iter().map(|&i| draw.theta[i]).collect::<Vec<f64>>();
     let run = |(i, inputs)| RunInput { id: i + 1, inputs };
     let runs: Vec<RunInput> = draws.iter().map(point).enumerate().map(run).collect();
@@ -179,4 +192,36 @@ fn records(
     let level = inputs.is_built_in().then_some(&level);
     let requested = RequestedRuns { task: own, level, specimens: specimens.as_ref(), named };
     Ok((source.records(&requested)?, specimens.is_some()))
+}
+
+/// Index of each parameter of the runs in `calibrated`.
+fn places_of(parameters: &[String], calibrated: &[String]) -> Result<Vec<usize>, WorkflowError> {
+    let place = |name: &String| {
+        calibrated.iter().position(|other| other == name).ok_or_else(|| {
+            let all = calibrated.join(", ");
+            let text = format!(
+                "its simulations have the parameter {name}, which is not calibrated; calibrated are {all}: give {name} a \
+                 value in set, or calibrate it in [prior]"
+            );
+            WorkflowError::Unusable(text)
+        })
+    };
+    parameters.iter().map(place).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parameters_of_runs_have_their_places_among_the_calibrated_ones() {
+        let named = |names: &[&str]| names.iter().map(ToString::to_string).collect::<Vec<_>>();
+        let calibrated = named(&["matrix.young_mpa", "machine.friction"]);
+        let places = |names: &[&str]| places_of(&named(names), &calibrated);
+        assert_eq!(places(&["machine.friction", "matrix.young_mpa"]).unwrap(), [1, 0]);
+        let error = places(&["grain.young_mpa"]).unwrap_err().to_string();
+        for part in ["grain.young_mpa", "matrix.young_mpa, machine.friction", "[prior]"] {
+            assert!(error.contains(part), "{part}: {error}");
+        }
+    }
 }
