@@ -232,7 +232,7 @@ fn the_tails_of_the_shared_error_are_in_the_probability_of_specimens_outside() {
             let cdf = |x: f64| Normal(0.0, 1.0).cdf(x / scatter);
             let outside = cdf(-end - z * shared) + cdf(z * shared - end);
             let density = (-0.5 * z * z).exp() / (2.0 * std::f64::consts::PI).sqrt();
-            let weight = [2.0, 4.0][k % 2] - if k % count == 0 { 1.0 } else { 0.0 };
+            let weight = [2.0, 4.0][k % 2] - if k.is_multiple_of(count) { 1.0 } else { 0.0 };
             weight * density * outside.powi(total)
         };
         let exact = (0..=count).map(value).sum::<f64>() * step / 3.0;
