@@ -312,7 +312,7 @@ fn a_device_and_the_processor_compute_the_same_interface() {
     }
 }
 
-/// A mixture with the fraction 1 has one phase: the problem equals that of a mesh whose regions are the phases.
+/// A mixture with the fraction 1 has one phase: the problem equals the problem on a mesh whose regions are the phases.
 #[test]
 fn a_mixture_of_one_phase_alone_is_this_phase() {
     let regions = Bar::new(24, 0.1, 0.5 * BULK, 0.2);

@@ -95,6 +95,22 @@ impl Element<10> for Quadratic {
     }
 }
 
+/// Returns displacement and damage of each node.
+fn nodal(fields: &Fields) -> Vec<[f64; 4]> {
+    let pairs = fields.displacement.iter().zip(&fields.damage);
+    pairs.map(|(u, phi)| [u[0], u[1], u[2], *phi]).collect()
+}
+
+/// Returns the fields plus `factor` times `direction`.
+fn moved(fields: &Fields, factor: f64, direction: &Fields) -> Fields {
+    let mut at = fields.clone();
+    for (u, d) in at.displacement.iter_mut().zip(&direction.displacement) {
+        (0..3).for_each(|k| u[k] += factor * d[k]);
+    }
+    at.damage.iter_mut().zip(&direction.damage).for_each(|(phi, d)| *phi += factor * d);
+    at
+}
+
 /// Taylor test: residual and tangent are the first and second derivatives of the potential.
 fn assert_taylor<const N: usize, T: Element<N>>(
     form: Form,
@@ -130,14 +146,7 @@ fn assert_taylor<const N: usize, T: Element<N>>(
     let direction = random_fields(1.0, -1.0..1.0);
     let before: Vec<f64> = fields.damage.iter().map(|phi| 0.9 * phi).collect();
     let context = StepContext::new(&before, 0.1);
-    let moved = |t: f64| {
-        let mut at = fields.clone();
-        for (u, d) in at.displacement.iter_mut().zip(&direction.displacement) {
-            (0..3).for_each(|k| u[k] += t * d[k]);
-        }
-        at.damage.iter_mut().zip(&direction.damage).for_each(|(phi, d)| *phi += t * d);
-        at
-    };
+    let moved = |t: f64| moved(&fields, t, &direction);
     let evaluate = |at: &Fields| {
         let mut residual = Residual::new(nodes);
         let increment = Increment { materials: &materials, fields: at, context };
@@ -149,12 +158,7 @@ fn assert_taylor<const N: usize, T: Element<N>>(
     operator.tangent(&increment, Coupling::Full, &mut tangent).expect("no element is inverted");
 
     assert_matrix_free(operator.as_ref(), &increment, &tangent);
-    let d: Vec<[f64; 4]> = direction
-        .displacement
-        .iter()
-        .zip(&direction.damage)
-        .map(|(u, phi)| [u[0], u[1], u[2], *phi])
-        .collect();
+    let d = nodal(&direction);
     let start = evaluate(&fields);
     let slope: f64 = start.nodal.iter().flatten().zip(d.as_flattened()).map(|(r, d)| r * d).sum();
     let mut product = vec![[0.0; 4]; nodes];
@@ -318,11 +322,7 @@ fn assert_tangent_of_strength<const N: usize, T: Element<N>>(rule: DamageRule) {
         let before = vec![0.0; nodes];
         let context = StepContext::new(&before, 0.1);
         let residual = |t: f64| {
-            let mut at = fields.clone();
-            for (u, d) in at.displacement.iter_mut().zip(&direction.displacement) {
-                (0..3).for_each(|k| u[k] += t * d[k]);
-            }
-            at.damage.iter_mut().zip(&direction.damage).for_each(|(phi, d)| *phi += t * d);
+            let at = moved(&fields, t, &direction);
             let mut residual = Residual::new(nodes);
             let increment = Increment { materials: &materials, fields: &at, context };
             operator.residual(&increment, &mut residual).expect("no element is inverted");
@@ -332,12 +332,7 @@ fn assert_tangent_of_strength<const N: usize, T: Element<N>>(rule: DamageRule) {
         let increment = Increment { materials: &materials, fields: &fields, context };
         operator.tangent(&increment, Coupling::Full, &mut tangent).expect("no element is inverted");
         assert_matrix_free(operator.as_ref(), &increment, &tangent);
-        let d: Vec<[f64; 4]> = direction
-            .displacement
-            .iter()
-            .zip(&direction.damage)
-            .map(|(u, phi)| [u[0], u[1], u[2], *phi])
-            .collect();
+        let d = nodal(&direction);
         let mut product = vec![[0.0; 4]; nodes];
         tangent.multiply(&d, &mut product);
         let step = 1e-6;

@@ -128,7 +128,7 @@ impl Prediction {
     /// microstructure, and each specimen has its own microstructure, so that this scatter is not shared by the specimens.
     ///
     /// The means are shrunk about their average by √(max(0, V − `included`)/V), where V is their variance. The mean of the
-    /// prediction is unchanged. Its error is that of n means with the variance V.
+    /// prediction is unchanged. Its error is the error of the mean of n values with the variance V.
     pub fn without_variance(mut self, included: f64) -> Self {
         let (middle, whole) = (self.mean(), variance(&self.means));
         if whole > 0.0 && included > 0.0 {

@@ -214,7 +214,7 @@ pub(crate) struct Summarised {
 pub(crate) struct Picture {
     /// Caption: a sentence that describes the picture.
     pub(crate) caption: String,
-    /// Advice for the case that the picture looks wrong.
+    /// Advice if the picture looks wrong.
     pub(crate) if_wrong: &'static str,
     /// Contents of the picture file.
     pub(crate) content: PictureContent,

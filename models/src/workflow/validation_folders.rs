@@ -16,7 +16,7 @@ pub(super) const VALIDATE: &str = "validate";
 /// Stages that are run in the folder of a validation.
 pub(super) const PREPARATION: [&str; 3] = ["segment", "mesh", "experiments"];
 
-/// What to do if a held-out specimen is also calibrated to.
+/// Advice if a held-out specimen is also a specimen of the calibration.
 const HOLD_OUT: &str = "Hold the specimen out of the calibration: remove its line from the table of [experiments], or give \
                         it another group; or leave it out of the validation.";
 

@@ -7,8 +7,8 @@ use super::peak_window::{Fit, best_fit};
 
 /// Readings of at least this fraction of the highest force locate the peak of a curve without noise.
 const TOP: f64 = 0.97;
-/// Smallest number of readings near the peak to which a cubic is fitted instead of a parabola: with so many
-/// readings, the error from the asymmetry of the curve is larger than the error from the spacing of the readings.
+/// Smallest number of readings near the peak to which a cubic is fitted instead of a parabola. From this
+/// number on, the error from the asymmetry of the curve is larger than the error from the spacing of the readings.
 const CUBIC_FROM: usize = 9;
 /// Noise, as a fraction of the highest force, below which the curve counts as a curve without noise.
 const NOISE_FREE: f64 = 2e-4;

@@ -74,7 +74,7 @@ fn crps_of_equal_draws_with_scatter_is_the_closed_form_itself() {
     assert!((two.crps(6.0) - (0.5 * (5.0 + 2.0) - 0.5 * 3.0)).abs() < 1e-12);
 }
 
-/// Largest distance between the distribution function of the values and that of the uniform distribution.
+/// Largest distance between the distribution function of the values and the uniform distribution function.
 fn kolmogorov_smirnov(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     let n = values.len() as f64;
