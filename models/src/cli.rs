@@ -50,14 +50,14 @@ const EXAMPLES: &str = "\
 Examples:
   breccia                                   the default case, results in breccia-out/
   breccia init my.toml                      write a case that explains every key
-  breccia init --own-data my-tests          a case for your own curves, with examples
-  breccia check my.toml                     what a run would read, its cost and every mistake
+  breccia init --own-data my-tests          write a case for your own curves, with example curves
+  breccia check my.toml                     print the interpreted input, the expected cost and every mistake
   breccia simulate my.toml --out try        one simulation: try/curve.csv
   breccia surfaces my.toml --out try        the surface of each grain: try/surfaces/grain-001.stl
   breccia prony relaxation.csv --out try    a Prony series of a relaxation test
   breccia run my.toml --out results         all stages; the same command resumes an interrupted run
   breccia calibrate --out results           one stage again, after results/case.toml was edited
-  breccia status results                    state of the results, from any machine that sees the folder
+  breccia status results                    state of the results, on any machine that has access to the folder
   breccia ensemble --out results --slurm    the simulations of a case as jobs of a Slurm cluster
   breccia study my-study.toml --out study   several calibrations and their comparison
   breccia study my-study.toml --out study --slurm   the same as jobs of a Slurm cluster
@@ -71,14 +71,14 @@ enum Command {
     /// Run all stages of a case that are not finished yet
     #[command(after_help = "Example:\n  breccia run my.toml --out results --threads 2")]
     Run(CaseAndFolder),
-    /// Write the default case, every key explained
+    /// Write the default case, with an explanation of every key
     #[command(after_help = "Example:\n  breccia init my.toml\n  breccia init --own-data my-tests")]
     Init {
         /// The file to write; an existing file is never replaced
         #[arg(default_value = "case.toml")]
         file: PathBuf,
 
-        /// Write a case for measured specimens instead, with a table and curves to be replaced
+        /// Write a case for measured specimens to DIR instead, with an example table and example curves
         #[arg(long, value_name = "DIR", conflicts_with = "file")]
         own_data: Option<PathBuf>,
     },
@@ -122,7 +122,7 @@ enum Command {
         #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = factor)]
         decimation: f64,
 
-        /// Shrink grains that are nearer to each other than MM about their centroids
+        /// Shrink grains about their centroids until they are at least MM mm apart; 0: no shrinking
         #[arg(long, value_name = "MM", default_value_t = 0.0, value_parser = length)]
         least_distance_mm: f64,
     },
@@ -158,7 +158,7 @@ enum Command {
         #[arg(long, value_name = "KEY=VALUE")]
         set: Vec<String>,
 
-        /// Allow a product to overwrite FILE in DIR, which you have written or changed; may be repeated
+        /// Overwrite FILE in DIR even if you have written or edited it; may be repeated
         #[arg(long, value_name = "FILE")]
         replace: Vec<PathBuf>,
 
@@ -173,7 +173,7 @@ enum Command {
         #[command(flatten)]
         jobs: Jobs,
     },
-    /// Show the state of the results, from any machine that sees the folder; changes nothing
+    /// Show the state of each stage, on any machine that has access to the folder; changes no file
     #[command(
         after_help = "Prints one line per stage. Exit code 0: all stages are done; 3: work is left; 1: no results.\n\
                       Example:\n  breccia status results"
@@ -194,15 +194,16 @@ struct CaseAndFolder {
     #[arg(long, value_name = "DIR", default_value = "breccia-out")]
     out: PathBuf,
 
-    /// Use DIR for this case although it has results of another case; results that differ are computed again
+    /// Use DIR for this case although it has results of another case; results with other inputs are computed again
     #[arg(long)]
     reuse: bool,
 
-    /// Calibrate against data outside the range of all simulations; no parameter is then called identified
+    /// Calibrate even if a measured mean is outside the range of all simulations; no parameter is then called
+    /// identified
     #[arg(long)]
     accept_out_of_range: bool,
 
-    /// Allow a product to overwrite FILE in DIR, which you have written or changed; may be repeated
+    /// Overwrite FILE in DIR even if you have written or edited it; may be repeated
     #[arg(long, value_name = "FILE")]
     replace: Vec<PathBuf>,
 }

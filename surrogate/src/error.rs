@@ -113,8 +113,8 @@ pub enum SurrogateError {
     /// A number of items, such as inputs, outputs or cells, differs from the expected number.
     #[error("expected {expected} {what}, found {found}")]
     Count {
-        /// Name of the items of which the error states the number, such as `outputs`, or `or more
-        /// outputs` if `expected` is a minimum.
+        /// Name of the counted items, such as `outputs`; begins with `or more`, as in `or more outputs`, if `expected`
+        /// is a minimum.
         what: &'static str,
         /// The number expected.
         expected: usize,

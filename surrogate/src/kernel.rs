@@ -59,7 +59,7 @@ impl<const D: usize, const M: usize> PceKernel<D, M> {
         }
     }
 
-    /// Returns the values, and the derivatives with respect to t, which are indexed as `[output][input]`.
+    /// Returns the outputs at t, and their derivatives with respect to t as `[output][input]`.
     // always inlined, because a function call would make the most frequent caller 10 % slower
     #[inline(always)]
     pub(crate) fn value_and_jacobian(&self, t: &[f64; D]) -> ([f64; M], [[f64; D]; M]) {

@@ -143,7 +143,7 @@ fn a_process_that_dies_ends_the_run_with_its_state_named_and_one_goes_on() {
     let said = text(&ended);
     assert!(!ended.status.success() && said.contains("resumes from out/simulate.state"), "{said}");
     let again = alone(folder, &["simulate", "case.toml", "--out", "out"]);
-    assert!(again.status.success() && text(&again).contains("goes on after step"), "{said}");
+    assert!(again.status.success() && text(&again).contains("resumes after step"), "{said}");
     let whole = alone(folder, &["simulate", "case.toml", "--out", "one"]);
     assert!(whole.status.success(), "{}", text(&whole));
     assert_same(&folder.join("one/curve.csv"), &folder.join("out/curve.csv"));

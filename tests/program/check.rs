@@ -41,7 +41,7 @@ fn a_right_case_is_described_with_its_cost_and_nothing_is_written() {
     for part in [
         "radius 2.5 mm and height 4.4 mm, 20.0 % of grains",
         "5 readable in mine/specimens.csv",
-        "displacement_mm,force_N as they stand",
+        "displacement_mm,force_N without conversion",
         "peak_force_N: mean 1",
         "matrix.young_mpa: uniform between 220 and 340 MPa",
         "24 runs of the design",

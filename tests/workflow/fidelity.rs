@@ -101,7 +101,7 @@ fn levels_that_cannot_be_are_refused() {
     let dir = tempfile::tempdir().unwrap();
     let level = "{ spacing_mm = 1.5, repeats = 4 }";
     for (instead, place, problem) in [
-        ("{ spacing_mm = 1.2 }", "fidelity.levels[0]", "is the specimen's own mesh"),
+        ("{ spacing_mm = 1.2 }", "fidelity.levels[0]", "has the mesh of [specimen]"),
         ("{ spacing_mm = 1.5, repeats = 2 }", "fidelity.levels[0].repeats = 2", "3"),
         ("{ spacing_mm = 1.5, steps = 3 }", "fidelity.levels[0].steps = 3", "10"),
         ("{ spacing_mm = 0.0 }", "fidelity.levels[0].spacing_mm = 0", "0.001"),

@@ -342,7 +342,7 @@ fn from_an_empty_directory_to_every_documented_file() {
 
     // on this mesh the quadrature affects the result, and the report contains the comparison
     let page = std::fs::read_to_string(results.join("report.html")).unwrap();
-    assert!(page.contains("Where damage is integrated is a choice"));
+    assert!(page.contains("the result depends on the quadrature of the damage terms"));
 
     // tables for users have names, and the units of the experiments
     let summary = std::fs::read_to_string(results.join("summary.csv")).unwrap();
@@ -492,7 +492,7 @@ fn signals_to_end_keep_what_is_finished_and_say_how_to_go_on() {
         let output = child.wait_with_output().unwrap();
         let err = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(130), "{signal}: {err}");
-        assert!(err.contains("the same command goes on"), "{signal}: {err}");
+        assert!(err.contains("the same command resumes"), "{signal}: {err}");
         let kept = finished(&runs).len();
         assert!((before + 1..12).contains(&kept), "{signal}: {kept} runs");
     }

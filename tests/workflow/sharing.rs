@@ -134,7 +134,7 @@ fn status_tells_what_is_done_stale_stopped_and_under_way_and_changes_nothing() {
         assert!(code == Some(3) && stages.len() == 11, "{stages:?}");
         assert!(child.try_wait().unwrap().is_none(), "too quick to be seen: {stages:?}");
         let line = &stages["ensemble"];
-        line.starts_with("running") && line.contains("an hour") && line.contains("left")
+        line.starts_with("running") && line.contains("per hour") && line.contains("left")
     });
     child.kill().unwrap();
     child.wait().unwrap();
@@ -159,7 +159,7 @@ fn status_tells_what_is_done_stale_stopped_and_under_way_and_changes_nothing() {
     let (code, stages) = status(dir.path(), "out");
     assert_eq!((code, stages["report"].as_str()), (Some(3), "to do"));
     let made = finished(&results.join("ensemble")).len();
-    let stopped = format!("stopped  {made} of 12 runs; no process is at it");
+    let stopped = format!("stopped  {made} of 12 runs; no process computes them");
     assert_eq!((stages["ensemble"].as_str(), stages["surrogate"].as_str()), (&*stopped, "to do"));
     assert!(before == everything(&results), "looking has changed something");
 

@@ -173,7 +173,7 @@ fn cases_share_their_specimens_and_are_compared() {
     assert_eq!(finished(&runs), now);
 
     // the suggested lines are used: the runs of the first batch are used again, and the prior no longer
-    // cuts the posterior
+    // truncates the posterior
     let first = results.join("first/ensemble");
     let batch = finished(&first);
     // including one run that is repeated with the other quadrature in the middle of the box
@@ -191,7 +191,7 @@ fn cases_share_their_specimens_and_are_compared() {
     assert!(rows[..16].iter().all(|row| number(row, "matrix.young_mpa") >= 275.0));
     assert!(rows[16..].iter().all(|row| number(row, "matrix.young_mpa") <= 275.0));
     let page = std::fs::read_to_string(results.join("report.html")).unwrap();
-    assert!(!page.contains("the prior cuts the posterior of"), "offered again");
+    assert!(!page.contains("the prior truncates the posterior of"), "offered again");
     let before = numbers_of(&text, "first,matrix.young_mpa");
     let text = std::fs::read_to_string(results.join("study.csv")).unwrap();
     let after = numbers_of(&text, "first,matrix.young_mpa");

@@ -23,7 +23,7 @@ pub enum ImageError {
     Empty {
         /// The file or folder.
         path: PathBuf,
-        /// What is missing: slices or pages.
+        /// Name of the missing items: slices or pages.
         what: &'static str,
         /// Advice to the user.
         help: &'static str,

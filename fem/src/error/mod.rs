@@ -29,7 +29,7 @@ pub enum FemError {
     MissingSurface {
         /// Name of the missing surface.
         name: String,
-        /// What the condition does on the surface.
+        /// Purpose of the surface in the condition, as a clause after "where".
         role: &'static str,
         /// Names of the existing surfaces.
         present: String,

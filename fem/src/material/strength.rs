@@ -154,8 +154,8 @@ impl Strength {
 }
 
 impl ExternalDrive {
-    /// Adds the external driving force to the driving energy of a response whose whole energy is degraded, and removes
-    /// the energy of states with a negative trace of the stress from it.
+    /// Changes the driving energy of a response whose whole energy is degraded: removes the energy of states with a
+    /// negative trace of the stress, and adds the external driving force.
     #[inline(always)]
     pub(super) fn add_to<T: Scalar, const TANGENT: bool>(
         self,

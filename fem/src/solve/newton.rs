@@ -289,7 +289,8 @@ impl<'a> Newton<'a> {
         self.iterate(Equations::Both, fields, context, norms, self.settings.tolerance).map(drop)
     }
 
-    /// Assembles and stores the tangent of both fields at the fields evaluated last. Counts as an iteration.
+    /// Assembles and stores the fully coupled tangent at `fields`, which must be the fields of the last evaluation.
+    /// Counts as an iteration.
     pub(super) fn linearise_both(
         &mut self,
         fields: &Fields,
@@ -300,7 +301,8 @@ impl<'a> Newton<'a> {
         self.factorise(fields, context)
     }
 
-    /// Computes and stores the tangent for the following iterations, at the fields evaluated last.
+    /// Computes and stores the tangent for the following iterations at `fields`, which must be the fields of the last
+    /// evaluation.
     pub(super) fn linearise_as(
         &mut self,
         coupling: Coupling,

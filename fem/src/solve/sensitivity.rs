@@ -33,8 +33,8 @@ use crate::operator::{
     Coupling, Increment, NodeBlock, Shift, StepContext, jacobian_product, residual_rate,
 };
 
-/// Allowed residual of a linear system if the adjoint does not correct the force, relative to the residual for free
-/// values of zero.
+/// Allowed residual of a linear system if the adjoint does not correct the force, relative to the residual of the
+/// solution zero (all free values are 0).
 const TOLERANCE: f64 = 1e-7;
 /// Allowed relative residual of a linear system if the adjoint corrects the force.
 const CORRECTED: f64 = 3e-6;

@@ -200,7 +200,7 @@ fn without_quantities(reason: &QoiError) -> Finding {
         name: "no-quantities",
         value: f64::NAN,
         problem: reason.to_string(),
-        help: "Correct the curve or leave the specimen out of the table.",
+        help: "Correct the curve, or remove the specimen from the table.",
         weight: Weight::Error,
     }
 }

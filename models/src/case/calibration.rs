@@ -238,7 +238,7 @@ impl TryFrom<WrittenCalibration> for CalibrationCase {
         if written.sampling == Sampling::Paper
             && let Some((key, _)) = own.iter().find(|(_, value)| value.is_some())
         {
-            return Err(format!("sampling = \"paper\" says what {key} is: leave {key} out"));
+            return Err(format!("sampling = \"paper\" determines {key}: remove {key}"));
         }
         Ok(Self {
             likelihood: written.likelihood,

@@ -94,8 +94,7 @@ impl CaseFile {
         geometry: &SpecimenGeometry,
     ) -> Result<(), InputError> {
         let key = |name: &str| format!("fidelity.levels[{i}].{name}");
-        let help =
-            "A spacing takes some elements over a grain: 0.7 is coarse, 0.35 fine for the paper's.";
+        let help = "A grain needs several elements: for the paper's grains 0.7 is coarse and 0.35 is fine.";
         self.within(&key("spacing_mm"), level.spacing_mm, 1e-3, 1e3, "mm", help)?;
         if let SpecimenGeometry::Cylinder { radius_mm, height_mm, .. } = geometry {
             self.check_spacing(&key("spacing_mm"), level.spacing_mm, *radius_mm, *height_mm)?;
@@ -104,15 +103,14 @@ impl CaseFile {
             return Err(self.error(
                 &format!("fidelity.levels[{i}]"),
                 "",
-                "is the specimen's own mesh, to which the others are compared",
+                "has the mesh of [specimen], with which the levels are compared",
                 "Name a cheaper mesh: a larger spacing_mm, or order = 1.",
             ));
         }
         if let Some(steps) = level.steps {
             self.check_number_of_steps(&key("steps"), steps)?;
         }
-        let help =
-            "Each level repeats runs of the one before: 3 at least show a scatter, 8 are ample.";
+        let help = "These runs are repeated on the next mesh: at least 3 show the scatter, and 8 are enough.";
         self.within(&key("repeats"), level.repeats as f64, 3.0, runs as f64, "runs", help)
     }
 
@@ -125,8 +123,13 @@ impl CaseFile {
             return Ok(());
         }
         if self.case.specimen.spacing_mm == Some(spacing_mm) {
-            let help = "Another spacing shows what the mesh does: half of it, or 1.2 times.";
-            return Err(self.error(key, spacing_mm.to_string(), "is that of the specimen", help));
+            let help = "Another spacing shows the error of the mesh: half of specimen.spacing_mm, or 1.2 times.";
+            return Err(self.error(
+                key,
+                spacing_mm.to_string(),
+                "equals specimen.spacing_mm",
+                help,
+            ));
         }
         self.within(key, spacing_mm, 1e-3, 1e3, "mm", "Half of specimen.spacing_mm is usual.")?;
         match geometry {

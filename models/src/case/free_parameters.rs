@@ -1,4 +1,4 @@
-//! `[parameters]`: calibrated parameters with free names, for runs that come from outside this program.
+//! `[parameters]`: calibrated parameters with names of the user's choice, for runs that come from outside this program.
 
 use serde::{Deserialize, Serialize, Serializer};
 
@@ -6,7 +6,7 @@ use super::PriorCase;
 use super::target::{FreeParameter, Parameter};
 use crate::prior::Prior;
 
-/// `parameters.<name>`: a calibrated parameter whose name is free.
+/// `parameters.<name>`: a calibrated parameter whose name the user chooses.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FreeParameterCase {

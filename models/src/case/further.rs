@@ -115,7 +115,7 @@ impl CaseFile {
     pub(crate) fn of_candidate(&self, candidate: &CandidateCase) -> Result<Self, InputError> {
         let place = |rest: &str| format!("further_tests.candidate ({}).{rest}", candidate.name);
         let refuse = |rest: &str, key: &str| {
-            let problem = "is nothing that another test has otherwise";
+            let problem = "cannot differ in another test";
             let help = format!("Name keys of: {}.", TABLES.join(", "));
             Err(InputError::new(&self.path, place(rest), key, problem, help))
         };
@@ -203,8 +203,8 @@ impl CaseFile {
             let measured = candidate.measured(&present);
             if !candidate.is_another_test() {
                 if measured.len() == present.len() {
-                    let help = "Name further quantities of the present curves, or in set what another test \
-                                has otherwise: more specimens as they are stand in the table anyhow.";
+                    let help = "Name further quantities of the present curves, or the changed keys of another test in \
+                                set. More specimens of the present test need no candidate.";
                     return refuse("", "", "is the present test", help);
                 }
                 if self.case.experiments.as_ref().is_some_and(|e| e.values.is_some()) {
@@ -212,20 +212,25 @@ impl CaseFile {
                     return refuse(
                         "",
                         "",
-                        "reads further quantities from curves, which the case has not",
+                        "needs curves for further quantities, and the case has no curves",
                         help,
                     );
                 }
                 if let Some(quantity) = candidate.scatter_percent.keys().next() {
-                    let help = "The present curves show it: leave it out.";
+                    let help = "Remove it: the scatter is computed from the present curves.";
                     let key = format!(".scatter_percent.{quantity}");
-                    return refuse(&key, "", "is stated of specimens that are there", help);
+                    return refuse(
+                        &key,
+                        "",
+                        "is given, but this candidate has no new specimens",
+                        help,
+                    );
                 }
                 continue;
             }
             for (quantity, &percent) in &candidate.scatter_percent {
                 let key = place(&format!(".scatter_percent.{quantity}"));
-                let help = "It is the standard deviation between specimens: 5.0 for one of 5 %.";
+                let help = "It is the standard deviation between specimens in %: 5.0 for 5 %.";
                 self.within(&key, percent, 1e-3, 200.0, "%", help)?;
                 if !measured.contains(quantity) {
                     let help = "Name quantities of this candidate.";
@@ -236,7 +241,7 @@ impl CaseFile {
                 !present.contains(quantity) && !candidate.scatter_percent.contains_key(quantity)
             });
             if let Some(quantity) = unknown {
-                let help = "The present specimens do not show how it scatters: state it in %.";
+                let help = "The present specimens do not show the scatter of this quantity: state it in %.";
                 let key = format!(".scatter_percent.{quantity}");
                 return refuse(&key, "", "is missing", help);
             }

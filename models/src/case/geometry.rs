@@ -104,7 +104,7 @@ impl CaseFile {
         let mut image = s.image.clone().unwrap_or_default();
         let region = &mut image.segmentation.region;
         if *region != SpecimenRegion::default() && image.further_stacks.is_some() {
-            let help = "A region is that of one image: crop the stacks instead.";
+            let help = "A region belongs to a single image: crop the stacks instead.";
             return Err(self.beside_error("image.region", "image.further_stacks", help));
         }
         if let Some(mask) = &mut region.mask {
@@ -134,7 +134,7 @@ impl CaseFile {
             });
         }
         if image.further_stacks.is_some() {
-            let help = "Name the image that is segmented, meshed and simulated as stack, and others beside it.";
+            let help = "Name the first image as stack; further_stacks names the images of further specimens.";
             return Err(self.error("specimen.image.stack", "", "is missing", help));
         }
         let scan = match (&s.scan, &s.image, &s.grains) {
@@ -170,8 +170,8 @@ impl CaseFile {
                 ("background", image.background.is_some()),
             ];
             if let Some((key, _)) = only.iter().find(|(_, given)| *given) {
-                let help = "It says what labels mean: name their file as labels, or remove it.";
-                let problem = "stands without specimen.image.labels";
+                let help = "This key describes labels: name their file in specimen.image.labels, or remove the key.";
+                let problem = "needs specimen.image.labels";
                 return Err(self.error(&format!("specimen.image.{key}"), "", problem, help));
             }
             return Ok(image.stack.as_deref().map(|stack| ("image.stack", stack)));
@@ -186,8 +186,8 @@ impl CaseFile {
             return Err(self.error("specimen.image.bin", image.bin.to_string(), problem, help));
         }
         if let Some(key) = for_grey_values(&image.segmentation) {
-            let help = "Remove it: grains are taken as they are labelled.";
-            let problem = "is for grey values and stands beside specimen.image.labels";
+            let help = "Remove it: labels are used without changes.";
+            let problem = "is for grey values and cannot be combined with specimen.image.labels";
             return Err(self.error(&format!("specimen.image.{key}"), "", problem, help));
         }
         Ok(Some(("image.labels", labels)))
@@ -219,8 +219,8 @@ impl CaseFile {
             let path = self.existing(key, name, |path| path.exists())?;
             if seen.contains(&place(&path)) {
                 let help = format!(
-                    "Name each image once, and none that is specimen.{own_key}: \
-                     one image twice does not show how specimens scatter."
+                    "Name each image once, and not the image of specimen.{own_key}: \
+                     a repeated image does not show the scatter between specimens."
                 );
                 return refuse(name, "is named twice", &help);
             }
@@ -337,7 +337,7 @@ impl CaseFile {
     }
 
     fn beside_error(&self, key: &str, other: &str, help: &str) -> InputError {
-        let problem = format!("stands beside specimen.{other}");
+        let problem = format!("cannot be combined with specimen.{other}");
         self.error(&format!("specimen.{key}"), "", problem, help)
     }
 }

@@ -130,7 +130,7 @@ pub struct Case {
     /// A program of the user that computes the runs instead of the built-in test.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub simulator: Option<SimulatorCase>,
-    /// Calibrated parameters with free names, for runs that come from outside this program.
+    /// Calibrated parameters with names of the user's choice, for runs that come from outside this program.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub parameters: BTreeMap<String, FreeParameterCase>,
     /// Definitions of the quantities of interest of a curve.

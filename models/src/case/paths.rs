@@ -73,8 +73,9 @@ pub(crate) fn with_absolute_paths(file: &CaseFile) -> Result<Case, InputError> {
     table.try_into().map_err(|e: toml::de::Error| refused(e.message().to_owned()))
 }
 
-/// The validations of a case with absolute paths. The format of the files of `[experiments]` becomes a key of each
-/// validation with its own table of specimens, because copies of the other files have another format.
+/// The validations of a case with absolute paths. If a validation has its own table of specimens, the table
+/// `[experiments.read]` of the case is copied to this validation: the copies of the case's curves have another format,
+/// and the copied case therefore loses this table.
 ///
 /// # Errors
 /// If the case cannot be written as TOML or read again.

@@ -149,7 +149,7 @@ impl CaseFile {
 impl Case {
     /// Returns the case as TOML, including all default values.
     pub fn to_toml(&self) -> String {
-        toml::to_string_pretty(self).expect("a case holds nothing that TOML cannot say")
+        toml::to_string_pretty(self).expect("a case can be written as TOML")
     }
 }
 

@@ -51,7 +51,7 @@ pub struct TestEntry {
     /// Name of the test. The folder of the test has the same name, and so have the entries of its specimens in
     /// the column `test` of the specimen table.
     pub name: String,
-    /// Keys of the case with other values in this test.
+    /// Keys of the case whose values differ in this test, with the values for this test.
     #[serde(default, skip_serializing_if = "Table::is_empty")]
     pub set: Table,
     /// Keys of the case that are removed for this test.
@@ -212,7 +212,7 @@ fn overlaid(file: &CaseFile, entry: &TestEntry) -> (Option<Table>, Vec<InputErro
         let mut names = key.split('.');
         let (first, second) = (names.next().unwrap_or_default(), names.next());
         let is_joint = match first {
-            // without its table, a test would lose the keys of all tests too
+            // without the table `calibration`, a test would also lack the keys that all tests share
             "calibration" => second.is_none_or(|key| JOINT_CALIBRATION.contains(&key)),
             _ => JOINT.contains(&first),
         };

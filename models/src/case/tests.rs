@@ -120,7 +120,7 @@ fn every_bad_value_is_named_with_its_key_and_what_to_do() {
         (
             "# adaptive = {",
             "adaptive = {",
-            &["test.adaptive", "stands beside test.steps", "Keep one of"],
+            &["test.adaptive", "cannot be combined with test.steps", "Keep one of"],
         ),
         ("platens = \"sliding\"", "platens = \"slidin\"", &["test.platens", "\"sliding\"?"]),
         ("tolerance = 1e-8", "tolerance = 1.0", &["solver.tolerance = 1", "1e-8"]),
@@ -232,30 +232,38 @@ fn every_bad_value_is_named_with_its_key_and_what_to_do() {
         ("voxel_mm = 0.05", "voxel_mm = -0.05", &["specimen.scan", "voxel_mm = -0.05"]),
         ("blur = 0.7", "blur = nan", &["specimen.scan", "blur = NaN"]),
         ("h_voxels = 0.5", "h_voxels = 1e9", &["specimen.image", "h_voxels = 1000000000"]),
-        ("# stack = ", "stack = ", &["specimen.grains", "stands beside specimen.image.stack"]),
+        (
+            "# stack = ",
+            "stack = ",
+            &["specimen.grains", "cannot be combined with specimen.image.stack"],
+        ),
         ("# further_stacks = ", "further_stacks = ", &["specimen.image.stack", "is missing"]),
-        ("# labels = ", "labels = ", &["specimen.grains", "stands beside specimen.image.labels"]),
+        (
+            "# labels = ",
+            "labels = ",
+            &["specimen.grains", "cannot be combined with specimen.image.labels"],
+        ),
         (
             "# background = ",
             "background = ",
-            &["specimen.image.background", "stands without specimen.image.labels"],
+            &["specimen.image.background", "needs specimen.image.labels"],
         ),
         (
             "# label_phases = ",
             "label_phases = ",
-            &["specimen.image.label_phases", "stands without specimen.image.labels"],
+            &["specimen.image.label_phases", "needs specimen.image.labels"],
         ),
         (
             "contrast = \"bright\"",
             "contrast = \"dark\"\nlabels = \"labels.tif\"",
-            &["specimen.image.contrast", "stands beside specimen.image.labels"],
+            &["specimen.image.contrast", "cannot be combined with specimen.image.labels"],
         ),
         ("# packings = 10", "packings = 1", &["design.packings = 1", "between 2 and 100"]),
         ("# packings = 10", "packings = 101", &["design.packings = 101", "between 2 and 100"]),
         (
             "microstructure = \"per-run\"",
             "packings = 5\nmicrostructure = \"one\"",
-            &["design.packings = 5", "stands beside design.microstructure"],
+            &["design.packings = 5", "cannot be combined with design.microstructure"],
         ),
         (
             "min_dihedral_deg = 12.0",
@@ -399,7 +407,7 @@ fn a_mesh_replaces_lattice_and_packing() {
     );
     for (specimen, part) in [
         (good.replace("cylinder", "missing"), "there is no such file"),
-        (format!("{good}\nradius_mm = 2.5"), "stands beside specimen.mesh"),
+        (format!("{good}\nradius_mm = 2.5"), "cannot be combined with specimen.mesh"),
         (good.replace("regions = { matrix = 1 }", ""), "specimen.regions"),
         (good.replace(", top = 12", ""), "the surface top is missing"),
         (good.replace("{ matrix = 1 }", "{ matrix = 1, void = 3 }"), "material.void"),
@@ -460,17 +468,17 @@ fn surfaces_take_the_place_of_a_packing_and_an_image() {
         (
             "spacing_mm = 0.5\ngrains = { fraction = 0.2, seed = 1 }",
             good,
-            ["specimen.grains", "stands beside specimen.stl"],
+            ["specimen.grains", "cannot be combined with specimen.stl"],
         ),
         (
             "spacing_mm = 0.5\nimage = { stack = \"a.tif\" }",
             good,
-            ["specimen.image", "stands beside specimen.stl"],
+            ["specimen.image", "cannot be combined with specimen.stl"],
         ),
         (
             "mesh = \"a.msh\"\nregions = { matrix = 1 }",
             good,
-            ["specimen.stl", "stands beside specimen.mesh"],
+            ["specimen.stl", "cannot be combined with specimen.mesh"],
         ),
     ] {
         let message = parse(specimen, stl).unwrap_err().to_string();
@@ -556,7 +564,7 @@ fn conditions_replace_the_platens() {
         ("platens = \"unilateral\"", good.clone(), ["test.platens", "replace the platens"]),
         ("steps = 2", format!("{good}{prior}"), ["prior", "single simulations"]),
         ("steps = 2", good.replace(measure, ""), ["[conditions]", "measure is missing"]),
-        ("steps = 2", good.replace("x_mm = 0.1", ""), ["prescribe (top)", "prescribes nothing"]),
+        ("steps = 2", good.replace("x_mm = 0.1", ""), ["prescribe (top)", "prescribes no value"]),
         ("steps = 2", good.replace("x_mm = 0.1", "x_mm = nan"), ["(top).x_mm = NaN", "the end"]),
         ("steps = 2", good.replace("x_mm = 0.1", "damage = 2"), ["(top).damage = 2", "crack"]),
         ("steps = 2", good.replace("x_mm = 0.1", "x = 0.1"), ["unknown key \"x\"", "x_mm, y_mm"]),

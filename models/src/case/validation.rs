@@ -56,8 +56,8 @@ pub struct ValidationCase {
 /// Returns the case for the simulations and the held-out specimens of a validation, with paths relative to the folder
 /// of this case. `place` is the place of the validation in the case, from 0.
 ///
-/// The specimens of the validation replace those of the case. Seeds that the validation does not set differ from the
-/// seeds of the case, so that virtual specimens and packings are new ones.
+/// The specimens of the validation replace the specimens of the case. If the validation does not set a seed, the seed
+/// differs from the seed of the case, so that virtual specimens and packings differ, too.
 ///
 /// # Errors
 /// All mistakes of the case of the validation, each with the name of the validation.
@@ -266,7 +266,7 @@ mod tests {
         for part in ["validation (other).without", "experiments", "set.experiments.table"] {
             assert!(error.contains(part), "{part}: {error}");
         }
-        // other specimens replace those of the case
+        // other specimens replace the specimens of the case
         let other = "without = [\"experiments\"]\nset.experiments.table = \"held-out.csv\"";
         parsed(other).unwrap();
     }

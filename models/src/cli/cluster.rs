@@ -11,7 +11,7 @@ use super::output::print_line;
 /// Options that share the work of a stage with other processes.
 #[derive(Args)]
 pub(super) struct Sharing {
-    /// Compute runs until all have been started; another process collects their results
+    /// Compute runs until every run has been started; another process waits for the runs and collects the results
     #[arg(long, conflicts_with_all = ["slurm", "slurm_script"])]
     pub(super) share: bool,
 
@@ -26,7 +26,7 @@ pub(super) struct Jobs {
     #[arg(long)]
     slurm: bool,
 
-    /// Write the script of the Slurm jobs to FILE; without --slurm nothing is submitted
+    /// Write the script of the Slurm jobs to FILE; without --slurm the script is not submitted
     #[arg(long, value_name = "FILE")]
     slurm_script: Option<PathBuf>,
 

@@ -109,7 +109,8 @@ fn start(data: &MeasuredModuli) -> (f64, Vec<PronyTerm>) {
     (x[0], terms)
 }
 
-/// Returns a term with the modulus of both terms and the mean of their logarithmic times.
+/// Replaces two terms by one. Its modulus is the sum of both moduli, and the logarithm of its time is the mean of both
+/// logarithms, weighted by the moduli.
 fn merged(a: &PronyTerm, b: &PronyTerm) -> PronyTerm {
     let modulus_mpa = a.modulus_mpa + b.modulus_mpa;
     let sum = a.modulus_mpa * a.time_s.ln() + b.modulus_mpa * b.time_s.ln();

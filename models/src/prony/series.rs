@@ -75,7 +75,7 @@ fn rounded_down(fractions: &[f64]) -> Vec<f64> {
     rounded
 }
 
-/// Returns the largest number with the decimals of a number of six significant digits near `x` that is at most `most`.
+/// Returns the largest number that is at most `most` and has as many decimals as `x` has with six significant digits.
 fn below(x: f64, most: f64) -> f64 {
     let decimals = DIGITS - 1 - x.log10().floor() as i32;
     let unit = 10f64.powi(decimals);

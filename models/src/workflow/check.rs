@@ -57,7 +57,7 @@ impl CaseCheck {
         let (file, mistakes) = CaseFile::parse_all(&text, path);
         mistakes.into_iter().for_each(|mistake| check.fail(mistake));
         let Some(file) = file else {
-            check.say("case", "its files are read once these mistakes are mended");
+            check.say("case", "its files are read after these mistakes have been corrected");
             return check;
         };
         match file.case.tests.is_empty() {
@@ -362,7 +362,7 @@ impl CaseCheck {
     fn curves(&mut self, table: &SpecimenTable, understood: &[Option<String>]) {
         let mut ways: Vec<(&str, Vec<&str>)> = Vec::new();
         for (specimen, how) in table.specimens.iter().zip(understood) {
-            let how = how.as_deref().unwrap_or("displacement_mm,force_N as they stand");
+            let how = how.as_deref().unwrap_or("displacement_mm,force_N without conversion");
             match ways.iter_mut().find(|(way, _)| *way == how) {
                 Some((_, ids)) => ids.push(&specimen.id),
                 None => ways.push((how, vec![&specimen.id])),

@@ -52,10 +52,10 @@ pub(super) fn far_from_closed_form(
     };
     let [low, high] = range.reached;
     let problem = format!(
-        "is far from what a cylinder of this material can have, {low:.4} to {high:.4}{others}"
+        "is far from the range of a cylinder of this material, {low:.4} to {high:.4}{others}"
     );
     let cause = range.cause().unwrap_or("Check the units of curve, sizes and [material].");
-    let help = format!("{cause} --accept-out-of-range goes on nevertheless.");
+    let help = format!("{cause} With --accept-out-of-range the program continues.");
     let (value, curve) = (format!("{:.6}", range.value), (names.curve)(&specimen.id));
     Some((specimen.id.clone(), InputError::new(&curve, range.name, value, problem, help)))
 }

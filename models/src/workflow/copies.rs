@@ -30,10 +30,10 @@ pub fn missing_case(dir: &Path) -> Option<InputError> {
     let origin: Option<Origin> = text.and_then(|text| toml::from_str(&text).ok());
     let help = match origin {
         Some(Origin { case }) => format!(
-            "Name the case, which these results were made from: {}. It is then written there again.",
+            "Name the case of these results: {}. The program then writes it to the folder again.",
             case.display()
         ),
-        None => "Name the case that these results were made from. It is then written there again."
+        None => "Name the case of these results. The program then writes it to the folder again."
             .to_owned(),
     };
     Some(InputError::new(&case, "", "", "is missing, and the folder has results", help))

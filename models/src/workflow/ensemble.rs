@@ -191,15 +191,18 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let told = match all - plan.runs.len() {
         0 => format!("{} of {all} runs usable, ", data.len()),
         placed => {
-            format!("{} of {all} runs usable, {placed} where the posterior lives, ", data.len())
+            format!("{} of {all} runs usable, {placed} in the posterior, ", data.len())
         }
     };
     Ok(told
         + &match &done[1..] {
-            [] => format!("{:.1} s a run", seconds / all as f64),
+            [] => format!("{:.1} s per run", seconds / all as f64),
             better => {
                 let counts: Vec<_> = better.iter().map(|l| l.records.len().to_string()).collect();
-                format!("{} repeated on a better mesh, {seconds:.0} s in all", counts.join(" and "))
+                format!(
+                    "{} repeated on a more accurate mesh, {seconds:.0} s in total",
+                    counts.join(" and ")
+                )
             }
         })
 }
@@ -428,8 +431,8 @@ fn warn_of_failures(task: &Task<'_>, runs: &LevelRuns) {
     let failed = runs.failed().count();
     if let Some((record, reason)) = runs.failed().next().filter(|_| !task.inputs.is_built_in()) {
         task.warn(&format!(
-            "{failed} of {} runs have no quantities and are left out of the surrogate, which is less accurate where they \
-             are (failed_runs.csv). Run {}: {reason}.",
+            "{failed} of {} runs have no quantities and are omitted from the surrogate, which is less accurate near their \
+             parameters (failed_runs.csv). Run {}: {reason}.",
             runs.records.len(),
             record.id
         ));

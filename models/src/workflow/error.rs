@@ -63,7 +63,7 @@ pub enum WorkflowError {
         source: io::Error,
     },
     /// The results folder cannot be created.
-    #[error("{} cannot be made ({source}); name another folder with --out", path.display())]
+    #[error("{} cannot be created ({source}); name another folder with --out", path.display())]
     Results {
         /// The folder.
         path: PathBuf,
@@ -89,7 +89,7 @@ pub enum WorkflowError {
         source: serde_json::Error,
     },
     /// A file of an earlier stage is missing, because that stage has not been run.
-    #[error("{} is not there: run `breccia {stage}` first, or `breccia run` for all stages", path.display())]
+    #[error("{} is missing: run `breccia {stage}` first, or `breccia run` for all stages", path.display())]
     Missing {
         /// Path of the missing file.
         path: PathBuf,
@@ -97,7 +97,7 @@ pub enum WorkflowError {
         stage: &'static str,
     },
     /// A result of another stage does not match the case: for example, it has other parameters, phases or image sizes.
-    #[error("{} is of other inputs or outputs than the case; run `breccia {stage}` again", path.display())]
+    #[error("{} has other inputs or outputs than the case; run `breccia {stage}` again", path.display())]
     OtherCase {
         /// The file.
         path: PathBuf,
@@ -120,7 +120,7 @@ pub enum WorkflowError {
     /// The results folder contains the results of another case.
     #[error(
         "{} has the results of another case, {}; name another folder with --out, or give it to this \
-         case with --reuse: what differs is then made again",
+         case with --reuse: results with other inputs are then computed again",
         path.display(),
         owner.display()
     )]
@@ -163,9 +163,9 @@ pub enum WorkflowError {
     },
     /// The folder contains runs of another version of the program.
     #[error(
-        "{} has runs by another version of the program ({difference}), which may compute something else: \
-         go on with that version, name another folder with --out, or delete this one to make its runs \
-         again",
+        "{} has runs by another version of the program ({difference}), which may give other results: \
+         continue with that version, name another folder with --out, or delete this folder to compute its \
+         runs again",
         path.display()
     )]
     OtherProgram {
@@ -188,7 +188,7 @@ pub enum WorkflowError {
     },
     /// The folder contains no results.
     #[error(
-        "{} is no folder of results: {why}; name the one that `breccia run CASE --out DIR` writes to",
+        "{} is not a results folder: {why}; name the folder to which `breccia run CASE --out DIR` writes",
         path.display()
     )]
     NoResults {
@@ -283,7 +283,7 @@ pub enum WorkflowError {
     #[error("{0}")]
     Unusable(String),
     /// The user interrupted the program with Ctrl-C.
-    #[error("interrupted; what is finished is kept, and the same command goes on from there")]
+    #[error("interrupted; finished results are kept, and the same command resumes from them")]
     Interrupted,
 }
 

@@ -119,7 +119,7 @@ impl ExpectedCost {
                 duration(seconds)
             ),
             None => format!(
-                "{all} simulations; their time is known after the first, since the case does not say how large they are"
+                "{all} simulations; their cost is not known yet, because the case does not state the size of the mesh"
             ),
         }
     }
@@ -194,7 +194,7 @@ fn calibration(case: &Case) -> Vec<Runs> {
     plan.push(on_specimen(count, &what));
     if let Some(sequential) = &case.sequential {
         let first = case.fidelity.levels.first();
-        let mut runs = on_specimen(sequential.most, "runs at most where the posterior lives");
+        let mut runs = on_specimen(sequential.most, "runs at most in the posterior");
         if let Some(level) = first {
             runs.spacing_mm = level.spacing_mm;
             runs.order = level.order.unwrap_or(runs.order);

@@ -75,7 +75,7 @@ impl Comparison<'_> {
         let values = compared(specimen, self.mesh, self.qoi, &self.qoi.quantities);
         let values = values.map_err(|e| {
             let curve = task.path("experiments/curves").join(format!("{id}.csv"));
-            let help = "Correct the curve or leave the specimen out of the table.";
+            let help = "Correct the curve, or remove the specimen from the table.";
             InputError::new(&curve, "", "", e.to_string(), help)
         })?;
         Ok([id.clone(), group.clone()]
@@ -95,7 +95,8 @@ fn test_virtual_specimens(task: &Task<'_>) -> Result<SpecimenTable, WorkflowErro
     inputs.check_steps()?;
     let geometry = inputs.geometry()?;
     let SpecimenGeometry::Cylinder { radius_mm, height_mm, grains, meshing, .. } = &geometry else {
-        let message = "virtual specimens need a cylinder to put their own grains in";
+        let message =
+            "virtual specimens need a cylinder, because each specimen has its own packing";
         return Err(WorkflowError::Unusable(message.to_owned()));
     };
     let (setup, truth) = (inputs.setup(), inputs.truth()?);

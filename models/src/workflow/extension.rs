@@ -40,15 +40,15 @@ pub(super) fn offers(
         let [from, to] = [from, to].map(shown);
         if !can_extend {
             return Some(format!(
-                "the prior cuts the posterior of {name} at its {word} bound {bound}; to go on beyond it, import runs \
-                 from {from} to {to} too, and widen the prior"
+                "the prior truncates the posterior of {name} at its {word} bound {bound}; to extend the prior, import \
+                 runs from {from} to {to}, too, and widen the prior"
             ));
         }
         let written =
             format!("extend = [{{ runs = {runs}, prior = {{ {name} = [{from}, {to}] }} }}]");
         Some(format!(
-            "the prior cuts the posterior of {name} at its {word} bound {bound}; to go on beyond it with {runs} more \
-             runs, those made being kept, write at the top of the case: {written}"
+            "the prior truncates the posterior of {name} at its {word} bound {bound}; to extend the prior beyond this bound \
+             with {runs} further runs and keep the existing runs, write at the top of the case: {written}"
         ))
     };
     inputs.iter().zip(priors).filter_map(offer).collect()

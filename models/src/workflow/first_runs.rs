@@ -68,8 +68,8 @@ pub(super) fn check_first_runs(
         }
         let column = quantity.column();
         let problem = format!(
-            "is far from what runs can give: the first one has {simulated:.4}, and over the box of [prior] {low:.4} to \
-             {high:.4} are expected"
+            "is far from the range of the runs: the first run has {simulated:.4}, and {low:.4} to {high:.4} are expected over \
+             the box of [prior]"
         );
         let cause = cause(quantity.unit(), mean / (low * high).sqrt(), size)
             .unwrap_or("Check the units of curves, sizes and [material], and the box of [prior].");
@@ -77,7 +77,7 @@ pub(super) fn check_first_runs(
             say("note", &format!("the mean of {column}, {mean:.4}, {problem}. {cause}"));
             continue;
         }
-        let help = format!("{cause} --accept-out-of-range goes on nevertheless.");
+        let help = format!("{cause} With --accept-out-of-range the program continues.");
         let place = format!("mean of {column} over the specimens");
         let error =
             InputError::new(&task.path(SPECIMENS), place, format!("{mean:.4}"), problem, help);

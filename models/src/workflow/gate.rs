@@ -76,15 +76,15 @@ fn refuse_outside(
     let [first, rest @ ..] = &outside[..] else { return Ok(()) };
     let others: Vec<String> = rest.iter().map(|range| format!("; {}", range.words())).collect();
     let cause = outside.iter().find_map(|range| range.cause()).unwrap_or(
-        "If units are right, widen the box of [prior], or look for what the model leaves out.",
+        "If the units are correct, widen the box of [prior], or look for effects that the model omits.",
     );
     let [low, high] = first.reached;
     Err(InputError::new(
         &inputs.folder().join(SPECIMENS),
         format!("mean of {} over {count} specimens", first.name),
         format!("{:.4}", first.value),
-        format!("lies outside what the ensemble reaches, {low:.4} to {high:.4}{}", others.concat()),
-        format!("{cause} --accept-out-of-range goes on, and then nothing is called identified."),
+        format!("is outside the range of the ensemble, {low:.4} to {high:.4}{}", others.concat()),
+        format!("{cause} With --accept-out-of-range the calibration continues, and no parameter is called identified."),
     )
     .into())
 }
@@ -133,9 +133,9 @@ impl Range {
     fn warning(&self) -> String {
         let [low, high] = self.reached;
         format!(
-            "the experimental mean of {} is {:.4}, outside what the ensemble reaches ({low:.4} to \
-             {high:.4}). Nothing here is identified: widen the prior, or look for what the model \
-             leaves out.",
+            "the experimental mean of {} is {:.4}, outside the range of the ensemble ({low:.4} to \
+             {high:.4}). No parameter is identified: widen the prior, or look for effects that the model \
+             omits.",
             self.name, self.value
         )
     }

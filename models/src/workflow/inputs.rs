@@ -530,7 +530,7 @@ impl Inputs<'_> {
     }
 
     fn missing(&self, table: &str, what: &str) -> WorkflowError {
-        let help = format!("Add a table [{table}]: it says {what}.");
+        let help = format!("Add a table [{table}]: it states {what}.");
         self.file.error(table, "", "is missing", help).into()
     }
 }

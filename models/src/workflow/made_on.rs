@@ -79,8 +79,8 @@ impl MadeOn {
         };
         (count < FEW).then(|| {
             format!(
-                "The runs are on {count} {what}: how specimens scatter is poorly known from so few. The intervals \
-                 include this uncertainty by Student's distribution; {mend} would make them narrower."
+                "The runs are on {count} {what} only, so that the scatter between specimens is poorly known. The intervals \
+                 include this uncertainty (Student's t distribution); {mend} would make the intervals narrower."
             )
         })
     }

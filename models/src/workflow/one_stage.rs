@@ -43,7 +43,7 @@ impl Workflow<'_> {
         let page = crate::report::page(&results);
         self.folder.write(REPORT, "report", page.as_bytes())?;
         let path = self.folder.path(REPORT);
-        say("report", &format!("{}, of what is there until now", path.display()));
+        say("report", &format!("{}, with the results that exist", path.display()));
         Ok(())
     }
 

@@ -20,7 +20,7 @@ impl Workflow<'_> {
         let edited = record.edited(&self.dir);
         let replaced = edited.iter().find(|name| self.folder.is_replaceable(name));
         match replaced {
-            Some(name) => Some(format!("--replace {name} gives up what was edited there")),
+            Some(name) => Some(format!("--replace {name} discards the edit")),
             None => record.change(&self.inputs(), &self.dir),
         }
     }

@@ -201,7 +201,10 @@ impl<'a> Batches<'a> {
         let specimens = read_experiments(inputs, runs.outputs())?;
         let means = column_means(&specimens);
         if !is_in_range(runs, &means) && !task.accept_out_of_range {
-            say("note", "no batch is placed: the specimens' means lie outside what the runs reach");
+            say(
+                "note",
+                "no batch is placed: the means of the specimens are outside the range of the runs",
+            );
             return Ok(None);
         }
         let fitted = Fitted::of(runs, &of_specimens(inputs)?, inputs.surrogate(), corrections)?;

@@ -32,7 +32,7 @@ pub enum DeviceChoice {
     Cpu,
     /// An NVIDIA card
     Cuda,
-    /// The processor in the role of a graphics card, with kernels compiled by the C compiler; for tests
+    /// The processor with the kernels of a graphics card, compiled by the C compiler; for tests
     Host,
 }
 
@@ -304,7 +304,7 @@ impl Observer for SimulationFiles<'_> {
     }
 
     fn resumed(&mut self, curve: &[CurvePoint]) {
-        self.bar.note(&format!("goes on after step {}", curve.len()));
+        self.bar.note(&format!("resumes after step {}", curve.len()));
         self.effort.resumed(&self.folder.path(EFFORT), curve.len());
         let added = curve.iter().try_for_each(|point| self.add(point, None));
         self.failed = added.and_then(|()| self.write_curve()).err();

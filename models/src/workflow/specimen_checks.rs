@@ -119,7 +119,7 @@ pub(super) fn inspect(
         }
         let unusable = || {
             let problem = compared(specimen, mesh, qoi, &qoi.quantities).err()?.to_string();
-            let help = "Correct the curve or leave the specimen out of the table.";
+            let help = "Correct the curve, or remove the specimen from the table.";
             Some(InputError::new(&file, "", "", problem, help))
         };
         mistakes.extend(refused.or_else(unusable));

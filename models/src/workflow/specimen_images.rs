@@ -86,7 +86,7 @@ pub(super) fn stiffness_ratios(
         let image = table_file.with_file_name(image);
         bar.set(0.0, &format!("the image of {}", specimen.id));
         // the image is also an image of the design: use the mesh of the runs, so that run and specimen have the same
-        // ratio
+        // stiffness ratio
         let place = of_design.iter().position(|path| *path == canonical(&image));
         if let Some(place) = place.filter(|_| of_design.len() > images::OWN) {
             let mesh = level.mesh(inputs, images::OWN + place)?;

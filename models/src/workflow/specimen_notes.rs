@@ -99,8 +99,8 @@ pub(super) fn note_sizes(table: &SpecimenTable, mesh: MeshSize, notes: &mut Note
             let text = format!("{text}: its forces are scaled by {:.4}", scale.force);
             if difference > RADIUS {
                 let text = format!(
-                    "{text}, which leaves out that height, grains and cracks are not scaled alike. Mesh the mean \
-                     radius (specimen.radius_mm) or correct the table"
+                    "{text}, but height, grains and cracks are not scaled. Mesh a specimen with the mean radius \
+                     (specimen.radius_mm), or correct the table"
                 );
                 notes.warn("radius", format!("{} {text}", specimen.id));
                 notes.list(&specimen.id, "radius", own, text);
@@ -152,7 +152,7 @@ pub(super) fn check_machine(
         notes.list(&specimen.id, "machine", before_mm - after_mm, text);
         if after_mm <= corrected.displacement_mm[0] {
             let problem = format!(
-                "leaves {after_mm:.4} mm of the {before_mm:.4} mm at the largest force of this curve to the specimen"
+                "explains all but {after_mm:.4} mm of the displacement of {before_mm:.4} mm at the largest force of this curve"
             );
             let value = machine.compliance_mm_per_n.to_string();
             let help = "Write the compliance of the machine in mm/N, without the specimen.";

@@ -88,8 +88,8 @@ fn left_out(runs: &Dataset, specimens: &[Option<f64>]) -> Option<String> {
     let count = MadeOn::of(runs).several().filter(|count| *count < LEAST_FOR_STIFFNESS)?;
     specimens.iter().flatten().next().map(|_| {
         format!(
-            "The stiffness ratio of the specimens' grains is not used: the runs are on {count} specimens, and it takes \
-             {LEAST_FOR_STIFFNESS} to tell what the ratio does from how they differ otherwise."
+            "The stiffness ratio of the specimens' grains is not used: the runs are on {count} specimens, and at least \
+             {LEAST_FOR_STIFFNESS} are needed to separate the effect of the ratio from other differences between specimens."
         )
     })
 }
@@ -100,8 +100,8 @@ pub(super) fn in_words(specimens: &[Option<f64>], population: &Population) -> Op
     let unknown = specimens.iter().filter(|ratio| ratio.is_none()).count();
     (unknown > 0).then(|| {
         format!(
-            "{unknown} of {} specimens have no image: the stiffness ratio of their grains is taken from {} \
-             microstructures that are known, {:.4} ± {:.4}.",
+            "{unknown} of {} specimens have no image: the stiffness ratio of their grains is estimated from {} \
+             known microstructures as {:.4} ± {:.4}.",
             specimens.len(),
             population.count(),
             population.mean()[0],
@@ -124,8 +124,8 @@ fn unlike_design(runs: &Dataset, specimens: &[Option<f64>]) -> Option<String> {
     ((mean - of_design).abs() > 3.0 * error).then(|| {
         format!(
             "Specimens with an image have a stiffness ratio of {mean:.3} on average, the microstructures of the design \
-             {of_design:.3}: they are not of one population, and those without an image are taken for members of it. \
-             Look at specimen.grains, or calibrate against those with an image alone."
+             {of_design:.3}. These two groups are not from one population, but specimens without an image are assumed to be \
+             from this population. Check specimen.grains, or calibrate against the specimens with an image only."
         )
     })
 }

@@ -51,7 +51,7 @@ pub static STAGES: [Stage; 11] = [
     },
     Stage {
         name: "experiments",
-        about: "Take the quantities of interest of the specimens, or make virtual ones: experiments.csv",
+        about: "Compute the quantities of the measured specimens, or simulate virtual specimens: experiments.csv",
         products: &[
             "experiments.csv",
             "curve_checks.csv",
@@ -67,7 +67,7 @@ pub static STAGES: [Stage; 11] = [
     },
     Stage {
         name: "ensemble",
-        about: "Run the simulations of the design, resuming what is finished: runs.csv, curves/",
+        about: "Run all simulations of the design that are not finished: runs.csv, curves/",
         products: &[
             "runs.csv",
             "failed_runs.csv",
@@ -157,21 +157,21 @@ pub static STAGES: [Stage; 11] = [
     },
     Stage {
         name: "verdict",
-        about: "Say what is identified and what warns against it: verdict.csv, warnings.txt, summary.txt",
+        about: "Report which parameters are identified, and all warnings: verdict.csv, warnings.txt, summary.txt",
         products: &["verdict.csv", "warnings.txt", "summary.txt"],
         share: None,
         run: verdict::run,
     },
     Stage {
         name: "design",
-        about: "Find which further test would tell more, and how many specimens it takes: design.csv",
+        about: "Estimate how much further tests would narrow the posterior, and the specimens needed: design.csv",
         products: &["design.csv", "design_specimens.csv", "design/candidate-#.csv"],
         share: None,
         run: design::run,
     },
     Stage {
         name: "report",
-        about: "Put figures and tables of all stages on one page: report.html",
+        about: "Write figures and tables of all stages to one page: report.html",
         products: &["report.html"],
         share: None,
         run: report::run,
@@ -182,7 +182,7 @@ pub static STAGES: [Stage; 11] = [
 pub(super) static JOINT_STAGES: [Stage; 3] = [
     Stage {
         name: "calibrate",
-        about: "Sample the joint posterior of several tests, and the posterior without each test",
+        about: "Sample the joint posterior of several tests, and the posteriors that omit one test each",
         products: &[
             "posterior.zarr",
             "posterior.csv",
@@ -200,14 +200,14 @@ pub(super) static JOINT_STAGES: [Stage; 3] = [
     },
     Stage {
         name: "verdict",
-        about: "Say what all tests together identify, and what warns against it",
+        about: "Report which parameters all tests together identify, and all warnings",
         products: &["verdict.csv", "warnings.txt", "summary.txt"],
         share: None,
         run: joint::verdict,
     },
     Stage {
         name: "report",
-        about: "Put figures and tables of all tests on one page: report.html",
+        about: "Write figures and tables of all tests to one page: report.html",
         products: &["report.html"],
         share: None,
         run: joint::report,

@@ -203,7 +203,7 @@ impl StageStatus {
             StageState::Done => ("done", vec![]),
             StageState::Running(at_it) => ("running", at_it.iter().cloned().collect()),
             StageState::Stale(change) => ("stale", vec![change.clone()]),
-            StageState::Stopped => ("stopped", vec!["no process is at it".to_owned()]),
+            StageState::Stopped => ("stopped", vec!["no process computes them".to_owned()]),
             StageState::ToDo => ("to do", vec![]),
         };
         if let Some(runs) = self.runs.filter(|_| self.state != StageState::ToDo) {
@@ -229,7 +229,7 @@ impl fmt::Display for RunCounts {
         if let Some(rate) = self.per_hour {
             write!(
                 f,
-                ", {} an hour",
+                ", {} per hour",
                 if rate < 10.0 { format!("{rate:.1}") } else { format!("{rate:.0}") }
             )?;
         }
@@ -274,7 +274,7 @@ mod tests {
     fn pace_and_time_left_come_from_what_ended_and_what_is_under_way() {
         let runs = counts(&[level(40, 100, 4, 2400.0)]);
         assert_eq!((runs.per_hour, runs.seconds_left), (Some(240.0), Some(900.0)));
-        assert_eq!(runs.to_string(), "40 of 100 runs, 4 under way, 240 an hour, 15 min left");
+        assert_eq!(runs.to_string(), "40 of 100 runs, 4 under way, 240 per hour, 15 min left");
         // ten runs on a finer mesh, all unfinished
         let runs = counts(&[level(40, 100, 4, 2400.0), level(0, 10, 0, 0.0)]);
         assert!(runs.is_at_least && runs.seconds_left == Some(900.0));

@@ -349,9 +349,9 @@ impl Budget {
             .max_by(|a, b| a.0.total_cmp(&b.0));
         worst.filter(|(ratio, _)| *ratio > 0.1).map(|(ratio, name)| {
             format!(
-                "The error of the forward model is not small against the scatter of the specimens: n S/Σ = \
-                 {ratio:.2} for {name}. The intervals include it: more runs in the design, a table \
-                 [sequential], or more repeats in [fidelity] make them narrower."
+                "Errors of the surrogate and of the mesh correction widen the intervals noticeably (variance ratio \
+                 {ratio:.2} for {name}). More runs in the design, a table [sequential], or more repeats in [fidelity] make \
+                 the intervals narrower."
             )
         })
     }

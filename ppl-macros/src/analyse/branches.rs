@@ -108,7 +108,7 @@ fn only_rejects(block: &Block) -> bool {
     }
 }
 
-/// Whether a `#[track] let` declares names that no later statement of its block uses, except predictions.
+/// Whether a statement is a `#[track] let` whose names are used by predictions only, if at all.
 fn is_only_recorded(statement: &Statement, after: &[Statement]) -> bool {
     let Kind::Let { pat, init: Some(Init { value: Flow::Value(_), .. }), .. } = &statement.kind
     else {

@@ -72,7 +72,7 @@ impl<'a> Visit<'a> for Changes {
     }
 
     fn visit_macro(&mut self, mac: &'a Macro) {
-        // `reject!` ends the evaluation, so that its changes have no effect
+        // `reject!` ends the evaluation: no later statement reads a variable that the macro changes
         if !mac.path.is_ident("reject") {
             self.changed.push(None);
         }

@@ -32,7 +32,8 @@ pub(super) fn align(expr: &mut Expr, activity: &Activity) {
     }
 }
 
-/// Adapts the types of the literals in the final values of the arms of control flow.
+/// Version of [`align`] for an `if`, a `match` or a block that contains statements of the model: adapts the literals in
+/// the final values of the arms.
 pub(super) fn align_arms(flow: &mut Flow, activity: &Activity) {
     siblings(ends_of_arms(flow), false, activity);
 }

@@ -16,8 +16,8 @@ const WIDENED: f64 = -0.5;
 /// which the posterior piles up at the bound. Under a prior Beta(½, ½), one datum can double the fraction. If a bound
 /// truncates a posterior peak, the ratio is much larger, because the prior is many times wider than the peak.
 const PILED_UP: f64 = 2.0;
-/// Fraction of prior draws: under a prior with heavy tails, a value is rare if a smaller fraction of the prior draws
-/// is farther out in the tail. The fraction is small because a horseshoe prior has hundreds of local scales, and some
+/// Under a prior with heavy tails, a value is rare if less than this fraction of the prior draws is farther out in the
+/// tail. The fraction is small because a horseshoe prior has hundreds of local scales, and some
 /// of these scales are expected far out in the tail.
 const RARE: f64 = 1e-3;
 

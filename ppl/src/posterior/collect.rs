@@ -7,7 +7,7 @@ use crate::density::{Location, Rejection};
 use crate::quantity::draws::{Group, Values};
 use crate::quantity::record::{Entry, Record, Role};
 
-/// The part of a record entry whose numbers form a column.
+/// Part of a record entry that is collected into a column.
 #[derive(Clone, Copy)]
 enum Aspect {
     Values,

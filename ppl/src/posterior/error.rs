@@ -16,9 +16,9 @@ pub enum SampleError {
          unknowns"
     )]
     Screening {
-        /// Unknowns of the cheap model.
+        /// Unknowns of the cheap model with their shapes, as a text such as `mu, sd[3]`.
         screening: String,
-        /// Unknowns of the expensive model.
+        /// Unknowns of the expensive model with their shapes, as a text such as `mu, sd[3]`.
         deciding: String,
     },
     /// The run could not start.

@@ -42,8 +42,8 @@ pub trait Datum<V> {
         f(self.lift(), weight);
     }
 
-    /// Version of [`spread`](Datum::spread) for weights that are final, that is, are not multiplied by a further
-    /// factor. A value that sums its adjoint itself can add these weights directly, without a call of `f`.
+    /// Version of [`spread`](Datum::spread) for final weights, which no further factor multiplies. An implementation
+    /// that stores the sum of its adjoint can add the weights to this sum instead of calling `f`.
     #[doc(hidden)]
     #[inline(always)]
     fn settle(&self, weight: f64, f: &mut impl FnMut(V, f64)) {

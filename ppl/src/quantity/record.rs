@@ -41,9 +41,9 @@ pub struct Entry {
     pub variable: Variable,
     /// Elements of the value, row-major; the data for observed quantities.
     pub values: Vec<f64>,
-    /// Bounds at which the prior of a parameter can truncate the posterior: the ends of the prior's support if both
-    /// are finite and not natural bounds of the quantity, or the end at which the prior was truncated. `None` for
-    /// other quantities and other priors.
+    /// Bounds at which the prior of a parameter can truncate the posterior. The bounds are the ends of the prior's
+    /// support if both ends are finite and not natural bounds of the quantity (such as 0 and 1 for a share), or the end
+    /// at which the prior was truncated. `None` for other quantities and other priors.
     pub bounds: Option<(f64, f64)>,
     /// Log density of the prior of a parameter, summed over the executed statements; 0 for other quantities.
     pub log_prior: f64,

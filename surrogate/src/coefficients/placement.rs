@@ -53,8 +53,8 @@ impl CoefficientPosterior {
             let best = free.rev().max_by(|&a, &b| gains[a].total_cmp(&gains[b]));
             let Some(best) = best else { break };
             chosen.push(best);
-            // a run with the leverage h and the vector w changes A to A − Aψψᵀ A/(1 + h), whose factor is F (I − κ w
-            // wᵀ) with (1 − κ h)² = 1/(1 + h)
+            // a further run with w = Fᵀψ and the leverage h = |w|² changes A = F Fᵀ to A − Aψψᵀ A/(1 + h). The factor
+            // of the new matrix is F (I − κ w wᵀ) with (1 − κ h)² = 1/(1 + h)
             let w_best = w[best].clone();
             let h = dot(&w_best, &w_best);
             let shrink = if h > 0.0 { (1.0 - (1.0 + h).sqrt().recip()) / h } else { 0.0 };

@@ -46,7 +46,8 @@ pub struct FitReport {
     /// errors of the derivatives with respect to coordinate j on [−1, 1].
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub derivative_weights: Vec<f64>,
-    /// Covariance of the fit averaged over the box, on the outputs' scales; None if no derivatives were fitted.
+    /// Jackknife covariance of the error of the fit, averaged over the box, on the outputs' scales; None if no
+    /// derivatives were fitted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) mean_covariance: Option<Vec<Vec<f64>>>,
     /// Leverage averaged over the box, for inputs that are uniform on their scales. The average is tr (ΨᵀΨ)⁻¹, where Ψ

@@ -87,7 +87,7 @@ fn truncations(requested: Truncation) -> impl Iterator<Item = Truncation> {
     let most = match requested {
         Truncation::TotalDegree => 1.0,
         Truncation::Hyperbolic { q } => q,
-        // no hyperbolic truncation is tried, because it would exceed the degree limit of the input
+        // no hyperbolic truncation is tried, because its terms can exceed the limited degree of the input
         Truncation::Limited { .. } => 0.0,
     };
     let fewer = EXPONENTS.into_iter().filter(move |q| *q < most);

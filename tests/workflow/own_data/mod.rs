@@ -237,7 +237,7 @@ fn edited_products_are_used_and_never_replaced() {
     assert!(told.lines().any(|line| line.starts_with("mesh") && line.contains("done")), "{told}");
     assert_eq!(read("mesh.msh"), edited);
     let (code, _, err) = stage("mesh", &["--replace", "mesh.msh"]);
-    assert!(code == Some(0) && err.contains("gives up what was edited"), "{err}");
+    assert!(code == Some(0) && err.contains("discards the edit"), "{err}");
     assert_ne!(read("mesh.msh"), edited);
 }
 

@@ -158,7 +158,7 @@ fn data_that_no_simulation_reaches_stop_the_calibration_unless_accepted() {
         "error: mine/specimens.csv: mean of ",
         "_N",
         "over 5 specimens = ",
-        "lies outside what the ensemble reaches",
+        "is outside the range of the ensemble",
         "widen the box of [prior]",
         "--accept-out-of-range",
     ] {
@@ -169,7 +169,7 @@ fn data_that_no_simulation_reaches_stop_the_calibration_unless_accepted() {
     let read = |name: &str| std::fs::read_to_string(PathBuf::from(&out).join(name)).unwrap();
     for told in [&err, &text, &read("warnings.txt"), &read("summary.txt"), &read("report.html")] {
         assert!(told.contains("Data out of range: the experimental mean of"), "{told}");
-        assert!(told.contains("Nothing here is identified"), "{told}");
+        assert!(told.contains("No parameter is identified"), "{told}");
     }
     let report = read("report.html");
     assert!(report.contains(">data out of range</span>"));

@@ -53,7 +53,7 @@ fn an_error_of_the_mesh_qualifies_the_result_everywhere() {
     let run = breccia(dir.path(), &["run", "mine/case.toml", "--out", "out"]);
     let said = said_of(dir.path(), run);
     for told in &said {
-        assert!(told.contains("The calibrated values are those on this mesh"), "{told}");
+        assert!(told.contains("The calibrated values are valid for this mesh only"), "{told}");
         assert!(!told.contains("Nothing wrong") && !told.contains("No stage has warned"), "{told}");
     }
     let [_, _, summary, report] = said;

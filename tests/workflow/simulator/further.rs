@@ -29,7 +29,7 @@ fn processes_and_studies_share_the_runs_of_a_program() {
     assert!(dir.path().join("study/report.html").is_file());
 }
 
-/// A prior that cuts the posterior is extended with further runs of the program.
+/// A prior that truncates the posterior is extended with further runs of the program.
 #[test]
 fn a_prior_with_a_free_name_is_extended() {
     let narrow = CASE.replace("[1.0, 2.0]", "[1.0, 1.5]").replace("runs = 10", "runs = 6");

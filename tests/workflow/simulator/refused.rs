@@ -99,7 +99,10 @@ fn mistakes_are_named_with_their_remedy() {
                     poisson = 0.25\n[test]\ndisplacement_mm = 0.2\n[parameters]\nk1 = { prior = [1.0, 2.0] }\n";
     std::fs::write(dir.path().join("bar.toml"), built_in).unwrap();
     let (_, told, err) = breccia(dir.path(), &["check", "bar.toml"]);
-    assert!(format!("{told}{err}").contains("has a free name"), "{told}{err}");
+    assert!(
+        format!("{told}{err}").contains("is not a parameter of the built-in simulation"),
+        "{told}{err}"
+    );
     // a single run tries the program
     let bar = dir.path().join("bar.toml");
     std::fs::write(&bar, CASE).unwrap();

@@ -78,7 +78,7 @@ pub(crate) fn rescale(
     Ok((image.with(image.values.par_iter().map(round).collect()), scale))
 }
 
-/// Returns the values that would stand at two positions (`ranks`) of the sorted values, by a radix selection in two
+/// Returns the values at two positions (`ranks`) of the sorted order, without sorting, by a radix selection in two
 /// passes over 16-bit digits.
 fn ranked(values: &[f32], ranks: [u64; 2]) -> [f32; 2] {
     let first = counts(values, |key| Some((key >> 16) as usize));

@@ -107,8 +107,8 @@ impl<T: Scalar> Computation for ViscousIncrement<'_, T> {
 }
 
 impl<T: Scalar> ViscousIncrement<'_, T> {
-    /// Returns the shear modulus as a function of g at the time when the fraction `fraction` of the
-    /// instantaneous modulus has not relaxed.
+    /// Returns the shear modulus after a part of the Prony terms has relaxed, as a function of the degradation g.
+    /// `fraction` is the remaining fraction of the instantaneous modulus.
     #[inline(always)]
     fn modulus(&self, fraction: f64, degraded: bool) -> Modulus<T> {
         let g = self.damage.g;

@@ -58,7 +58,7 @@ impl Slots {
         let mut nodes = vec![0u32; per_element * count];
         let mut copies = Vec::new();
         let mut first = 0;
-        // the slot within a batch is the element's position in the packs of stored data
+        // within a batch, the slot of an element equals the position of the element in the packs of stored data
         let lane_of_row = lane_of_row::<T>();
         for chunk in &batches.chunks {
             for (batch, local) in chunk.local.chunks_exact(per_element).enumerate() {

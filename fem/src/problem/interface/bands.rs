@@ -177,8 +177,8 @@ impl Bands {
     }
 }
 
-/// Returns the share of each region's volume that is in a band, for the share of each element. Of a mixture, the volume of
-/// the matrix counts.
+/// Returns the share of each region's volume that is in a band. `shares` contains the share of each element in the
+/// band. Only the matrix of a mixture is included in the volumes.
 fn shares_of_regions(mesh: &TetMesh, shares: &[f64]) -> Vec<f64> {
     let mut sums = vec![[0.0; 2]; mesh.regions.len()];
     for (tet, share) in shares.iter().enumerate() {

@@ -49,8 +49,8 @@ impl Past {
         Self { changes: self.changes.iter().map(convert).collect(), steps: self.steps.clone() }
     }
 
-    /// Extrapolates `fields`, the last equilibrium, by an increment `ahead` of the clock. Increments before the last
-    /// corner of the load, where its speed changed, are not used: the corner lies `since_corner` before the last
+    /// Extrapolates `fields`, the last equilibrium, by an increment `ahead` of the clock. Only increments after the
+    /// last change of speed of the load (corner) are used. `since_corner` is the time from this corner to the last
     /// equilibrium. `size` returns the norms of the displacement and of the damage in a term of the extrapolating
     /// polynomial.
     pub(crate) fn continue_by(

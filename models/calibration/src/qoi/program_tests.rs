@@ -47,7 +47,8 @@ const PROGRAM: [(f64, f64); 3] = [(0.4, 0.1), (6.4, 0.1), (6.8, 0.0)];
 /// Force of the standard linear solid in [`PROGRAM`], with the Maxwell stiffness `maxwell`.
 fn solid(maxwell: f64) -> impl Fn(f64, f64) -> f64 {
     let speed = 0.1 / 0.4;
-    // f of a ramp that begins at zero time, and of the reversed ramp from 0.4 s on
+    // Maxwell force f of a ramp that starts at t = 0. The program is the sum of this ramp, of the reversed ramp from
+    // 0.4 s on, and of the reversed ramp from 6.4 s on
     let ramp = move |t: f64| match t > 0.0 {
         true => maxwell * speed * TAU_S * (1.0 - (-t / TAU_S).exp()),
         false => 0.0,

@@ -145,8 +145,9 @@ fn the_deviation_of_means_has_its_standard_deviation() {
     assert_eq!(only.deviation(&[3.0]).p_value(), None);
 }
 
-/// Draws with the posterior standard deviation 1 % and a packing each (4 %), specimens that scatter by 5 % (packings 4 %, the rest
-/// 3 %): the mean of 6 specimens has the standard deviation √(1² + 5²/6) % = 2.27 %, and one specimen √(1² + 5²) %.
+/// The draws have a posterior standard deviation of 1 %, and each draw has its own packing, which adds 4 %. The
+/// specimens scatter by 5 % (4 % from packings, 3 % from other causes). The predicted mean of 6 specimens then has the
+/// standard deviation √(1² + 5²/6) % = 2.27 %, and the prediction of one specimen √(1² + 5²) %.
 #[test]
 fn scatter_between_microstructures_is_not_shared_by_the_specimens() {
     let mut noise = Noise::new(6);
@@ -172,7 +173,7 @@ fn scatter_between_microstructures_is_not_shared_by_the_specimens() {
         .collect();
     let (found, error) = mean_and_error(&squares);
     assert!(error < 0.05 && (0.8..1.2).contains(&found), "{found} ± {error}");
-    // a variance larger than that of the means leaves no spread
+    // if the removed variance exceeds the variance of the means, all means become equal
     let none = Prediction::new(vec![1.0, 3.0], vec![1.0; 2], 0.0).unwrap().without_variance(5.0);
     assert_eq!((none.means[0], none.means[1]), (2.0, 2.0));
 }
@@ -208,11 +209,11 @@ fn the_probability_of_specimens_outside_is_their_frequency() {
         let error = (observed * (1.0 - observed) / f64::from(repetitions)).sqrt();
         let found = prediction.probability_outside(interval, least, total);
         assert!((found - observed).abs() < 4.0 * error, "{least}: {found} {observed}");
-        // at least `least` outside, or at least 9 − `least` inside: exactly one of them is true
+        // of 8 specimens, either at least `least` are outside or at least 9 − `least` are inside
         let inside = prediction.probability_inside(interval, total + 1 - least, total);
         assert!((found + inside - 1.0).abs() < 1e-9, "{least}: {found} {inside}");
     }
-    // without anything shared, the specimens are independent
+    // without shared parameters and errors, the specimens are independent
     let alone = Prediction::new(vec![0.0; 2], vec![1.0; 2], 0.0).unwrap();
     let found = alone.probability_outside(alone.interval(0.95), 3, 8);
     assert!((found - binomial_tail(3, 8, 0.05)).abs() < 1e-9, "{found}");

@@ -37,8 +37,8 @@ impl CaseFile {
         mistakes.note(self.within("design.runs", runs, 4.0, 1e6, "runs", help));
         self.check_sequential(mistakes);
         let max_order = case.surrogate.max_order as f64;
-        let help = "Orders up to this one are tried: order 0 alone is a constant, from which \
-                    nothing can be calibrated; the paper's choice is 3.";
+        let help = "Orders up to this order are tried. Order 0 alone is a constant, which \
+                    determines no parameter; the paper uses 3.";
         mistakes.note(self.within("surrogate.max_order", max_order, 1.0, 8.0, whole, help));
         if let OrderRule::Fixed(order) = case.surrogate.rule {
             let (key, help) =
@@ -79,7 +79,7 @@ impl CaseFile {
                 0.0,
                 1e7,
                 "",
-                "Steps that are left out after those of tuning.",
+                "Number of steps after the warmup that are discarded.",
             ),
             (
                 "target_accept",
@@ -114,8 +114,8 @@ impl CaseFile {
 
     /// Refuses a number of load steps, given by `key`, that is too small for quantities of interest.
     pub(crate) fn check_number_of_steps(&self, key: &str, steps: u32) -> Result<(), InputError> {
-        let help = "A curve that a slope and a peak are taken from has points on both sides of \
-                    the peak: the paper takes 44 steps. Leave it out for adaptive steps.";
+        let help = "Slope and peak need points of the curve on both sides of the peak: the paper uses \
+                    44 steps. Remove this key for adaptive steps.";
         self.within(key, f64::from(steps), LEAST_STEPS, 1e9, "steps", help)
     }
 
@@ -126,10 +126,10 @@ impl CaseFile {
             Err(self.error("qoi.quantities", format!("[{shown}]"), problem, help))
         };
         if quantities.is_empty() {
-            return refuse("nothing is compared");
+            return refuse("no quantity is compared");
         }
         if (1..quantities.len()).any(|i| quantities[..i].contains(&quantities[i])) {
-            return refuse("one is named twice");
+            return refuse("a quantity is named twice");
         }
         Ok(())
     }
@@ -210,11 +210,11 @@ impl CaseFile {
             let key = format!("calibration.discrepancy.percent.{quantity}");
             if !compared.contains(quantity) {
                 let known: Vec<String> = compared.iter().map(Quantity::to_string).collect();
-                let help = format!("What is compared is: {}.", known.join(", "));
+                let help = format!("The compared quantities are: {}.", known.join(", "));
                 return Err(self.error(&key, percent.to_string(), "is not compared", help));
             }
-            let help = "It is the standard deviation of the model's own error: 3.0 for one that may \
-                        be 3 % off. Leave the quantity out where there is none.";
+            let help = "It is the standard deviation of the model's error in %: 3.0 for an error of 3 %. \
+                        Remove quantities without an error.";
             self.within(&key, percent, 1e-3, 100.0, "%", help)?;
         }
         Ok(())
@@ -226,9 +226,9 @@ impl CaseFile {
         };
         let help = "0.1: a tenth of the variance of a parameter may come from the surrogate.";
         mistakes.note(self.within("sequential.share", *share, 1e-3, 1.0, "of the variance", help));
-        let help = "Between two batches there is a calibration: a few at a time, not one by one.";
+        let help = "Each batch needs a calibration: use several runs per batch.";
         mistakes.note(self.within("sequential.batch", *batch as f64, 2.0, 100.0, "runs", help));
-        let help = "The most runs of all batches: at least one batch.";
+        let help = "Largest number of runs of all batches together: at least one batch.";
         let batch = *batch as f64;
         mistakes.note(self.within("sequential.most", *most as f64, batch, 1e6, "runs", help));
     }

@@ -26,7 +26,7 @@ impl CaseFile {
                 mistakes.note(Err(self.error(
                     "experiments.read",
                     "",
-                    "stands beside experiments.virtual",
+                    "cannot be combined with experiments.virtual",
                     "Virtual specimens are not read from files: remove one of the two.",
                 )));
             }
@@ -36,7 +36,7 @@ impl CaseFile {
             mistakes.note(Err(self.error(
                 "experiments.values",
                 values.display().to_string(),
-                "stands beside another kind of specimens",
+                "cannot be combined with another kind of specimens",
                 "Keep one of values (measured quantities), table (measured curves) and virtual.",
             )));
         }
@@ -52,7 +52,7 @@ impl CaseFile {
             (Some(table), Some(_)) => Err(self.error(
                 "experiments.table",
                 table.display().to_string(),
-                "stands beside experiments.virtual",
+                "cannot be combined with experiments.virtual",
                 "Specimens are either measured or virtual: remove one of the two.",
             )),
             // the existence of the file is checked in `CaseFile::table`, because only the stage `experiments` needs the
@@ -71,7 +71,7 @@ impl CaseFile {
             return Err(self.error(
                 "experiments.virtual",
                 "",
-                "virtual specimens need a cylinder to put their own grains in",
+                "needs a cylinder, because each virtual specimen has its own packing",
                 "Give specimen.radius_mm, height_mm and spacing_mm instead of an image, STL files or a mesh, or test \
                  real specimens (experiments.table).",
             ));

@@ -22,16 +22,17 @@ impl CaseFile {
         let refuse =
             |problem: &str, help: &str| Err(self.error(key, packings.to_string(), problem, help));
         if design.microstructure == Microstructure::One {
-            let help = "Remove one of the two: with microstructure = \"one\" there is one.";
-            return refuse("stands beside design.microstructure = \"one\"", help);
+            let help =
+                "Remove one of the two: with microstructure = \"one\" there is only one packing.";
+            return refuse("cannot be combined with design.microstructure = \"one\"", help);
         }
         let is_packing = |geometry: &SpecimenGeometry| matches!(geometry, SpecimenGeometry::Cylinder { grains: Some(own), .. } if own.fraction > 0.0);
         if !is_packing(geometry) {
             let help = "Leave it out. Images of several specimens are named in specimen.image.further_stacks.";
-            return refuse("is of specimens that a packing describes", help);
+            return refuse("needs a specimen that is described by a packing", help);
         }
-        let help = "From two on they show how they scatter, the more the better: leave the key out for a packing \
-                    of its own for each run. One alone is design.microstructure = \"one\".";
+        let help = "At least two packings are needed to estimate their scatter, better more. Without this key each run \
+                    has its own packing. For a single packing write design.microstructure = \"one\".";
         self.within(key, packings as f64, 2.0, runs, whole, help)
     }
 }

@@ -57,8 +57,9 @@ fn check_alone(file: &CaseFile, mistakes: &mut Mistakes) {
         ("confirm.second_spacing_mm", case.confirm.second_spacing_mm.is_some()),
     ];
     for (key, _) in of_simulation.into_iter().filter(|(_, is_given)| *is_given) {
-        let problem = format!("is of the built-in simulation and stands beside {source}");
-        let help = "Keep one of the two. Numbers that the simulator needs stand in its input file.";
+        let problem = format!("is of the built-in simulation and cannot be combined with {source}");
+        let help =
+            "Keep one of the two. Write constants that the simulator needs into its input file.";
         mistakes.note(Err(file.error(key, "", problem, help)));
     }
     let of_new_runs = [
@@ -67,18 +68,19 @@ fn check_alone(file: &CaseFile, mistakes: &mut Mistakes) {
         ("extend", is_import && !case.extend.is_empty()),
     ];
     for (key, _) in of_new_runs.into_iter().filter(|(_, is_given)| *is_given) {
-        let problem = "makes new runs and stands beside design.import, which has finished ones";
+        let problem =
+            "makes new runs and cannot be combined with design.import, which has finished runs";
         let help = "Keep one of the two.";
         mistakes.note(Err(file.error(key, "", problem, help)));
     }
     if case.prior.is_none() {
-        let help =
-            "Name what is calibrated: [parameters] k1 = { unit = \"MPa\", prior = [1.0, 2.0] }.";
+        let help = "Declare the calibrated parameters: [parameters] k1 = { unit = \"MPa\", prior = [1.0, 2.0] }.";
         mistakes.note(Err(file.error("parameters", "", "is missing", help)));
     }
 }
 
-/// Refuses properties of the testing machine that nothing is corrected by.
+/// Refuses `[machine]` if the case has no measured curves to correct, and calibrated properties of the machine if a
+/// program makes the runs.
 fn check_machine_outside(file: &CaseFile, mistakes: &mut Mistakes) {
     let case = &file.case;
     let has_values = case.experiments.as_ref().is_some_and(|e| e.values.is_some());
@@ -91,8 +93,7 @@ fn check_machine_outside(file: &CaseFile, mistakes: &mut Mistakes) {
     let of_runs = case.prior.iter().filter(|_| case.simulator.is_some());
     for (parameter, _) in of_runs.flat_map(PriorCase::iter) {
         if MachineCase::is_path(&parameter.to_string()) {
-            let problem =
-                "is calibrated by built-in simulations only, and stands beside [simulator]";
+            let problem = "is calibrated by built-in simulations only, and cannot be combined with [simulator]";
             let help = "Write the property as a number in [machine], by which the measured curves are corrected, or \
                         calibrate it as a parameter of the program, in [parameters].";
             mistakes.note(Err(file.error(&format!("prior.{parameter}"), "", problem, help)));
@@ -121,7 +122,7 @@ fn check_free_parameters(file: &CaseFile, mistakes: &mut Mistakes) {
             Err(file.error(&format!("{key}.unit"), "\"\"", "is empty", help))
         } else if file.case.is_built_in() {
             refuse(
-                "has a free name, which the built-in simulation does not know",
+                "is not a parameter of the built-in simulation",
                 "Add [simulator] or design.import, or name a number of the case in [prior].",
             )
         } else {

@@ -17,7 +17,7 @@ impl CaseFile {
         case.extend.clear();
         for (k, extension) in self.case.extend.iter().enumerate() {
             let key = format!("extend[{k}]");
-            let help = "As many as the first batch fill a box of the same width alike.";
+            let help = "Use as many runs as in the first batch for a range of the same width.";
             self.within(&format!("{key}.runs"), extension.runs as f64, 1.0, 1e6, "runs", help)?;
             let mut mistakes = Mistakes::default();
             for (parameter, bounds) in extension.prior.iter() {
@@ -41,8 +41,8 @@ impl CaseFile {
             };
             let ([low, high], value) = (before.range(), format!("[{lower:?}, {upper:?}]"));
             if lower > high || upper < low || (lower >= low && upper <= high) {
-                let help = format!("It is [{low:?}, {high:?}] until here: begin where that ends.");
-                let problem = "does not go on where the prior ends";
+                let help = format!("The range is [{low:?}, {high:?}]: begin at one of its ends.");
+                let problem = "does not adjoin the range of the prior";
                 return Err(self.error(&place, value, problem, help));
             }
             if let Err(error) = before.within(low.min(lower), high.max(upper)).validate() {
@@ -60,7 +60,7 @@ impl CaseFile {
                 "prior",
                 "",
                 "names no parameter",
-                "Name what is calibrated with its prior: matrix.young_mpa = [250.0, 300.0].",
+                "Name each calibrated parameter with its prior: matrix.young_mpa = [250.0, 300.0].",
             )));
         }
         for (parameter, prior) in prior.iter() {
@@ -185,8 +185,8 @@ impl CaseFile {
         }
     }
 
-    /// Refuses priors of the fractions of Prony series whose upper bounds together leave nothing of a modulus. The check of
-    /// single bounds takes the other fractions from the case.
+    /// Refuses priors of the fractions of a Prony series if the sum of all upper bounds is 1 or more: no long-term
+    /// modulus would remain. The check of a single bound uses the values of the case for the other fractions.
     pub(super) fn check_fractions(&self) -> Result<(), InputError> {
         let Some(prior) = self.case.whole_prior().filter(|_| self.case.is_built_in()) else {
             return Ok(());
@@ -206,7 +206,8 @@ impl CaseFile {
             let error = self.in_fem(region, &parts.material[region]);
             if let Err(FemError::OutOfRange { field: "fraction", value, .. }) = error {
                 let key = format!("prior.{region}.viscoelastic");
-                let problem = "is the sum of the largest fractions of the priors: nothing of the modulus remains";
+                let problem =
+                    "is the sum of the upper bounds of all fractions: no long-term modulus remains";
                 let help =
                     "Lower the upper bounds of the fractions, so that their sum stays below 1.";
                 return Err(self.error(&key, value.to_string(), problem, help));

@@ -38,12 +38,11 @@ impl CaseFile {
                 ..
             } => {
                 if let Some(voxel_mm) = options.voxel_mm {
-                    let help =
-                        "It is the edge of a voxel; leave it out where the file's tags say it.";
+                    let help = "It is the edge of a voxel; remove it if the tags of the file state the edge.";
                     let key = "specimen.image.voxel_mm";
                     mistakes.note(self.within(key, voxel_mm, 1e-9, 1e2, "mm", help));
                 }
-                let help = "It averages blocks of so many voxels along each edge; 1 leaves them as they are.";
+                let help = "It averages blocks of bin × bin × bin voxels; 1 means no averaging.";
                 let bin = options.bin as f64;
                 mistakes.note(self.within("specimen.image.bin", bin, 1.0, 1000.0, "voxels", help));
                 mistakes.note(self.check_segmentation(segmentation));
@@ -154,7 +153,7 @@ impl CaseFile {
                     &key,
                     value.to_string(),
                     "is given, but the law has constants of its own",
-                    "Leave it out: the law's constants say how stiff it is.",
+                    "Remove it: the constants of the law determine the stiffness.",
                 ),
                 _ => continue,
             };
@@ -166,7 +165,7 @@ impl CaseFile {
             mistakes.note(Err(self.error(
                 &format!("material.{region}.plastic"),
                 "",
-                "stands beside viscoelastic",
+                "cannot be combined with viscoelastic",
                 "A region is viscoelastic or plastic: remove one of the two.",
             )));
         }
@@ -283,7 +282,9 @@ impl CaseFile {
             "test.arc_length.release_n_mm" => {
                 "A fiftieth of toughness times cross-section is a start."
             }
-            "solver.tolerance" => "1e-8 suits most; a looser one shows in the curve.",
+            "solver.tolerance" => {
+                "1e-8 suits most cases; a larger tolerance changes the curve noticeably."
+            }
             _ => "Leave it out for the default.",
         };
         Err(self.error(&key, value.to_string(), format!("must be {requirement}"), help))
@@ -296,7 +297,7 @@ impl CaseFile {
             Err(self.error(
                 key,
                 "",
-                "stands beside [conditions]",
+                "cannot be combined with [conditions]",
                 "Conditions replace the platens, and are for single simulations: remove one of the two.",
             ))
         };
@@ -306,8 +307,8 @@ impl CaseFile {
                 "test.displacement_mm",
                 "",
                 "is missing",
-                "Add how far the top platen moves, a load program in test.program, or a table [conditions] that says what \
-                 acts.",
+                "Add the displacement of the top platen, a load program in test.program, or a table [conditions] with \
+                 displacements and loads.",
             )),
             (None, Some(displacement_mm)) => self.within(
                 "test.displacement_mm",
@@ -342,7 +343,7 @@ impl CaseFile {
                 return Err(self.error(
                     &format!("conditions.prescribe ({})", entry.surface),
                     "",
-                    "prescribes nothing",
+                    "prescribes no value",
                     "Give x_mm, y_mm, z_mm or damage; 0.0 holds a component.",
                 ));
             }
@@ -369,7 +370,7 @@ impl CaseFile {
             return Err(self.error(
                 &format!("test.{second}"),
                 "",
-                format!("stands beside test.{first}"),
+                format!("cannot be combined with test.{first}"),
                 "Keep one of steps, adaptive and arc_length.",
             ));
         }
@@ -393,7 +394,7 @@ impl CaseFile {
                 mistakes.note(Err(self.error(
                     key,
                     value.to_string(),
-                    "is given, but the platens are sliding ones, which resist nothing",
+                    "is given, but sliding platens have no friction and no drag",
                     "Write platens = \"unilateral\", or leave it out.",
                 )));
             }

@@ -62,7 +62,7 @@ fn check_entry(file: &CaseFile, entry: &ValidationCase, own: &CaseFile, mistakes
     }
     for (quantity, &percent) in &entry.scatter_percent {
         let key = place(&format!("scatter_percent.{quantity}"));
-        let help = "It is the standard deviation between specimens: 5.0 for one of 5 %.";
+        let help = "It is the standard deviation between specimens in %: 5.0 for 5 %.";
         mistakes.note(file.within(&key, percent, 1e-3, 200.0, "%", help));
         if !own.case.qoi.quantities.contains(quantity) {
             let help = "Name quantities of this validation: set.qoi.quantities, or those of [qoi].";

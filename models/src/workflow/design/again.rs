@@ -100,7 +100,7 @@ fn read_again(
         let (curve, _) = preparation.apply(&specimen.curve, fraction);
         let curve = MeshScale::of_row(row)?.apply(&curve);
         let values = Qois::values_of(&curve, fraction, quantities).map_err(|error| {
-            let help = "Take other quantities: the test did not go on to where these are taken.";
+            let help = "Choose quantities that the measured curves reach.";
             InputError::new(&path, "id", id, error.to_string(), help)
         })?;
         rows.push(values);

@@ -50,9 +50,9 @@ pub(super) fn corrected(
         let name = Quantity::of_column(row.text("qoi"))
             .map_or_else(|| row.text("qoi").to_owned(), |quantity| quantity.label());
         results.notes.push(format!(
-            "Level {} of the meshes: {name} on the next level is {:.3} times as large, from {} runs on \
-             both, known to {:.1} % (runs scatter by {:.1} %). Runs are corrected by it, and the ensemble's \
-             curves are drawn so.",
+            "Level {} of the meshes: {name} on the next level is {:.3} times as large (from {} runs on both levels, \
+             standard error {:.1} %; runs scatter by {:.1} %). The runs are corrected by this ratio, and the figures \
+             show the corrected curves.",
             row.text("level"),
             row.number("ratio")?,
             row.text("runs"),

@@ -115,9 +115,9 @@ fn surrogate(misfits: &[Misfit]) -> Vec<Warning> {
         return Vec::new();
     }
     let text = format!(
-        "The fit is poor: at the MAP {}. The calibrated values make up for an error of the curves or of the model. Look \
-         at the curves (toe, zero of force and displacement, rate of the test), and at what [material] and [test] leave \
-         out.",
+        "The fit is poor: at the MAP {}. The calibrated values compensate an error of the curves or of the model. Check \
+         the curves (toe, zero of force and displacement, rate of the test), and look for effects that [material] and \
+         [test] omit.",
         poor.join(", ")
     );
     qualified(Qualifier::PoorFit, text)
@@ -137,8 +137,8 @@ fn simulation(misfits: &[Misfit], simulated: &[f64]) -> Vec<Warning> {
         return Vec::new();
     }
     let text = format!(
-        "The fit is poor: in the simulation at the MAP {}, although the surrogate fits. The surrogate is wrong there \
-         (surrogate_orders.csv), or the microstructure of the case is not like those of the specimens.",
+        "The fit is poor: in the simulation at the MAP {}, although the surrogate fits. The surrogate is \
+         inaccurate at the MAP (surrogate_orders.csv), or the microstructure of the case differs from the specimens.",
         poor.join(", ")
     );
     qualified(Qualifier::PoorFit, text)

@@ -54,8 +54,8 @@ fn warned(shifts: &[Shift]) -> Vec<Warning> {
             own.map(|shift| format!("{} shifts by {:+.1}", shift.parameter, shift.sd)).collect();
         Warning {
             text: format!(
-                "Specimen {specimen} decides the result: without it, {} posterior standard deviations. Look at its \
-                 curve and at how it was made and tested.",
+                "Specimen {specimen} decides the result: without it, {} posterior standard deviations. Check its \
+                 curve, its preparation and its test.",
                 words.join(", ")
             ),
             qualifier: None,

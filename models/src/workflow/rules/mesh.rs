@@ -71,9 +71,9 @@ fn warned(errors: &[MeshError]) -> Vec<Warning> {
     let words: Vec<String> = large.iter().map(words).collect();
     let entries: Vec<String> = large.iter().map(entry).collect();
     let text = format!(
-        "The calibrated values are those on this mesh: it is estimated to change {} at the MAP, which no interval \
-         includes. Take a smaller specimen.spacing_mm, for which few runs pay with [fidelity], or quadratic elements; or \
-         let the intervals include the error: calibration.discrepancy.percent = {{ {} }}.",
+        "The calibrated values are valid for this mesh only: the mesh is estimated to change {} at the MAP, and this \
+         error is not included in the intervals. Use a smaller specimen.spacing_mm (with [fidelity] few runs need it) or \
+         quadratic elements; or include the error in the intervals: calibration.discrepancy.percent = {{ {} }}.",
         words.join(", "),
         entries.join(", ")
     );

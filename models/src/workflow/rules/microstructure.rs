@@ -84,9 +84,9 @@ fn check(inputs: &Inputs<'_>) -> Result<Vec<Warning>, WorkflowError> {
 fn warned(source: Source) -> Vec<Warning> {
     let [what, mend] = source.words();
     let text = format!(
-        "{what}: the posterior does not know how specimens scatter about this microstructure. The intervals do \
-         not include this scatter, and the calibrated values include the difference between this microstructure and \
-         those tested: {mend}."
+        "{what}, so that the scatter between microstructures is unknown. The intervals do not include this scatter, and \
+         the calibrated values compensate the difference between this microstructure and the tested specimens: \
+         {mend}."
     );
     qualified(Qualifier::OneMicrostructure, text)
 }
@@ -121,7 +121,11 @@ mod tests {
             let warnings = warned(source);
             assert_eq!(warnings[0].qualifier, Some(Qualifier::OneMicrostructure));
             let text = &warnings[0].text;
-            assert!(text.contains("how specimens scatter") && text.contains(mend), "{text}");
+            assert!(
+                text.contains("the scatter between microstructures is unknown")
+                    && text.contains(mend),
+                "{text}"
+            );
         }
     }
 }

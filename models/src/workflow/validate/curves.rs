@@ -92,8 +92,8 @@ pub(super) fn emulated(
 /// The band of the simulated curves, and the held-out curves; `None` if there are no curves, or if the scatter of the force
 /// between specimens is unknown.
 ///
-/// At each displacement the force of a new specimen is the force of the simulation at a draw, with the relative scatter of
-/// the peak force. The error of the model is that of the peak force, as `[calibration.discrepancy]` states it. The scatter of the
+/// At each displacement the force of a new specimen is the force of the simulation at a draw, with the relative scatter
+/// of the peak force and with the error that `[calibration.discrepancy]` states for the peak force. The scatter of the
 /// displacements is omitted.
 ///
 /// # Errors

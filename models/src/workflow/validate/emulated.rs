@@ -99,7 +99,8 @@ pub(super) fn predictions(
 mod tests {
     use super::*;
 
-    /// One quantity: precision-weighted combination of the prior of δ and of the observed gap.
+    /// Compares with the closed form for a single quantity: the posterior mean of δ is the mean of its prior and of the
+    /// observed gap, weighted by their precisions.
     #[test]
     fn the_shared_error_given_specimens_is_the_conjugate_normal() {
         let one = |x: f64| DMatrix::from_element(1, 1, x);

@@ -95,7 +95,7 @@ fn validated(
             (predictions, curves::emulated(&task.inputs, &inputs)?)
         }
         false => {
-            // what has been read until now does not identify the runs
+            // start with an empty record of inputs: the inputs that were read so far do not identify the runs
             let own = task.with(task.inputs.of_folder(&file, &dir));
             let runs = simulated::Runs::at_draws(task, &own, entry, calibrated)?;
             task.inputs.reads_in_folder(&own.inputs, &folder);
@@ -146,7 +146,7 @@ fn warn_of(
     Ok(())
 }
 
-/// Writes the coverage of the intervals over all quantities with a known scatter. The interval of the coverage is that of
+/// Writes the coverage of the intervals over all quantities with a known scatter. The interval of the coverage assumes
 /// independent specimens; the verdicts allow for the parameters that the specimens share.
 fn write_coverage(task: &Task<'_>, all: &[Compared]) -> Result<(), WorkflowError> {
     let rows = LEVELS.iter().enumerate().filter_map(|(k, level)| {

@@ -58,7 +58,7 @@ pub(super) struct Scatter<'a> {
     /// between specimens includes it too, so that it is removed from the means.
     pub(super) of_microstructures: Option<Vec<f64>>,
     /// Means of the calibrated quantities over the calibrated specimens, if the held-out specimens are of the same test. The
-    /// calibrated scatter is relative to these means. In another test it is relative to the predicted means.
+    /// calibrated scatter is relative to these means. In another test the scatter is relative to the predicted means.
     pub(super) calibrated_means: Option<&'a [f64]>,
 }
 
@@ -123,7 +123,8 @@ mod tests {
         let stated = alone.sds(&peak, &[&draw], &[30.0]).unwrap();
         assert!((stated[0] - 3.0).abs() < 1e-12, "{stated:?}");
         assert!(alone.sds(&energy, &[&draw], &[1.0]).is_none());
-        // the same test: the calibrated scatter is relative to the calibrated mean, the stated one to the predicted mean
+        // in the same test, the calibrated scatter is relative to the calibrated mean, and the scatter stated in the
+        // case is relative to the predicted mean
         let same = Scatter { calibrated_means: Some(&[-400.0, 60.0]), ..scatter(None) };
         assert_eq!(same.sds(&slope, &[&draw], &[-200.0]).unwrap(), [20.0]);
         assert_eq!(same.sds(&peak, &[&draw], &[30.0]).unwrap(), stated);

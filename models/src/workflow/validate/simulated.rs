@@ -34,7 +34,8 @@ pub(super) struct Runs<'a> {
     pub(super) force: Option<ForceScatter>,
 }
 
-/// Scatter and error of the force of simulated curves, as those of the peak force, relative to the force.
+/// Relative scatter and error of the force of simulated curves; at each displacement, the scatter and the error of the
+/// peak force are used.
 pub(super) struct ForceScatter {
     /// Variance between specimens at each draw.
     pub(super) variances: Vec<f64>,

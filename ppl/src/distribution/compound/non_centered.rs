@@ -74,7 +74,7 @@ impl<R: Scalar, D: LocationScale<R>> Unknown<R> for NonCentered<D> {
         if jacobian {
             return self.inner.stretch(&standard.constrain(next, jacobian, terms));
         }
-        // without the Jacobian, the density is the density of x and not of z
+        // if `jacobian` is false, the result is the density of x, so that the density terms of z are discarded
         let (z, _) = Joined::with(|terms| standard.constrain(next, jacobian, terms));
         let x = self.inner.stretch(&z);
         self.inner.add_terms(&x, terms);

@@ -77,7 +77,8 @@ where
         let (k, mean, shape) = (*k as f64, self.0.number(), self.1.number());
         let excess = (k - mean) / (shape + mean);
         let in_mean = excess * (shape / mean);
-        // ψ(k + r) − ψ(r) − ln(1 + μ/r) + (μ − k)/(r + μ), with ψ(x) = ln x − (ln x − ψ(x))
+        // ψ(k + r) − ψ(r) − ln(1 + μ/r) + (μ − k)/(r + μ); to avoid cancellation, the digamma function ψ is expressed
+        // by the function ln x − ψ(x)
         let in_shape = ln_1p_minus(excess) + ln_minus_digamma(shape) - ln_minus_digamma(shape + k);
         terms.add(ln_pmf(k, mean, shape), ((self.0, in_mean), (self.1, in_shape)));
     }

@@ -79,7 +79,7 @@ fn add_terms<R: Scalar, S: Size>(
     if !R::DIFFERENTIABLE {
         return terms.add_number(R::from(value));
     }
-    // ψ((ν + K)/2) − ψ(ν/2), with ψ(x) = ln x − (ln x − ψ(x))
+    // ψ((ν + K)/2) − ψ(ν/2); to avoid cancellation, the digamma function ψ is expressed by the function ln x − ψ(x)
     let digammas =
         (2.0 * half / nu).ln_1p() + ln_minus_digamma(0.5 * nu) - ln_minus_digamma(0.5 * nu + half);
     let weight = (nu + 2.0 * half) / (nu + square);

@@ -160,7 +160,7 @@ impl<'t> Scalar for Var<'t> {
         partials.spread(&mut |argument, partial| writer.add(argument, partial));
         match writer.tape {
             Some(tape) => {
-                // an operation that an iterator of arguments makes on the way would overwrite the edges
+                // if the iterator of arguments itself makes an operation, this operation overwrites the edges
                 let is_whole = writer.most != usize::MAX || writer.child as usize == tape.mark();
                 assert!(is_whole, "the arguments of an operation must be computed before it");
                 tape.push(value, writer.start + writer.written)

@@ -46,7 +46,7 @@ pub enum ChainsFileError {
     /// The file does not contain chains in this version of the format.
     #[error(
         "{} is not a file of chains in the format `{FORMAT}` (it begins with {found}): give a file \
-         written by `Chains::save` of this version, or run the sampler anew",
+         written by `Chains::save` of this version, or run the sampler again",
         path.display()
     )]
     Format {
@@ -56,7 +56,7 @@ pub enum ChainsFileError {
         found: String,
     },
     /// The contents of the file are damaged.
-    #[error("the chains in {} are damaged ({message}): run the sampler anew", path.display())]
+    #[error("the chains in {} are damaged ({message}): run the sampler again", path.display())]
     Damaged {
         /// Path of the file.
         path: PathBuf,

@@ -285,7 +285,8 @@ impl Warmup {
         }
         self.learnt = true;
         let map = metric.kind();
-        // the first matrix with correlations changes the scale as much as the first variances
+        // restart at the first matrix with correlations, too: it can change the scale as much as the first estimate of
+        // the variances
         let restarted = !kept && (restart || discriminant(&map) != discriminant(&before));
         let divergences = choice.divergences;
         self.switches.push(MapSwitch { draw, map, kept, restarted, divergences });

@@ -61,9 +61,9 @@ pub enum RunError {
          unknowns"
     )]
     Screening {
-        /// Unknowns of the cheap density.
+        /// Number of coordinates of the cheap density, in words.
         screening: String,
-        /// Unknowns of the expensive density.
+        /// Number of coordinates of the expensive density, in words.
         deciding: String,
     },
     /// The chains to resume do not fit this run.

@@ -239,7 +239,10 @@ impl<F: Fn(usize) -> K + Sync, K: Kernel> Method for UserKernel<F> {
         _: &dyn ErasedDensity,
         _: Chains,
     ) -> Result<Chains, RunError> {
-        Err(misfit("the state of a user-defined kernel is not stored", "start anew with `run`"))
+        Err(misfit(
+            "the state of a user-defined kernel is not stored",
+            "start a new run with `run`",
+        ))
     }
 }
 

@@ -38,7 +38,7 @@ impl Settings<'_> {
         let is_lost = |chain: &Chain| chain.stream.is_none() && chain.paused.is_none();
         if let Some(number) = earlier.chains.iter().position(is_lost) {
             let reason = format!("chain {number} failed in its warmup");
-            return Err(misfit(reason, "start anew with `run`"));
+            return Err(misfit(reason, "start a new run with `run`"));
         }
         Settings { init: Starts::Uniform(0.0), ..self.clone() }.validate(dim)?;
         let max_depth = earlier.max_depth;
@@ -57,7 +57,7 @@ fn take_up<K: MarkovChain>(
     let paused = chain.paused.as_deref().map(|paused| &paused.stream);
     let stream = paused
         .or(chain.stream.as_ref())
-        .ok_or_else(|| misfit("a chain has no random stream", "start anew with `run`"))?;
+        .ok_or_else(|| misfit("a chain has no random stream", "start a new run with `run`"))?;
     let other = |reason| misfit(reason, "use the model and the data with which they were drawn");
     kernel.begin(last_position(chain, dim)).map_err(|rejection| {
         other(format!("the density now rejects the last draw of a chain: {rejection}"))

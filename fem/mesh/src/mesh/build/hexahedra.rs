@@ -25,7 +25,7 @@ pub(super) fn six(nodes: Vec<Point>, hexahedra: &[[u32; 8]]) -> TetMesh {
 }
 
 /// Divides each hexahedron into twelve tetrahedra: each inner face and the centres of its two hexahedra form four
-/// tetrahedra. At the boundary, where there is no second hexahedron, the centre of the face replaces its centre.
+/// tetrahedra. A boundary face has only one hexahedron; the centre of the face replaces the centre of the second one.
 /// `sides` contains the names of the surfaces for boundary faces on the bottom, top, front, right, back and left of a
 /// hexahedron.
 pub(super) fn twelve(mut nodes: Vec<Point>, hexahedra: &[[u32; 8]], sides: [&str; 6]) -> TetMesh {

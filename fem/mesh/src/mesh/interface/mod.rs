@@ -91,7 +91,7 @@ impl InterfaceSurface {
     }
 
     /// Returns the mean thickness (mm) of the row of elements at the surface, on the side of each region; zero if the
-    /// region has no element at the surface. Of a mixture, only the volume of the matrix is included.
+    /// region has no element at the surface. Only the matrix of a mixture is included.
     pub fn row_mm(&self) -> [f64; 2] {
         self.row_mm3.map(|volume| if volume > 0.0 { volume / self.area_mm2 } else { 0.0 })
     }
@@ -138,7 +138,8 @@ impl InterfaceSurface {
         self.regions.iter().position(|&region| region == phase)
     }
 
-    /// Returns the side of the matrix of a mixture of the two regions, and the mixture.
+    /// Returns the side (0 or 1) of the matrix of a tetrahedron, and its mixture; `None` unless the tetrahedron is a
+    /// mixture of the two regions.
     fn mixed_side(&self, mesh: &TetMesh, tet: usize) -> Option<(usize, Mixture)> {
         let mixture = mesh.mixture.as_ref()?[tet];
         let [first, second] = self.regions;

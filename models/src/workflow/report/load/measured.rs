@@ -106,8 +106,8 @@ pub(super) fn ensemble_so_far(inputs: &Inputs<'_>, results: &mut Results) {
     }
     if meshes > 1 && !results.ensemble.is_empty() {
         results.notes.push(format!(
-            "The runs are those on the first of {meshes} meshes, as simulated: they are corrected by the \
-             others once all have ended."
+            "The runs on the first of {meshes} meshes are shown without corrections. The corrections are computed when all \
+             runs have ended."
         ));
     }
 }

@@ -172,7 +172,7 @@ fn rule_in_words(rule: OrderRule) -> String {
         OrderRule::Split => {
             "the smallest order within 5 % of the least validation error of a 70/30 split".into()
         }
-        OrderRule::Fixed(order) => format!("order {order} was asked for"),
+        OrderRule::Fixed(order) => format!("the requested order {order}"),
     }
 }
 

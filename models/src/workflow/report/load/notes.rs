@@ -41,10 +41,10 @@ pub(super) fn mesh_errors(
     let included = match left_out.len() {
         0 => "The intervals include it ([calibration.discrepancy]).".to_owned(),
         n if n == quantities.len() => "No interval includes it.".to_owned(),
-        _ => format!("The intervals leave out that of {}.", left_out.join(", ")),
+        _ => format!("The intervals do not include the error of {}.", left_out.join(", ")),
     };
     Ok(Some(format!(
-        "Error of the mesh at the mode, estimated from a second one with another spacing: {}. {included}",
+        "Error of the mesh at the mode, estimated from a second mesh with another spacing: {}. {included}",
         parts.join(", ")
     )))
 }
@@ -71,8 +71,8 @@ pub(super) fn quadrature(
         parts.push(format!("{} {percent:+.1} %", quantity.label()));
     }
     Ok(Some(format!(
-        "Where damage is integrated is a choice on a mesh that is coarse for a crack. On the cheapest mesh the \
-         other one would change: {}. The intervals do not include this difference.",
+        "On a mesh that is coarse for a crack, the result depends on the quadrature of the damage terms. On the cheapest \
+         mesh the other quadrature would change: {}. The intervals do not include this difference.",
         parts.join(", ")
     )))
 }

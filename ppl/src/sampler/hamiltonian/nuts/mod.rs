@@ -181,7 +181,7 @@ fn as_tuned<'a>(
         .filter(|_| step.is_finite() && step > 0.0)
         .ok_or_else(|| {
             let reason = "a mass matrix is not positive definite, or a step size is not positive";
-            misfit(reason, "start anew with `run`")
+            misfit(reason, "start a new run with `run`")
         })?;
     Ok(NutsChain::new(density, max_depth, warmup, Some((metric, step))))
 }
