@@ -185,7 +185,7 @@ fn files_that_are_no_grains_are_named() {
         (&[("stl/turned.stl", &turned)], "", "turned.stl: at 3 edges"),
         (&copies, "", "grains overlap"),
         (&copies, "least_distance_mm = 0.01", "remove one of them"),
-        (&[("stl/a.stl", &good)], "unit_mm = 1000.0", "unit_mm = 1 would suit"),
+        (&[("stl/a.stl", &good)], "unit_mm = 1000.0", "unit_mm = 1 would agree"),
     ] {
         let _ = std::fs::remove_dir_all(dir.path().join("stl"));
         std::fs::create_dir(dir.path().join("stl")).unwrap();

@@ -151,7 +151,7 @@ pub enum ImageError {
     },
     /// A mask whose shape differs from the shape of the image.
     #[error(
-        "region.mask has {} × {} × {} voxels and the image {} × {} × {}; give one value to each voxel of the image",
+        "region.mask has {} × {} × {} voxels, but the image has {} × {} × {} voxels; give one value to each voxel of the image",
         mask[0], mask[1], mask[2], image[0], image[1], image[2]
     )]
     Mask {

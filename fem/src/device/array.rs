@@ -49,7 +49,7 @@ impl<T: Pod + Zeroable> Array<T> {
 
     /// Copies `numbers` to the device, starting at index `at`.
     pub fn write(&mut self, at: usize, numbers: &[T]) -> Result<(), DeviceError> {
-        assert!(at + numbers.len() <= self.len, "the numbers do not fit into the array");
+        assert!(at + numbers.len() <= self.len, "the values do not fit into the array");
         if numbers.is_empty() {
             return Ok(());
         }

@@ -78,7 +78,7 @@ pub enum FemError {
     },
     /// The given fields contain the state of the laws of another problem.
     #[error(
-        "the fields have {values} state values of laws and the problem has {expected}: use fields of this problem"
+        "the fields have {values} state values of laws, but the problem has {expected} state values: use fields that this problem has computed"
     )]
     OtherState {
         /// Number of state values of the fields.

@@ -50,7 +50,7 @@ pub enum StepFailure {
     GivenUp,
     /// The crack energy of an arc-length step increased by more than the controller allows.
     #[error(
-        "the crack energy of the step increased by {released_n_mm:.3e} N mm; at most {allowed_n_mm:.3e} N mm is allowed"
+        "the crack energy increased by {released_n_mm:.3e} N mm in one step; an increase of at most {allowed_n_mm:.3e} N mm is allowed"
     )]
     Release {
         /// Increase of the crack energy in the step, N mm.

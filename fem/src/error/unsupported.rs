@@ -94,7 +94,7 @@ pub enum Unsupported {
     /// A parameter of sensitivities that changes the kind of a material: its law, the number of state values of the law,
     /// or whether the material can break.
     #[error(
-        "below or above the parameter value, the material of region '{0}' has another law, or fractures in only one of them"
+        "the materials of region '{0}' below and above the parameter value do not have the law of the problem's material, or only some of these materials can break"
     )]
     ParameterKind(
         /// Name of the region.
@@ -119,7 +119,7 @@ pub enum Unsupported {
     #[error("an interface needs two different regions")]
     InterfaceOfOneRegion,
     /// Two interfaces between the same regions.
-    #[error("two interfaces are between the same two regions")]
+    #[error("two interfaces have the same two regions")]
     InterfaceTwice,
     /// An interface with a region that the mesh does not have.
     #[error("the mesh has no region '{name}'; its regions are {regions}")]
@@ -134,11 +134,11 @@ pub enum Unsupported {
     NoInterface,
     /// An interface between regions that cannot break.
     #[error(
-        "neither of the two regions can break, so that a crack along their interface has no band"
+        "neither of the two regions can break, so that no crack can form along their interface"
     )]
     InterfaceOfElasticRegions,
     /// A parameter of sensitivities that changes the regions or the width of an interface.
-    #[error("below or above the parameter value, the interfaces have other regions or widths")]
+    #[error("the interfaces below and above the parameter value do not have the regions and widths of the problem's interfaces")]
     ParameterInterfaces,
     /// A mesh with mixtures of two phases that has one region only.
     #[error("a mixed element consists of two regions, but the mesh has only one region")]
@@ -149,12 +149,12 @@ pub enum Unsupported {
     /// A mixture with an inelastic law for which the strain of the matrix does not follow from the strain of the
     /// mixture.
     #[error(
-        "a mixed element needs the strain of its matrix, which exists for Prony series of the shear modulus that damage degrades too, beside elastic grains"
+        "a mixed element with an inelastic material needs a matrix with a Prony series of the shear modulus only, viscous stresses that damage degrades, and elastic grains"
     )]
     MixtureInelastic,
     /// A mixed element with a strength.
     #[error(
-        "a mixed element has the mean stress of matrix and grain, for which the strength of the matrix is not defined"
+        "a mixed element has only the mean stress of matrix and grain, but the strength of the matrix refers to the stress of the matrix"
     )]
     MixtureStrength,
     /// The crack density AT1 on quadratic elements whose damage terms are integrated at Gauss points.
@@ -191,7 +191,7 @@ pub enum Unsupported {
     StrengthOfInelasticLaw,
     /// A strength with settings of the phase field for which it is not defined.
     #[error(
-        "a strength of its own is defined for AT1 without a split, without a history and without a user-defined degradation"
+        "a strength is implemented only for AT1 without a split, without a history and without a user-defined degradation"
     )]
     StrengthOfField,
     /// A regularisation length that is too large for a strength.
@@ -206,7 +206,7 @@ pub enum Unsupported {
     },
     /// An interface of a region with a strength.
     #[error(
-        "the band of an interface has no strength, so that its region may not have a strength either"
+        "the regions of an interface have a strength, but strength is not implemented in the band of an interface"
     )]
     InterfaceOfStrength,
     /// A degradation function that does not decrease from 1 to 0.

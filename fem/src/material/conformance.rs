@@ -114,17 +114,17 @@ pub fn assert_material(material: &Material, phase_field: Option<&PhaseField>) {
     }
     let point = material.at_point(phase_field);
     let stiffness = point.moduli.longitudinal();
-    let rest = Deformed::new(&point, &Matrix3::zeros(), 1.0).expect("rest is no inversion");
+    let rest = Deformed::new(&point, &Matrix3::zeros(), 1.0).expect("zero strain has det F = 1");
     assert!(
         rest.response.energy.abs() < 1e-12 * stiffness,
-        "energy {} at rest",
+        "the energy is {} MPa at zero strain, not zero",
         rest.response.energy
     );
-    assert!(rest.piola().norm() < 1e-12 * stiffness, "stress {} at rest", rest.piola());
+    assert!(rest.piola().norm() < 1e-12 * stiffness, "the stress is {} MPa at zero strain, not zero", rest.piola());
     for flat in [-1.0, -2.0, f64::NAN] {
         let gradient = Matrix3::from_diagonal(&[flat, 0.0, 0.1].into());
         let refused = Deformed::new(&point, &gradient, 1.0).is_err();
-        assert!(refused, "det F ≤ 0 is accepted at {gradient}");
+        assert!(refused, "the displacement gradient {gradient} has det F ≤ 0 and was not rejected");
     }
     let spectral = phase_field.is_some_and(|f| f.split == Split::Spectral);
     let stateful = point.law().state_len() > 0;
@@ -153,7 +153,7 @@ pub fn assert_material(material: &Material, phase_field: Option<&PhaseField>) {
             }
         }
     }
-    assert!(tried.len() >= 4, "only {} states are far from the kinks of the split", tried.len());
+    assert!(tried.len() >= 4, "only {} states are far enough from the kinks of the split; at least 4 are needed", tried.len());
     dispatch(InLanes { material: &point, states: &tried });
     if point.inelastic.is_some() {
         assert_history(&point, is_kinked);
@@ -198,7 +198,7 @@ fn assert_history(material: &PointMaterial, is_kinked: bool) {
                 }
                 assert!(
                     at.response.dissipation >= -1e-12 * stiffness,
-                    "the law produces the energy {:e} MPa at {state}",
+                    "the dissipation is negative at {state}: the law produces the energy {:e} MPa",
                     -at.response.dissipation
                 );
                 if material.has_symmetric_tangent() {
@@ -206,7 +206,7 @@ fn assert_history(material: &PointMaterial, is_kinked: bool) {
                     let asymmetry = (moduli - moduli.transpose()).abs().max();
                     assert!(
                         asymmetry < 1e-10 * moduli.abs().max(),
-                        "the tangent is not symmetric at {state}: {asymmetry:e} MPa"
+                        "the tangent is not symmetric at {state}: asymmetry {asymmetry:e} MPa"
                     );
                 }
                 let step = step as f64;
@@ -217,7 +217,7 @@ fn assert_history(material: &PointMaterial, is_kinked: bool) {
                 let error = (rotated.piola() - turn.into_inner() * at.piola()).norm();
                 assert!(
                     error < 1e-9 * stiffness,
-                    "the stress does not rotate with {state}: {error:e} MPa"
+                    "the stress does not rotate with the state {state}: error {error:e} MPa"
                 );
                 (old, turned) = (at.state, rotated.state);
             }
@@ -342,7 +342,7 @@ impl WithSimd for InLanes<'_> {
                         let y = column[lane];
                         assert!(
                             (x - y).abs() <= round_off,
-                            "value {k} is {y} in SIMD lanes and {x} alone, at {state}"
+                            "value {k} is {y} in SIMD lanes, but {x} when the point is computed alone, at {state}"
                         );
                     }
                 }
@@ -366,13 +366,13 @@ fn assert_objective(material: &PointMaterial, state: &Matrix3<f64>, g: f64) {
         let energy = turned.response.energy - before.response.energy;
         assert!(
             energy.abs() <= 1e-12 * size,
-            "a rotation of {state} changes the energy by {energy}"
+            "a rotation of the state {state} changes the energy by {energy}"
         );
         let error = (turned.piola() - stress).norm();
         let round_off = 1e-14 * stiffness;
         assert!(
             error <= 1e-11 * size + round_off,
-            "the stress does not rotate with {state}: {error:e}"
+            "the stress does not rotate with the state {state}: error {error:e}"
         );
     }
 }

@@ -390,7 +390,7 @@ fn wrong_interfaces_are_refused() {
     };
     let wider = |x| vec![Interface::new(["matrix", "grain"], x, 0.5)];
     for (parameter, part) in [
-        (parameter(wider), "other regions or widths"),
+        (parameter(wider), "do not have the regions and widths"),
         (parameter(|x| of_interface(2.0 * x)), "do not enclose the value"),
     ] {
         let error = problem.with_sensitivities(vec![parameter]).expect_err("it is invalid");

@@ -99,7 +99,7 @@ pub(super) fn contents(folder: &Path) -> Result<(Contents, Option<String>), Imag
             let help = "give the folder that contains the slices";
             Err(ImageError::Series {
                 path,
-                message: format!("no slice, but the folders {}", folders.join(", ")),
+                message: format!("the folder contains no slice, only the folders {}", folders.join(", ")),
                 help,
             })
         }
@@ -108,7 +108,7 @@ pub(super) fn contents(folder: &Path) -> Result<(Contents, Option<String>), Imag
             Err(ImageError::Empty { path, what: "slice", help })
         }
         (many, _) => {
-            let message = format!("{many} files of volumes");
+            let message = format!("the folder contains {many} files of volumes");
             Err(ImageError::Series { path, message, help: "give the path of one file" })
         }
     }

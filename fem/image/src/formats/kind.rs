@@ -143,8 +143,8 @@ fn of_bytes(head: &[u8], file: &str) -> Kind {
 /// Returns advice on the header that a file of raw values needs, in one line.
 pub(super) fn header_lines(data: &str) -> String {
     format!(
-        "a text file scan.mhd beside it with the lines `NDims = 3`, `DimSize = 1000 1000 800`, `ElementType = MET_USHORT`, \
-         `ElementByteOrderMSB = False`, `ElementSpacing = 0.01 0.01 0.01` (mm), `ElementDataFile = {data}`; name scan.mhd as the stack"
+        "write a text file scan.mhd into the same folder, with the lines `NDims = 3`, `DimSize = 1000 1000 800`, `ElementType = MET_USHORT`, \
+         `ElementByteOrderMSB = False`, `ElementSpacing = 0.01 0.01 0.01` (mm), `ElementDataFile = {data}`, and name scan.mhd as the stack"
     )
 }
 

@@ -125,7 +125,7 @@ impl LabelRules {
             order.parts.iter().map(|&part| of_number[part_values[part] as usize - 1]).collect();
         if grains.is_empty() {
             return Err(ImageError::Labels {
-                what: "no voxel is of a grain".into(),
+                what: "no voxel belongs to a grain".into(),
                 help: "check that the file contains labels, and which labels label_phases and background list",
             });
         }
@@ -184,7 +184,7 @@ impl LabelRules {
         let is_outside = |number: u32| outside[number as usize];
         let has_background = outside.contains(&true);
         if let (Some(label), false) = (self.background, has_background) {
-            let what = format!("no voxel has the label {label} of the background");
+            let what = format!("no voxel has the label {label}, which is given as the background");
             if self.specimen == SpecimenForm::Cylinder {
                 let help = "correct background, or set specimen = \"block\"";
                 return Err(ImageError::Labels { what, help });

@@ -195,13 +195,13 @@ pub(crate) fn fit(image: &Volume<u16>, edge: f64, leans: bool) -> Result<Fit, Im
         this.radius > 3.0 && this.radius < largest && this.scatter < 1.0 + 0.02 * this.radius;
     if !sound || !this.centre.iter().all(|c| c.is_finite()) {
         return Err(refused(format!(
-            "the fit has a radius of {:.1} voxels and a scatter of {:.1} voxels",
+            "the fit has a radius of {:.1} voxels, and the wall deviates from it by {:.1} voxels (root mean square)",
             this.radius, this.scatter
         )));
     }
     if wall.axis.slope() >= STEEPEST {
         let degrees = wall.axis.slope().atan().to_degrees();
-        return Err(refused(format!("its axis is tilted by {degrees:.0}° against z")));
+        return Err(refused(format!("the axis of the fit is tilted by {degrees:.0}° against z")));
     }
     Ok(this)
 }
@@ -228,7 +228,7 @@ fn sides(
     let rays = 8 * EIGHTH * nz;
     let levels = (bottom.ceil().max(0.0) as usize..(top.floor() as usize).min(nz)).len();
     if points.len() < 8 * EIGHTH * levels / 4 || levels < 4 {
-        return Err(refused(format!("only {} of {rays} rays cross its wall", points.len())));
+        return Err(refused(format!("only {} of {rays} rays cross the wall of the specimen", points.len())));
     }
     Ok((least_squares(&points, axis, radius, (bottom + top) / 2.0), ends))
 }

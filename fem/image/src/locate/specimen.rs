@@ -173,7 +173,7 @@ impl Locating<'_> {
         }
         if fit.is_off_axis() && self.region.is_empty() {
             warnings.push(format!(
-                "the specimen's axis leans by {:.1} voxels over its height: set follow_lean = true in [specimen.image], or turn the image upright",
+                "the specimen's axis is tilted by {:.1} voxels over its height: set follow_lean = true in [specimen.image], or turn the image upright",
                 fit.wander
             ));
         }

@@ -124,7 +124,7 @@ pub(crate) fn checked_filling(filling: f64) -> Result<(), ImageError> {
     }
     Err(ImageError::NoCylinder {
         message: format!(
-            "its sections fill {:.0} % of the fitted circle, as in a cut or broken cylinder",
+            "the sections of the specimen fill {:.0} % of the fitted circle, as in a cut or broken cylinder",
             100.0 * filling
         ),
         help: "image a whole cylinder, or cut a block without air out of the image and set specimen = \"block\"",

@@ -228,9 +228,9 @@ fn gap(names: &[Name], column: &[i128]) -> String {
         .sum();
     if difference % usual == 0 {
         let missing = difference / usual - 1;
-        format!("{before} is followed by {after}: {missing} missing slices there, {all} in all")
+        format!("{before} is followed by {after}; missing slices between them: {missing}, in the whole folder: {all}")
     } else {
-        format!("{before} is followed by {after}: the numbers have no regular step")
+        format!("{before} is followed by {after}: the numbers of the slices do not increase in equal steps")
     }
 }
 
@@ -244,7 +244,7 @@ fn series_note(columns: &[Vec<i128>], counting: &[i128]) -> Option<String> {
         .map(values)
         .find(|&values| values > 1 && values * 2 <= counting.len())?;
     Some(format!(
-        "Grains are wrong if the folder contains slices of several scans: another number in the names has {parts} values."
+        "Grains are wrong if the folder contains slices of several scans: a second number in the names has {parts} values."
     ))
 }
 
@@ -287,7 +287,7 @@ mod tests {
         for (names, parts) in [
             (
                 vec!["s1.tif", "s2.tif", "s4.tif"],
-                ["s2.tif is followed by s4.tif", "1 missing slices there"],
+                ["s2.tif is followed by s4.tif", "missing slices between them: 1"],
             ),
             (vec!["s1.tif", "s2.tif", "s2 (1).tif"], ["one series", "s2 (1).tif"]),
             (

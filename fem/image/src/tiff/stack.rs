@@ -138,7 +138,7 @@ pub(crate) fn scan(
         return Err(ImageError::Series {
             path: file,
             message: format!("has {count} {page}, but declares {images}"),
-            help: "the file is truncated or belongs to a set: copy it again, or give the folder that contains the whole set",
+            help: "the file is truncated or belongs to a set of files: copy it again, or give the folder that contains the whole set",
         });
     }
     let mut stack = one_file(path, page, description, slices, Box::new(pages));

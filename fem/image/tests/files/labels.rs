@@ -227,7 +227,7 @@ fn errors_of_invalid_labels_state_the_remedy() {
     }
     let empty = Volume::new([3, 3, 3], 0.1, vec![0; 27]).unwrap();
     let error = run(&LabelRules::default(), &empty).unwrap_err().to_string();
-    assert!(error.contains("no voxel is of a grain"), "{error}");
+    assert!(error.contains("no voxel belongs to a grain"), "{error}");
 }
 
 #[test]

@@ -194,7 +194,7 @@ fn folders_are_one_series_of_one_type() {
     let above = tempfile::tempdir().unwrap();
     std::fs::create_dir(above.path().join("slices")).unwrap();
     let error = read(above.path(), &GIVEN).unwrap_err().to_string();
-    assert!(error.contains("no slice, but the folders slices"), "{error}");
+    assert!(error.contains("the folder contains no slice, only the folders slices"), "{error}");
 }
 
 #[test]

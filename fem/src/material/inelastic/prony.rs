@@ -209,7 +209,7 @@ impl Viscoelasticity {
             };
             for PronyTerm { fraction, time_s } in terms {
                 if !(*fraction > 0.0 && *fraction < 1.0) {
-                    return refuse("fraction", *fraction, "in (0, 1): a part of the modulus");
+                    return refuse("fraction", *fraction, "in (0, 1): a fraction of the modulus");
                 }
                 if !(*time_s > 0.0 && time_s.is_finite()) {
                     return refuse("time_s", *time_s, "a positive relaxation time in s");
@@ -218,11 +218,11 @@ impl Viscoelasticity {
             let sum: f64 = terms.iter().map(|term| term.fraction).sum();
             let (least, requirement) = match self.moduli {
                 PronyModuli::Instantaneous => {
-                    (LEAST_REST, "at most 0.999999999 in sum: a part of the modulus must remain")
+                    (LEAST_REST, "at most 0.999999999 in sum: the long-term modulus must be positive")
                 }
                 PronyModuli::LongTerm => (
                     LEAST_REST_OF_LONG_TERM,
-                    "at most 0.999999 in sum: the instantaneous modulus is the long-term modulus divided by the rest",
+                    "at most 0.999999 in sum: the instantaneous modulus is the long-term modulus divided by (1 - sum)",
                 ),
             };
             if 1.0 - sum < least {

@@ -61,7 +61,7 @@ impl ElasticLaw {
             Self::MooneyRivlin(law) => Material::hyperelastic(*law),
             Self::Ogden(law) => {
                 if let Some(term) = law.terms.iter().find(|term| term.alpha == 0.0) {
-                    let requirement = "another number: a term of exponent zero has no energy";
+                    let requirement = "nonzero: a term with exponent zero has no energy";
                     return Err(FemError::parameter("law", "alpha", term.alpha, requirement));
                 }
                 Material::hyperelastic(law.clone())

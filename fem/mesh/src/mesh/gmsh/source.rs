@@ -76,7 +76,7 @@ impl<'a> Source<'a> {
         let size = self.word()?.to_string();
         if size != "8" {
             return Err(
-                self.fault(format!("data size {size} is not supported; save numbers with 8 bytes"))
+                self.fault(format!("data size {size} is not supported; save floating-point numbers with 8 bytes"))
             );
         }
         if binary {

@@ -101,7 +101,7 @@ impl fmt::Display for LabelReport {
         )?;
         match self.lost_grains() {
             0 => Ok(()),
-            lost => write!(f, "; {lost} grains are too small for the mesh and missing"),
+            lost => write!(f, "; {lost} grains are too small for the mesh and were omitted"),
         }
     }
 }

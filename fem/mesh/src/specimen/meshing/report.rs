@@ -182,7 +182,7 @@ impl MeshReport {
         let lost = self.lost_grains();
         if lost > 0 {
             warnings.push(format!(
-                "{lost} of {} grains are too small for the mesh and missing; mode auto represents them as volume \
+                "{lost} of {} grains are too small for the mesh and were omitted; mode auto represents them as volume \
                  fractions",
                 self.solid_grains().count()
             ));

@@ -121,9 +121,9 @@ pub enum SurfaceImportError {
     },
     /// The specimen is far too large or too small for the spacing of its mesh.
     #[error(
-        "with unit_mm = {unit_mm} the specimen has a size of {size_mm:.4e} mm, which does not suit spacing_mm = {spacing_mm}: \
+        "with unit_mm = {unit_mm} the specimen has a size of {size_mm:.4e} mm, which does not agree with spacing_mm = {spacing_mm}: \
          unit_mm is probably wrong{}",
-        likely_mm.map(|unit| format!("; unit_mm = {unit} would suit")).unwrap_or_default()
+        likely_mm.map(|unit| format!("; unit_mm = {unit} would agree")).unwrap_or_default()
     )]
     Unit {
         /// Extent of the specimen (mm).
