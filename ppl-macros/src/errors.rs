@@ -51,7 +51,7 @@ pub(crate) const PREDICT_LAST: &str = "`#[predict]` statements end a block, beca
 pub(crate) const OBSERVE_IN_PREDICTION: &str =
     "predictions run on finished draws, so that they cannot condition on data";
 pub(crate) const FACTOR: &str = "`factor(log_weight);` is a statement of the model with one \
-     number: it is not allowed inside another expression";
+     argument, a number: it is not allowed inside another expression";
 pub(crate) const REJECT_REASON: &str =
     "`reject!` needs a reason, as in `reject!(\"no solution at {x}\")`";
 pub(crate) const REJECT_IN_CLOSURE: &str = "`reject!` is not allowed in a closure: return a \

@@ -214,8 +214,8 @@ fn sampling(curve: &TestCurve, qois: &Qois, slope_fraction: f64) -> Option<Findi
         name: "sampling",
         value: before.len() as f64,
         problem: format!(
-            "has {} readings before its peak, up to {gap:.4} mm apart, {in_window} of them where \
-             the slope is taken",
+            "has {} readings before its peak, up to {gap:.4} mm apart, {in_window} of them in \
+             the window of the slope",
             before.len()
         ),
         help: "Slope and peak are uncertain: record more often.",

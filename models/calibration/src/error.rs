@@ -99,7 +99,7 @@ fn located(place: &str, value: &str) -> String {
 fn shortened(text: String, most: usize) -> String {
     let Some((end, _)) = text.char_indices().nth(most) else { return text };
     let rest = text[end..].chars().count();
-    format!("{}… ({rest} characters more)", &text[..end])
+    format!("{}… ({rest} more characters)", &text[..end])
 }
 
 /// Returns the parts of a word before each of its underscores, and the word itself: `height` and `height_mm` for
@@ -156,6 +156,6 @@ mod tests {
         let long = "ü".repeat(100_000);
         let error = InputError::new("x.csv".as_ref(), &long, &long, &long, &long).to_string();
         assert!(error.chars().count() < 4000, "{} characters", error.chars().count());
-        assert!(error.contains("characters more"), "{error}");
+        assert!(error.contains("more characters"), "{error}");
     }
 }

@@ -212,9 +212,9 @@ impl Univariate for Prior {
         let [lower, upper] = self.range;
         let (first, last) = with_family!(self, d => UnivariateDensity::<f64>::support(&d)).bounds();
         let name = "range of the prior";
-        let at_least = format_args!("{first} or more, where the density begins");
+        let at_least = format_args!("at least {first}, the lower end of the distribution");
         DomainError::require(lower >= first, "", name, at_least, lower)?;
-        let at_most = format_args!("{last} or less, where the density ends");
+        let at_most = format_args!("at most {last}, the upper end of the distribution");
         DomainError::require(upper <= last, "", name, at_most, upper)
     }
 

@@ -49,7 +49,7 @@ impl Record {
         size: SpecimenSize,
     ) -> Result<Self, InputError> {
         let bytes = fem_file::read_regular(file)
-            .map_err(|e| InputError::unreadable(file, &e, "Check its name and place."))?;
+            .map_err(|e| InputError::unreadable(file, &e, "Check its name and folder."))?;
         let is_workbook = file.extension().is_some_and(|e| e.eq_ignore_ascii_case("xlsx"));
         let sheet = match is_workbook {
             true => workbook::sheet(file, bytes, options)?,

@@ -161,8 +161,8 @@ impl SpecimenFiles {
         let path = recorded_file(table, id)?;
         let (curve, how) = TestCurve::read_as(&path, options, size)?;
         if let Some(same) = self.table.specimens.iter().find(|other| other.curve == curve) {
-            let problem = format!("is the curve of {}, too", same.id);
-            let help = "One test would count twice: replace the wrong file, or remove one of the two \
+            let problem = format!("is equal to the curve of {}", same.id);
+            let help = "The same test would count twice: replace the wrong file, or remove one of the two \
                         lines from the table.";
             return Err(InputError::new(&path, "specimen", id, problem, help));
         }
@@ -257,7 +257,7 @@ pub fn recorded_file(table: &Path, id: &str) -> Result<PathBuf, InputError> {
         [] => Ok(plain),
         [only] => Ok(only.clone()),
         [first, second, ..] => {
-            let problem = format!("is there beside {}", second.display());
+            let problem = format!("is one of two curves of the specimen; the other one is {}", second.display());
             Err(InputError::new(first, "", "", problem, "Keep one curve for each specimen."))
         }
     }
@@ -438,7 +438,7 @@ mod tests {
         std::fs::copy(dir.path().join("curves/S-1.csv"), dir.path().join("curves/S-2.csv"))
             .unwrap();
         let error = SpecimenTable::read(&file).unwrap_err().to_string();
-        assert!(error.contains("S-2.csv") && error.contains("is the curve of S-1, too"), "{error}");
+        assert!(error.contains("S-2.csv") && error.contains("is equal to the curve of S-1"), "{error}");
     }
 
     /// The rate is 0.12 mm in 240 s. The format of the export is described. Two curve files for one specimen are an

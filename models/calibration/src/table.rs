@@ -20,7 +20,7 @@ impl<'a> CsvTable<'a> {
     /// Reads `file` and checks that it has the `required` columns.
     pub fn read(file: &'a Path, required: &[&str]) -> Result<Self, InputError> {
         let bytes = fem_file::read_regular(file)
-            .map_err(|e| InputError::unreadable(file, &e, "Check its name and place."))?;
+            .map_err(|e| InputError::unreadable(file, &e, "Check its name and folder."))?;
         let bytes = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(&bytes);
         Self::parse(file, bytes, b',', required)
     }

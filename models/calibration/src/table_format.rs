@@ -26,7 +26,7 @@ impl<'a> DetectedTable<'a> {
     /// The errors of [`CsvTable::read`].
     pub fn read(file: &'a Path, required: &[&str], numbers: &[&str]) -> Result<Self, InputError> {
         let bytes = fem_file::read_regular(file)
-            .map_err(|e| InputError::unreadable(file, &e, "Check its name and place."))?;
+            .map_err(|e| InputError::unreadable(file, &e, "Check its name and folder."))?;
         let (text, encoding) = decoded(file, &bytes, None)?;
         let (text, stated) = without_separator_line(text);
         let (separator, name) = stated.unwrap_or_else(|| separator(&text, required));

@@ -80,7 +80,7 @@ impl WrittenStudy {
     /// If the file cannot be read, is not a study, or has no case.
     pub(super) fn read(path: &Path) -> Result<(String, Self), InputError> {
         let text = fem::read_regular_text(path)
-            .map_err(|e| InputError::unreadable(path, &e, "Check its name and place."))?;
+            .map_err(|e| InputError::unreadable(path, &e, "Check its name and folder."))?;
         let written: Self = toml::from_str(&text).map_err(|e| {
             if CaseFile::parse(&text, path).is_ok() {
                 let help = format!("Run it with: breccia run {}", path.display());

@@ -200,7 +200,7 @@ impl FatalError {
 
 fn coordinates_left(location: &Option<Location>) -> String {
     match location {
-        Some(location) => format!("{location} needs more coordinates than are left"),
+        Some(location) => format!("{location} needs more coordinates than remain"),
         None => "the model does not use all coordinates".to_owned(),
     }
 }

@@ -115,7 +115,7 @@ impl<F, const N: usize> OdeSolution<F, N> {
         for &time in &self.times {
             if time.is_nan() || time < t {
                 return Err(DomainError::new(format!(
-                    "OdeSolution: the output time {time} follows t = {t}: give ascending times from the start on"
+                    "OdeSolution: the output time {time} follows the time {t}: give times in ascending order, none of them before the start"
                 )));
             }
             while t < time {

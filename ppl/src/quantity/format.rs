@@ -67,7 +67,7 @@ pub(crate) fn points_tried(uniform: u32, prior: u32) -> String {
 }
 
 pub(crate) fn first_to_fail(datum: String) -> String {
-    format!("the first observation to fail is {datum}")
+    format!("the first rejected observation is {datum}")
 }
 
 #[cfg(test)]

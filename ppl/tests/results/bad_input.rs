@@ -79,13 +79,13 @@ fn the_datum_at_fault_is_named() {
     let mut y = vec![0.5; 1000];
     y[777] = f64::NAN;
     for said in refusal(&level(&[1.0; 1000], &y)) {
-        assert!(said.contains("the first observation to fail is `y[777]` = NaN"), "{said}");
+        assert!(said.contains("the first rejected observation is `y[777]` = NaN"), "{said}");
     }
     // a covariate that is not finite makes a parameter of the distribution invalid
     let mut x = [1.0; 4];
     x[2] = f64::INFINITY;
     for said in refusal(&level(&x, &[0.25; 4])) {
-        assert!(said.contains("the first observation to fail is `y[2]` = 0.25"), "{said}");
+        assert!(said.contains("the first rejected observation is `y[2]` = 0.25"), "{said}");
         assert!(!said.contains("impute"), "{said}");
     }
     for said in refusal(&paired(&[[0.1, 0.2], [0.3, f64::NAN]], &[])) {

@@ -14,7 +14,7 @@ pub(super) fn times(curve: &TestCurve) -> Option<Finding> {
             "no-time",
             f64::NAN,
             "has no column time_s, and the test has a load program".to_owned(),
-            "Add the time of each reading in s: hold and unloading are found by it.",
+            "Add the time of each reading in s: the program finds the hold and the unloading by these times.",
         );
     }
     let back = times.windows(2).find(|pair| pair[1] <= pair[0])?;

@@ -7,7 +7,7 @@ use super::extent::Extent;
 pub enum QoiError {
     /// The numbers of values of a curve differ.
     #[error(
-        "the curve has {displacements} displacements and {values} {name}: give one of each for every reading"
+        "the curve has {displacements} displacements and {values} {name}: give one displacement and one value for every reading"
     )]
     UnequalLengths {
         /// Number of displacements.
@@ -26,7 +26,7 @@ pub enum QoiError {
     /// The highest point is the first or the last point of the curve.
     #[error(
         "no peak: the force is highest at the {end} of the curve ({displacement_mm} mm); \
-         a test must go on until the force falls"
+         a test must continue until the force falls"
     )]
     NoPeak {
         /// `start` or `end`.
@@ -36,7 +36,7 @@ pub enum QoiError {
     },
     /// The points around the highest point do not form a maximum.
     #[error(
-        "the peak near {displacement_mm} mm is not resolved: its points form no downward parabola"
+        "the peak near {displacement_mm} mm is not resolved: the readings around the peak do not form a parabola that opens downwards"
     )]
     Unresolved {
         /// Displacement of the highest point in mm.
@@ -44,8 +44,8 @@ pub enum QoiError {
     },
     /// The readings do not cover the window in which the slope is taken.
     #[error(
-        "{readings} readings between {from_mm:.4} and {to_mm:.4} mm, where the slope is taken: it needs one \
-         at least, and readings from the first half on; record more or choose another slope fraction"
+        "the window of the slope, from {from_mm:.4} to {to_mm:.4} mm, has {readings} readings: at least one reading is \
+         needed, and the first one in the first half of the window; record more often, or change the slope fraction"
     )]
     NoSlope {
         /// Number of readings in the window.
@@ -58,7 +58,7 @@ pub enum QoiError {
     /// The curve does not include the displacement at which a quantity is taken.
     #[error(
         "the curve goes from {from_mm:.4} to {to_mm:.4} mm and does not reach {needed_mm:.4} mm{} for {quantity}; \
-         go farther (test.stop_below_peak, test.displacement_mm), or change qoi.quantities (with likelihood = \
+         continue the test to a larger displacement (test.stop_below_peak, test.displacement_mm), or change qoi.quantities (with likelihood = \
          \"curve\": qoi.curve_percent)",
         of_the_peak(*.extent)
     )]
@@ -99,8 +99,8 @@ pub enum QoiError {
     },
     /// The curve has no branch of the kind that a quantity is computed from.
     #[error(
-        "the curve has no {branch} for {quantity}: let test.program contain one and the curve reach it \
-         (test.stop_below_peak), or change qoi.quantities"
+        "the curve has no {branch}, which {quantity} needs: add the {branch} to test.program and continue the test until \
+         the {branch} has ended (test.stop_below_peak), or change qoi.quantities"
     )]
     NoBranch {
         /// Name of the quantity.

@@ -157,7 +157,7 @@ impl Role<'_> {
         place.ok_or_else(|| {
             let written = || layout.names.iter().map(|n| n.written.as_str());
             let meant = closest(name, written().filter(|name| !name.is_empty()));
-            let meant = meant.map(|m| format!("Is {m:?} meant? ")).unwrap_or_default();
+            let meant = meant.map(|m| format!("Did you mean {m:?}? ")).unwrap_or_default();
             let help = format!("{meant}The columns are: {}.", layout.listed());
             let key = format!("line {}, column", layout.names_line);
             InputError::new(file, key, name, "is missing", help)
@@ -213,7 +213,7 @@ impl Role<'_> {
             names.first().map_or("\"…\"", String::as_str)
         );
         let problem =
-            format!("{} columns may be the {}: {}", found.len(), self.key, names.join(", "));
+            format!("{} columns may contain the {}: {}", found.len(), self.key, names.join(", "));
         InputError::new(file, format!("line {}", layout.names_line), "", problem, help)
     }
 

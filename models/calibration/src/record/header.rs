@@ -53,7 +53,7 @@ impl Layout {
         let after_skip = |row: &Row| row.line > options.skip.unwrap_or(0);
         let start = rows.iter().position(after_skip).unwrap_or(rows.len());
         let Some(first) = (start..rows.len()).find(|&i| is_start(i)) else {
-            let problem = "has no rows of numbers below each other";
+            let problem = "has no consecutive rows of numbers";
             let help = "Check separator, decimal and skip under [experiments.read].";
             return Err(InputError::new(file, "", "", problem, help));
         };

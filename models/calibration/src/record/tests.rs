@@ -153,12 +153,12 @@ fn mistakes_name_file_line_value_and_fix() {
         (
             &BLUEHILL.replace("Kraft", "Weg"),
             "displacement = \"Wegg\"",
-            &["Wegg: is missing", "Is \"Weg\" meant?"],
+            &["Wegg: is missing", "Did you mean \"Weg\"?"],
         ),
         (
             "Weg (mm);Traversenweg (mm);Kraft (N)\n0;0;0\n1;1;1\n2;2;2\n",
             "",
-            &["2 columns may be the displacement"],
+            &["2 columns may contain the displacement"],
         ),
         (
             "Load (N),Extension (mm)\n0,0,0,0\n80,0,0,05\n140,0,0,1\n",

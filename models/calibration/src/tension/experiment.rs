@@ -136,7 +136,7 @@ pub fn read_tension_tests(
     let tests: Vec<TensionTest> = readings.iter().map(test_of).collect();
     if let Some(test) = tests.iter().find(|test| test.points.len() < LEAST_POINTS) {
         let problem = format!(
-            "has {} points between {OFFSET_STRAIN} of plastic strain and its largest load, of {LEAST_POINTS}",
+            "has {} points between a plastic strain of {OFFSET_STRAIN} and its largest load, but at least {LEAST_POINTS} are needed",
             test.points.len()
         );
         let help = "Give the whole curve, in the order in which it was measured, in ksi.";
@@ -149,7 +149,7 @@ pub fn read_tension_tests(
         ));
     }
     match tests.len() {
-        0 => Err(InputError::new(file, "", "", "has no readings", "Write a line for each.")),
+        0 => Err(InputError::new(file, "", "", "has no readings", "Write one line for each reading.")),
         _ => Ok(tests),
     }
 }

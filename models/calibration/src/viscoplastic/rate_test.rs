@@ -29,7 +29,7 @@ pub fn read_rate_tests(file: &Path) -> Result<Vec<RateTest>, InputError> {
     };
     let tests = table.rows().map(test).collect::<Result<Vec<_>, InputError>>()?;
     match tests.len() {
-        0 => Err(InputError::new(file, "", "", "has no tests", "Write a line for each.")),
+        0 => Err(InputError::new(file, "", "", "has no tests", "Write one line for each test.")),
         _ => Ok(tests),
     }
 }

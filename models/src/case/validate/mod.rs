@@ -110,7 +110,7 @@ impl CaseFile {
         }
         let given = self.case.material.keys().map(String::as_str);
         let hint = closest(region, given)
-            .map(|slip| format!("Is material.{slip} meant? "))
+            .map(|slip| format!("Did you mean material.{slip}? "))
             .unwrap_or_default();
         Err(self.error(
             &format!("material.{region}"),

@@ -57,7 +57,7 @@ fn take_up<K: MarkovChain>(
     let paused = chain.paused.as_deref().map(|paused| &paused.stream);
     let stream = paused
         .or(chain.stream.as_ref())
-        .ok_or_else(|| misfit("a chain has no random stream", "start a new run with `run`"))?;
+        .ok_or_else(|| misfit("the state of a chain's random number generator is not stored", "start a new run with `run`"))?;
     let other = |reason| misfit(reason, "use the model and the data with which they were drawn");
     kernel.begin(last_position(chain, dim)).map_err(|rejection| {
         other(format!("the density now rejects the last draw of a chain: {rejection}"))
@@ -83,7 +83,7 @@ pub(crate) fn last_position(chain: &Chain, dim: usize) -> &[f64] {
 
 /// Creates the error for chains that were tuned by a different kind of sampler.
 pub(crate) fn another_sampler() -> RunError {
-    misfit("they come from another sampler", "use chains of this sampler")
+    misfit("another sampler has drawn them", "use chains of this sampler")
 }
 
 pub(crate) fn misfit(reason: impl Into<String>, help: &'static str) -> RunError {

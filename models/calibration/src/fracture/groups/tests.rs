@@ -219,7 +219,7 @@ fn groups_that_do_not_belong_together_are_refused() {
         good().into_iter().map(|group| TestGroup { temperature_c: 50.0, ..group }).collect();
     let one = message(&at_one, &follows);
     assert!(
-        one.contains("matrix.young_mpa follows the temperature, but there is only one"),
+        one.contains("matrix.young_mpa has a trend with temperature, but all groups have the same temperature"),
         "{one}"
     );
     let none = Pooling { trends: Vec::new(), deviation: 0.0 };
