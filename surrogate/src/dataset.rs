@@ -103,10 +103,10 @@ impl Dataset {
         outputs: Vec<String>,
         provenance: impl Into<String>,
     ) -> Result<Self, SurrogateError> {
-        for (what, found) in [("or more inputs", inputs.len()), ("or more outputs", outputs.len())]
+        for (what, count) in [("or more inputs", inputs.len()), ("or more outputs", outputs.len())]
         {
-            if found == 0 {
-                return Err(SurrogateError::Count { what, expected: 1, found });
+            if count == 0 {
+                return Err(SurrogateError::Count { what, expected: 1, found: count });
             }
         }
         for input in &inputs {

@@ -77,10 +77,10 @@ impl DynPce {
         outputs: Vec<String>,
         terms: impl IntoIterator<Item = (Vec<u8>, Vec<f64>)>,
     ) -> Result<Self, SurrogateError> {
-        for (what, found) in [("or more inputs", inputs.len()), ("or more outputs", outputs.len())]
+        for (what, count) in [("or more inputs", inputs.len()), ("or more outputs", outputs.len())]
         {
-            if found == 0 {
-                return Err(SurrogateError::Count { what, expected: 1, found });
+            if count == 0 {
+                return Err(SurrogateError::Count { what, expected: 1, found: count });
             }
         }
         for input in &inputs {

@@ -90,8 +90,8 @@ impl GroupedRuns {
         names.sort_unstable();
         names.dedup();
         let (runs, count) = (data.len(), names.len());
-        let at_least = |what, expected, found| match found < expected {
-            true => Err(SurrogateError::Count { what, expected, found }),
+        let at_least = |what, expected, actual| match actual < expected {
+            true => Err(SurrogateError::Count { what, expected, found: actual }),
             false => Ok(()),
         };
         at_least("or more groups of runs", 2, count)?;

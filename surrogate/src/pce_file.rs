@@ -96,8 +96,9 @@ impl DynPce {
         let columns: Vec<&String> =
             self.inputs().iter().map(|i| &i.name).chain(self.outputs()).collect();
         if let Some(name) = names.iter().find(|name| !columns.contains(name)) {
-            let known = columns.into_iter().map(String::as_str).collect::<Vec<_>>().join(", ");
-            return Err(SurrogateError::UnknownName { name: name.clone(), known });
+            let known_names =
+                columns.into_iter().map(String::as_str).collect::<Vec<_>>().join(", ");
+            return Err(SurrogateError::UnknownName { name: name.clone(), known: known_names });
         }
         let scale = |name| if names.contains(name) { Scale::Log } else { Scale::Linear };
         let inputs: Vec<Scale> = self.inputs().iter().map(|i| scale(&i.name)).collect();

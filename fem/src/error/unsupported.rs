@@ -138,7 +138,9 @@ pub enum Unsupported {
     )]
     InterfaceOfElasticRegions,
     /// A parameter of sensitivities that changes the regions or the width of an interface.
-    #[error("the interfaces below and above the parameter value do not have the regions and widths of the problem's interfaces")]
+    #[error(
+        "the interfaces below and above the parameter value do not have the regions and widths of the problem's interfaces"
+    )]
     ParameterInterfaces,
     /// A mesh with mixtures of two phases that has one region only.
     #[error("a mixed element consists of two regions, but the mesh has only one region")]

@@ -120,7 +120,11 @@ pub fn assert_material(material: &Material, phase_field: Option<&PhaseField>) {
         "the energy is {} MPa at zero strain, not zero",
         rest.response.energy
     );
-    assert!(rest.piola().norm() < 1e-12 * stiffness, "the stress is {} MPa at zero strain, not zero", rest.piola());
+    assert!(
+        rest.piola().norm() < 1e-12 * stiffness,
+        "the stress is {} MPa at zero strain, not zero",
+        rest.piola()
+    );
     for flat in [-1.0, -2.0, f64::NAN] {
         let gradient = Matrix3::from_diagonal(&[flat, 0.0, 0.1].into());
         let refused = Deformed::new(&point, &gradient, 1.0).is_err();
@@ -153,7 +157,11 @@ pub fn assert_material(material: &Material, phase_field: Option<&PhaseField>) {
             }
         }
     }
-    assert!(tried.len() >= 4, "only {} states are far enough from the kinks of the split; at least 4 are needed", tried.len());
+    assert!(
+        tried.len() >= 4,
+        "only {} states are far enough from the kinks of the split; at least 4 are needed",
+        tried.len()
+    );
     dispatch(InLanes { material: &point, states: &tried });
     if point.inelastic.is_some() {
         assert_history(&point, is_kinked);

@@ -342,14 +342,14 @@ impl<T: Scalar> PointLaw<T> for LaneLaw<'_, T> {
                 None if several && !new.is_empty() => &mut scratch.insert([zero; MOST_STATE])[..],
                 None => &mut *new,
             };
-            let own = law.respond::<T, TANGENT>(constants, trial, g, dt, old, state);
+            let response = law.respond::<T, TANGENT>(constants, trial, g, dt, old, state);
             if !several {
-                return own;
+                return response;
             }
-            out = Response::select(mask, own, out);
+            out = Response::select(mask, response, out);
             if let Some(state) = &scratch {
-                for (new, own) in new.iter_mut().zip(state) {
-                    *new = T::select(mask, *own, *new);
+                for (new, value) in new.iter_mut().zip(state) {
+                    *new = T::select(mask, *value, *new);
                 }
             }
         }

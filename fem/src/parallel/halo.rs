@@ -25,14 +25,18 @@ pub(crate) struct Halo {
     ranks: Ranks,
     /// Ranges of local numbers of the nodes that this rank owns: first the vertices, then the nodes on edges. The
     /// ranges are not used if there is only one rank.
-    own: [Range<usize>; 2],
+    owned_ranges: [Range<usize>; 2],
     /// Neighbours, in increasing order of their ranks.
     neighbours: Vec<Neighbour>,
 }
 
 impl Halo {
-    pub(crate) fn new(ranks: Ranks, own: [Range<usize>; 2], neighbours: Vec<Neighbour>) -> Self {
-        Self { ranks, own, neighbours }
+    pub(crate) fn new(
+        ranks: Ranks,
+        owned_ranges: [Range<usize>; 2],
+        neighbours: Vec<Neighbour>,
+    ) -> Self {
+        Self { ranks, owned_ranges, neighbours }
     }
 
     /// Creates the halo of items that are numbered over all ranks: rank r owns the items from `first[r]` to `first[r +
@@ -40,7 +44,7 @@ impl Halo {
     /// increasing order.
     pub(crate) fn of_ghosts(ranks: &Ranks, first: &[usize], ghosts: &[u32]) -> Self {
         let rank = ranks.rank();
-        let own = first[rank + 1] - first[rank];
+        let owned = first[rank + 1] - first[rank];
         let mut neighbours: Vec<Neighbour> = Vec::new();
         for (k, &ghost) in ghosts.iter().enumerate() {
             let owner = first.partition_point(|&f| f <= ghost as usize) - 1;
@@ -48,7 +52,7 @@ impl Halo {
                 neighbours.push(Neighbour { rank: owner, ..Neighbour::default() });
             }
             let neighbour = neighbours.last_mut().expect("the neighbour was added above");
-            neighbour.ghosts.push((own + k) as u32);
+            neighbour.ghosts.push((owned + k) as u32);
         }
         // a rank can compute the owners of its ghosts; the other ranks must send to this rank which of its items are
         // their ghosts
@@ -59,9 +63,9 @@ impl Halo {
             }
         }
         neighbours.sort_by_key(|n| n.rank);
-        let mut halo = Self::new(ranks.clone(), [0..own, own..own], neighbours);
+        let mut halo = Self::new(ranks.clone(), [0..owned, owned..owned], neighbours);
         let wanted = halo.neighbours.iter().map(|n| {
-            let numbers = n.ghosts.iter().map(|&g| ghosts[g as usize - own]);
+            let numbers = n.ghosts.iter().map(|&g| ghosts[g as usize - owned]);
             numbers.collect::<Vec<u32>>()
         });
         let lent = halo.exchange(wanted.collect());
@@ -80,14 +84,14 @@ impl Halo {
     }
 
     /// Returns the ranges of the nodes that this rank owns, among its `nodes` local nodes.
-    pub(crate) fn own(&self, nodes: usize) -> [Range<usize>; 2] {
-        if self.ranks.is_alone() { [0..nodes, nodes..nodes] } else { self.own.clone() }
+    pub(crate) fn owned_ranges(&self, nodes: usize) -> [Range<usize>; 2] {
+        if self.ranks.is_alone() { [0..nodes, nodes..nodes] } else { self.owned_ranges.clone() }
     }
 
     /// Whether this rank owns a node.
     pub(crate) fn owns(&self, node: u32) -> bool {
         let node = node as usize;
-        self.ranks.is_alone() || self.own.iter().any(|own| own.contains(&node))
+        self.ranks.is_alone() || self.owned_ranges.iter().any(|range| range.contains(&node))
     }
 
     /// Selects the values of the nodes that this rank owns.
@@ -95,7 +99,7 @@ impl Halo {
         &self,
         values: &'a [T],
     ) -> impl Iterator<Item = &'a T> + use<'a, T> {
-        let [a, b] = self.own(values.len());
+        let [a, b] = self.owned_ranges(values.len());
         values[a].iter().chain(&values[b])
     }
 

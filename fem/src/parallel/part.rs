@@ -59,9 +59,9 @@ impl Part {
         let mut list: Vec<u32> = (0..nodes as u32).filter(|&n| here[n as usize]).collect();
         let is_edge = |n: u32| n as usize >= vertices;
         list.sort_by_key(|&n| (is_edge(n), owner[n as usize] != rank));
-        let count = |edge: bool, own: bool| {
+        let count = |edge: bool, is_owned: bool| {
             list.iter()
-                .filter(|&&n| is_edge(n) == edge && (owner[n as usize] == rank) == own)
+                .filter(|&&n| is_edge(n) == edge && (owner[n as usize] == rank) == is_owned)
                 .count()
         };
         let (own_vertices, local_vertices) =
@@ -79,7 +79,7 @@ impl Part {
                 neighbours[other as usize].ghosts.push(local_node);
             }
         }
-        let own = [0..own_vertices, own_edges];
+        let owned = [0..own_vertices, own_edges];
         let halo = |limit: usize| {
             let below = |local_nodes: &[u32]| -> Vec<u32> {
                 local_nodes.iter().copied().filter(|&n| (n as usize) < limit).collect()
@@ -91,8 +91,8 @@ impl Part {
             });
             let restricted =
                 restricted.filter(|n| !n.lent.is_empty() || !n.ghosts.is_empty()).collect();
-            let own = own.clone().map(|range| range.start.min(limit)..range.end.min(limit));
-            Arc::new(Halo::new(ranks.clone(), own, restricted))
+            let owned = owned.clone().map(|range| range.start.min(limit)..range.end.min(limit));
+            Arc::new(Halo::new(ranks.clone(), owned, restricted))
         };
         let (vertices, halo) = (halo(local_vertices), halo(list.len()));
         Self { tets, nodes: list, all_nodes: nodes, halo, vertices }
@@ -119,9 +119,9 @@ impl Part {
         if self.is_whole() || values.is_empty() {
             return values.to_vec();
         }
-        let own = |all: &[T]| self.halo.own_of(all).copied().collect::<Vec<T>>();
+        let owned = |all: &[T]| self.halo.own_of(all).copied().collect::<Vec<T>>();
         let numbers: Vec<u32> = self.halo.own_of(&self.nodes).copied().collect();
-        self.ordered(&numbers, 1, &own(values), self.all_nodes)
+        self.ordered(&numbers, 1, &owned(values), self.all_nodes)
     }
 
     /// Collects the element values of the whole mesh from all ranks.

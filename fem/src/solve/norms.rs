@@ -104,7 +104,7 @@ impl Norms {
         let nodes = residual.nodal.len();
         let owned = match halo.ranks().is_alone() {
             true => [0..nodes, 0..0],
-            false => halo.own(nodes),
+            false => halo.owned_ranges(nodes),
         };
         let pieces = owned.into_iter().flat_map(|nodes| {
             nodes.clone().step_by(CHUNK).map(move |first| first..nodes.end.min(first + CHUNK))

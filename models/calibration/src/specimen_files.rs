@@ -257,7 +257,10 @@ pub fn recorded_file(table: &Path, id: &str) -> Result<PathBuf, InputError> {
         [] => Ok(plain),
         [only] => Ok(only.clone()),
         [first, second, ..] => {
-            let problem = format!("is one of two curves of the specimen; the other one is {}", second.display());
+            let problem = format!(
+                "is one of two curves of the specimen; the other one is {}",
+                second.display()
+            );
             Err(InputError::new(first, "", "", problem, "Keep one curve for each specimen."))
         }
     }
@@ -438,7 +441,10 @@ mod tests {
         std::fs::copy(dir.path().join("curves/S-1.csv"), dir.path().join("curves/S-2.csv"))
             .unwrap();
         let error = SpecimenTable::read(&file).unwrap_err().to_string();
-        assert!(error.contains("S-2.csv") && error.contains("is equal to the curve of S-1"), "{error}");
+        assert!(
+            error.contains("S-2.csv") && error.contains("is equal to the curve of S-1"),
+            "{error}"
+        );
     }
 
     /// The rate is 0.12 mm in 240 s. The format of the export is described. Two curve files for one specimen are an

@@ -35,7 +35,9 @@ pub enum PredictionError {
         sds: usize,
     },
     /// A value is infinite or NaN, or a standard deviation is negative.
-    #[error("the mean or standard deviation {0} at a posterior draw is not finite, or the standard deviation is negative")]
+    #[error(
+        "the mean or standard deviation {0} at a posterior draw is not finite, or the standard deviation is negative"
+    )]
     NotFinite(f64),
 }
 

@@ -106,7 +106,7 @@ pub trait UnivariateDensity<R: Scalar>: Univariate {
     /// this method if terms of the log density and the log-Jacobian cancel.
     #[inline(always)]
     fn at_coordinate(&self, y: R, terms: &mut impl Accumulator<R>) -> R {
-        let x = self.support().place(y, terms);
+        let x = self.support().constrain_last_use(y, terms);
         self.add_ln_pdf(x, terms);
         x
     }

@@ -139,7 +139,7 @@ pub trait Context: ContextHooks {
         distribution: D,
         datum: &T,
     ) -> Result<D::Value, Rejection> {
-        self.impute(site, datum.known(), distribution)
+        self.impute(site, datum.observed_value(), distribution)
     }
 
     /// Executes `factor(w)`: adds w to the log density.

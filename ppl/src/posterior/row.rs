@@ -63,12 +63,12 @@ impl Posterior {
             let moving = self.moving(values);
             let named = places.into_iter().zip(names).enumerate();
             let named = named.filter(move |(index, _)| moving[*index]);
-            named.map(move |(index, (place, name))| (values, index, place, name))
+            named.map(move |(index, (element, name))| (values, index, element, name))
         });
         let numbers: Vec<_> = numbers.collect();
         numbers
             .into_par_iter()
-            .map(|(values, index, place, name)| {
+            .map(|(values, index, element, name)| {
                 let draws = group.column(values, index);
                 let chains: Vec<&[f64]> = draws.chunks(group.draws.max(1)).collect();
                 let (mean, variance) = mean_and_variance(draws.iter().copied());
@@ -82,10 +82,10 @@ impl Posterior {
                     rhat: rhat(&chains),
                     ess_bulk: ess_bulk(&chains),
                     ess_tail: ess_tail(&chains),
-                    contraction: contraction.get(place.as_str()).copied(),
+                    contraction: contraction.get(element.as_str()).copied(),
                     mcse_mean: mcse_mean(&chains),
                     name,
-                    place,
+                    place: element,
                 }
             })
             .collect()

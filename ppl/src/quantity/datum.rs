@@ -125,20 +125,20 @@ impl<V, T: Datum<V>> Datum<Vec<V>> for Vec<T> {
 )]
 pub trait Incomplete<V> {
     /// The datum, converted to the value at which the density is evaluated; `None` if it is missing.
-    fn known(&self) -> Option<V>;
+    fn observed_value(&self) -> Option<V>;
 }
 
 impl<V, T: Datum<V>> Incomplete<V> for Option<T> {
     #[inline]
-    fn known(&self) -> Option<V> {
+    fn observed_value(&self) -> Option<V> {
         self.as_ref().map(Datum::lift)
     }
 }
 
 impl<V, T: Incomplete<V> + ?Sized> Incomplete<V> for &T {
     #[inline]
-    fn known(&self) -> Option<V> {
-        (**self).known()
+    fn observed_value(&self) -> Option<V> {
+        (**self).observed_value()
     }
 }
 

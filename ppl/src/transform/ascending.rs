@@ -37,7 +37,7 @@ impl<R: Scalar> Ascending<R> {
                     terms.add_number(y);
                 }
                 last = Some(u);
-                *x = self.0.place(u, terms);
+                *x = self.0.constrain_last_use(u, terms);
             }
         });
         if let Support::Below(_) = self.0 {

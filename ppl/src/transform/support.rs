@@ -79,7 +79,7 @@ impl<R: Scalar> Support<R> {
     /// Version of [`constrain`](Support::constrain) for a coordinate `y` that is not used afterwards; adds the
     /// log-Jacobian to `terms`.
     #[inline(always)]
-    pub(crate) fn place(&self, y: R, terms: &mut impl Accumulator<R>) -> R {
+    pub(crate) fn constrain_last_use(&self, y: R, terms: &mut impl Accumulator<R>) -> R {
         match *self {
             Self::Real => {}
             Self::Above(_) | Self::Below(_) => terms.add(y.value(), ((y, 1.0),)),

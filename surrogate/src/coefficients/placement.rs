@@ -47,7 +47,7 @@ impl CoefficientPosterior {
                 w.iter().map(gain).collect::<Vec<f64>>()
             });
             let Some(gains) = gains else { break };
-            let free = (0..places.len()).filter(|place| !chosen.contains(place));
+            let free = (0..places.len()).filter(|point| !chosen.contains(point));
             // `max_by` returns the last of several equal gains; because of `rev`, this is the gain with the smallest
             // index
             let best = free.rev().max_by(|&a, &b| gains[a].total_cmp(&gains[b]));

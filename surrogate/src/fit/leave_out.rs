@@ -22,10 +22,10 @@ pub(crate) struct Prefix {
 }
 
 /// Returns the index, among all rows, of one row of a run. A run has `block` rows: the rows of its derivatives, and
-/// last the row of its value. `place` is the position of the row among the rows of the run.
+/// last the row of its value. `row_in_block` is the position of the row among the rows of the run.
 #[inline]
-pub(crate) fn row_of(runs: usize, block: usize, run: usize, place: usize) -> usize {
-    if place + 1 == block { run } else { runs + run * (block - 1) + place }
+pub(crate) fn row_of(runs: usize, block: usize, run: usize, row_in_block: usize) -> usize {
+    if row_in_block + 1 == block { run } else { runs + run * (block - 1) + row_in_block }
 }
 
 impl Prefix {
@@ -34,10 +34,10 @@ impl Prefix {
         self.residuals.nrows() / self.runs
     }
 
-    /// Returns the sum, over all runs, of the leverage of row `place` of the run.
-    pub(crate) fn leverage_at(&self, place: usize) -> f64 {
+    /// Returns the sum, over all runs, of the leverage of row `row_in_block` of the run.
+    pub(crate) fn leverage_at(&self, row_in_block: usize) -> f64 {
         let block = self.block();
-        self.hat.chunks(block * block).map(|hat| hat[place * (block + 1)]).sum()
+        self.hat.chunks(block * block).map(|hat| hat[row_in_block * (block + 1)]).sum()
     }
 
     /// Iterates over the leverages h_i of the value rows, one per run.
@@ -70,7 +70,7 @@ impl Prefix {
         let mut factor = vec![0.0; block * block];
         for (run, hat) in self.hat.chunks(block * block).enumerate() {
             factorise(hat, block, &mut factor)?;
-            let row = |place| row_of(self.runs, block, run, place);
+            let row = |row_in_block| row_of(self.runs, block, run, row_in_block);
             for m in 0..outputs {
                 for a in 0..block {
                     for b in 0..a {

@@ -230,8 +230,12 @@ impl<P> PceFit<P> {
         let mut covariance = vec![vec![0.0; outputs]; outputs];
         for &row in rows {
             let Some(r) = self.left_out.get(row) else {
-                let (what, found) = ("rows of the dataset", row + 1);
-                return Err(SurrogateError::Count { what, expected: self.left_out.len(), found });
+                let (what, count) = ("rows of the dataset", row + 1);
+                return Err(SurrogateError::Count {
+                    what,
+                    expected: self.left_out.len(),
+                    found: count,
+                });
             };
             // second moment about 0, not about the mean: a bias is an error too
             for (line, a) in covariance.iter_mut().zip(r) {

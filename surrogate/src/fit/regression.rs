@@ -63,7 +63,7 @@ impl NestedLeastSquares {
                     }
                 }
                 for (run, hat) in hat.chunks_mut(block * block).enumerate() {
-                    let q = |place| self.q[(row_of(runs, block, run, place), j)];
+                    let q = |row_in_block| self.q[(row_of(runs, block, run, row_in_block), j)];
                     for (a, row) in hat.chunks_mut(block).enumerate() {
                         row.iter_mut().enumerate().for_each(|(b, h)| *h += q(a) * q(b));
                     }
@@ -88,9 +88,11 @@ impl NestedLeastSquares {
         let mut total = Mat::zeros(outputs, outputs);
         for run in 0..runs {
             let moved = Mat::from_fn(prefix.terms, outputs, |j, m| {
-                let at = |place| row_of(runs, block, run, place);
+                let at = |row_in_block| row_of(runs, block, run, row_in_block);
                 (0..block)
-                    .map(|place| self.q[(at(place), j)] * left_out[(at(place), m)])
+                    .map(|row_in_block| {
+                        self.q[(at(row_in_block), j)] * left_out[(at(row_in_block), m)]
+                    })
                     .sum::<f64>()
             });
             let change = self.r_inverse.get(..prefix.terms, ..prefix.terms) * moved;
@@ -259,7 +261,7 @@ mod tests {
             }
         }
         assert_relative_eq!(prefix.leverages().sum::<f64>() + prefix.freedom(), runs as f64);
-        let all: f64 = (0..block).map(|place| prefix.leverage_at(place)).sum();
+        let all: f64 = (0..block).map(|row_in_block| prefix.leverage_at(row_in_block)).sum();
         assert_relative_eq!(all, p as f64, max_relative = 1e-12);
     }
 

@@ -132,14 +132,14 @@ fn candidate(
 fn cross_validate(equations: &Equations, weights: &[f64], folds: &[Vec<usize>]) -> Vec<Mat<f64>> {
     let runs = equations.runs();
     let mut all: Vec<Mat<f64>> = Vec::new();
-    for (place, fold) in folds.iter().enumerate() {
+    for (fold_index, fold) in folds.iter().enumerate() {
         let others: Vec<usize> = (0..runs).filter(|run| !fold.contains(run)).collect();
         let most = others.len() * (1 + weights.len()) / ROWS_PER_TERM;
         let path = forward(equations, &others, weights, most.max(1));
         let chosen = equations.with_columns(&path);
         let fit = chosen.least_squares(&others, weights);
         let terms = path.len().min(fit.rank());
-        if place == 0 {
+        if fold_index == 0 {
             all = vec![equations.targets.get(..runs, ..).to_owned(); terms];
         }
         all.truncate(terms);

@@ -84,14 +84,14 @@ fn best<'a>(prefixes: &'a [Prefix], truth: &Truth<'_>, rule: OrderRule) -> Optio
 /// have no influence.
 fn estimate(prefix: &Prefix, variances: &[f64], weights: &[f64]) -> Vec<f64> {
     let (runs, block) = (prefix.runs, weights.len() + 1);
-    let spread = |place: usize, weight: f64| {
+    let spread = |row_in_block: usize, weight: f64| {
         let square = |run: usize| -> f64 {
-            let row = row_of(runs, block, run, place);
+            let row = row_of(runs, block, run, row_in_block);
             let relative =
                 |(m, variance): (usize, &f64)| prefix.residuals[(row, m)].powi(2) / variance;
             variances.iter().enumerate().map(relative).sum()
         };
-        let freedom = runs as f64 - prefix.leverage_at(place);
+        let freedom = runs as f64 - prefix.leverage_at(row_in_block);
         let sum: f64 = (0..runs).map(square).sum();
         sum / freedom / variances.len() as f64 / (weight * weight) + ROUNDING
     };

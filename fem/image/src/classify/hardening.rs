@@ -382,10 +382,10 @@ mod tests {
             values.push((9000.0 + material * truth(s.min(1.0)) * drift(t) + noise) as u16);
             clean.push(9000.0 + material);
         }
-        let found = Brightness::fit(&values, shape, &set, cylinder, 9000.0, 15_000.0);
-        assert!((found.rim_over_centre() - truth(1.0) / truth(0.0)).abs() < 0.01, "{found:?}");
-        assert!((found.top_over_bottom() - 1.1 / 0.9).abs() < 0.01, "{found:?}");
-        found.correct(&mut values, shape, cylinder);
+        let profile = Brightness::fit(&values, shape, &set, cylinder, 9000.0, 15_000.0);
+        assert!((profile.rim_over_centre() - truth(1.0) / truth(0.0)).abs() < 0.01, "{profile:?}");
+        assert!((profile.top_over_bottom() - 1.1 / 0.9).abs() < 0.01, "{profile:?}");
+        profile.correct(&mut values, shape, cylinder);
         let ratio = |n: usize| (f64::from(values[n]) - 9000.0) / (clean[n] - 9000.0);
         let inside: Vec<usize> = (0..set.len()).filter(|&n| set[n] == 1).collect();
         for part in [0.0..0.2, 0.4..0.6, 0.7..0.9] {

@@ -99,7 +99,10 @@ pub(super) fn contents(folder: &Path) -> Result<(Contents, Option<String>), Imag
             let help = "give the folder that contains the slices";
             Err(ImageError::Series {
                 path,
-                message: format!("the folder contains no slice, only the folders {}", folders.join(", ")),
+                message: format!(
+                    "the folder contains no slice, only the folders {}",
+                    folders.join(", ")
+                ),
                 help,
             })
         }

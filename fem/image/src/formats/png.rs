@@ -62,7 +62,11 @@ pub(super) fn values(path: &Path, picture: &Picture, into: &mut [f64]) -> Result
     }
     let mut reader = decoder.read_info().map_err(|error| damaged(path, &error))?;
     let Some(length) = reader.output_buffer_size() else {
-        return Err(refused(path, "the slice has more bytes than this machine can address".into(), "crop the slices"));
+        return Err(refused(
+            path,
+            "the slice has more bytes than this machine can address".into(),
+            "crop the slices",
+        ));
     };
     let mut bytes = vec![0; length];
     reader.next_frame(&mut bytes).map_err(|error| damaged(path, &error))?;

@@ -213,10 +213,10 @@ mod tests {
             u32::from((0..3).map(|n| ((p[n] - 24.3) / half[n]).powi(2)).sum::<f64>() <= 1.0)
         });
         let voxels = labels.values.iter().filter(|&&label| label == 1).count() as f64;
-        let found = &measure(&labels, &inside, &[voxels])[0];
+        let region = &measure(&labels, &inside, &[voxels])[0];
         for axis in 0..3 {
-            assert!((found.axes_mm[axis] / half[axis] - 1.0).abs() < 0.01, "{found:?}");
-            assert!((found.centroid_mm[axis] - 24.3 / 2.0).abs() < 0.02, "{found:?}");
+            assert!((region.axes_mm[axis] / half[axis] - 1.0).abs() < 0.01, "{region:?}");
+            assert!((region.centroid_mm[axis] - 24.3 / 2.0).abs() < 0.02, "{region:?}");
         }
         // Thomsen's formula for the surface of an ellipsoid, accurate to 1.061 %
         let p: f64 = 1.6075;
@@ -224,8 +224,8 @@ mod tests {
         let [a, b, c] = half.map(|h| h / 2.0);
         let mean = (pair(a, b) + pair(a, c) + pair(b, c)) / 3.0;
         let exact = 4.0 * std::f64::consts::PI * mean.powf(1.0 / p);
-        assert!((found.surface_mm2 / exact - 1.0).abs() < 0.03, "{} {exact}", found.surface_mm2);
-        assert!(!found.touches_boundary && found.neighbours.is_empty());
+        assert!((region.surface_mm2 / exact - 1.0).abs() < 0.03, "{} {exact}", region.surface_mm2);
+        assert!(!region.touches_boundary && region.neighbours.is_empty());
     }
 
     #[test]
@@ -242,8 +242,8 @@ mod tests {
         let touching = |inside: &[u8]| -> Vec<bool> {
             measure(&labels, inside, &[1.0; 3]).iter().map(|r| r.touches_boundary).collect()
         };
-        let found = measure(&labels, &inside, &[1.0; 3]);
-        let neighbours: Vec<&[u32]> = found.iter().map(|r| &r.neighbours[..]).collect();
+        let regions = measure(&labels, &inside, &[1.0; 3]);
+        let neighbours: Vec<&[u32]> = regions.iter().map(|r| &r.neighbours[..]).collect();
         assert_eq!(neighbours, [&[2][..], &[1], &[]]);
         assert_eq!(touching(&inside), [false, false, false]);
         inside[labels.index([7, 2, 2])] = 0;

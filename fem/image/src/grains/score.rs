@@ -44,18 +44,18 @@ pub struct Score {
 /// # Example
 /// ```
 /// let truth = fem_image::Volume::new([4, 1, 1], 1.0, vec![0, 1, 1, 2])?;
-/// let found = fem_image::Volume::new([4, 1, 1], 1.0, vec![0, 7, 7, 9])?;
-/// let score = fem_image::score(&truth, &found)?;
+/// let segmented = fem_image::Volume::new([4, 1, 1], 1.0, vec![0, 7, 7, 9])?;
+/// let score = fem_image::score(&truth, &segmented)?;
 /// assert_eq!((score.matched, score.panoptic_quality, score.dice), (2, 1.0, 1.0));
 /// # Ok::<(), fem_image::ImageError>(())
 /// ```
-pub fn score(truth: &Volume<u32>, found: &Volume<u32>) -> Result<Score, ImageError> {
+pub fn score(truth: &Volume<u32>, segmented: &Volume<u32>) -> Result<Score, ImageError> {
     truth.check()?;
-    found.check()?;
-    if truth.shape != found.shape {
-        return Err(ImageError::Shape { shape: truth.shape, values: found.values.len() });
+    segmented.check()?;
+    if truth.shape != segmented.shape {
+        return Err(ImageError::Shape { shape: truth.shape, values: segmented.values.len() });
     }
-    let overlaps = overlaps(&truth.values, &found.values);
+    let overlaps = overlaps(&truth.values, &segmented.values);
     let mut sizes = [BTreeMap::new(), BTreeMap::new()];
     for (&(a, b), &count) in &overlaps {
         *sizes[0].entry(a).or_insert(0_u64) += count;
@@ -91,17 +91,17 @@ pub fn score(truth: &Volume<u32>, found: &Volume<u32>) -> Result<Score, ImageErr
 }
 
 /// Returns the number of voxels for each pair (label in the truth, label in the segmentation).
-fn overlaps(truth: &[u32], found: &[u32]) -> BTreeMap<(u32, u32), u64> {
+fn overlaps(truth: &[u32], segmented: &[u32]) -> BTreeMap<(u32, u32), u64> {
     let portion = 1 << 18;
     truth
         .par_chunks(portion)
-        .zip(found.par_chunks(portion))
-        .fold(BTreeMap::new, |mut counts, (truth, found)| {
+        .zip(segmented.par_chunks(portion))
+        .fold(BTreeMap::new, |mut counts, (truth, segmented)| {
             let mut at = 0;
             while at < truth.len() {
                 // count consecutive voxels with the same pair of labels in one step
-                let pair = (truth[at], found[at]);
-                let run = truth[at..].iter().zip(&found[at..]);
+                let pair = (truth[at], segmented[at]);
+                let run = truth[at..].iter().zip(&segmented[at..]);
                 let length = run.take_while(|&(&a, &b)| (a, b) == pair).count();
                 *counts.entry(pair).or_insert(0) += length as u64;
                 at += length;
@@ -160,8 +160,8 @@ mod tests {
     #[test]
     fn scores_agree_with_counts_by_hand() {
         let truth = row(&[1, 1, 1, 1, 2, 2, 2, 2, 0, 0]);
-        let found = row(&[5, 5, 5, 0, 7, 7, 8, 8, 8, 0]);
-        let score = score(&truth, &found).unwrap();
+        let segmented = row(&[5, 5, 5, 0, 7, 7, 8, 8, 8, 0]);
+        let score = score(&truth, &segmented).unwrap();
         assert_eq!((score.truth, score.found, score.matched), (2, 3, 1));
         // the matching pair has an overlap of 3 of 4 voxels; the overlap of grain 7 is exactly half of the union, so
         // grain 7 does not match

@@ -126,8 +126,8 @@ mod tests {
             let count = shape.iter().product();
             let values: Vec<u32> = (0..count).map(|_| rng.random_range(0..=most)).collect();
             for one in [0, 2] {
-                let found = numbered_parts(shape, &values, |value| value == one);
-                assert_eq!(found, by_flood(shape, &values, one), "{shape:?}, {most}, {one}");
+                let numbered = numbered_parts(shape, &values, |value| value == one);
+                assert_eq!(numbered, by_flood(shape, &values, one), "{shape:?}, {most}, {one}");
             }
         }
     }

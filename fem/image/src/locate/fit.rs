@@ -228,7 +228,10 @@ fn sides(
     let rays = 8 * EIGHTH * nz;
     let levels = (bottom.ceil().max(0.0) as usize..(top.floor() as usize).min(nz)).len();
     if points.len() < 8 * EIGHTH * levels / 4 || levels < 4 {
-        return Err(refused(format!("only {} of {rays} rays cross the wall of the specimen", points.len())));
+        return Err(refused(format!(
+            "only {} of {rays} rays cross the wall of the specimen",
+            points.len()
+        )));
     }
     Ok((least_squares(&points, axis, radius, (bottom + top) / 2.0), ends))
 }

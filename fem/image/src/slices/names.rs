@@ -228,9 +228,13 @@ fn gap(names: &[Name], column: &[i128]) -> String {
         .sum();
     if difference % usual == 0 {
         let missing = difference / usual - 1;
-        format!("{before} is followed by {after}; missing slices between them: {missing}, in the whole folder: {all}")
+        format!(
+            "{before} is followed by {after}; missing slices between them: {missing}, in the whole folder: {all}"
+        )
     } else {
-        format!("{before} is followed by {after}: the numbers of the slices do not increase in equal steps")
+        format!(
+            "{before} is followed by {after}: the numbers of the slices do not increase in equal steps"
+        )
     }
 }
 
@@ -277,8 +281,8 @@ mod tests {
             ),
             (vec!["only.tif"], vec!["only.tif"]),
         ] {
-            let found = ordered(&names).unwrap();
-            assert_eq!(found, expected);
+            let order = ordered(&names).unwrap();
+            assert_eq!(order, expected);
         }
     }
 

@@ -40,7 +40,7 @@ struct Pages {
 
 impl SliceSource for Pages {
     fn reader(&self) -> Box<dyn SliceReader + '_> {
-        Box::new(PageReader { pages: self, open: None })
+        Box::new(PageReader { pages: self, open_file: None })
     }
 
     fn file_and_page(&self, slice: usize) -> (PathBuf, usize) {
@@ -53,7 +53,7 @@ impl SliceSource for Pages {
 struct PageReader<'a> {
     pages: &'a Pages,
     /// The open file: its index, and its decoder.
-    open: Option<(usize, Reader)>,
+    open_file: Option<(usize, Reader)>,
 }
 
 impl SliceReader for PageReader<'_> {
@@ -61,8 +61,8 @@ impl SliceReader for PageReader<'_> {
         let (file, number) = self.pages.slices[slice];
         let source = &self.pages.files[file];
         let (path, page) = (&source.path, number + 1);
-        let decoder = match &mut self.open {
-            Some((open, decoder)) if *open == file => decoder,
+        let decoder = match &mut self.open_file {
+            Some((open_index, decoder)) if *open_index == file => decoder,
             other => &mut other.insert((file, open_decoder(path, source.most_bytes())?)).1,
         };
         decoder.seek_to_image(number).map_err(|error| refused(path, page, &error))?;

@@ -164,14 +164,14 @@ mod tests {
         for _ in 0..20 {
             let counts: Vec<u64> = (0..24).map(|_| rng.random_range(1..50)).collect();
             let two = (1..24).map(|a| between(&counts, &[a])).fold(0.0, f64::max);
-            let found = otsu(&counts, 2).unwrap();
-            assert!((between(&counts, &found) - two).abs() < 1e-9 * two);
+            let thresholds = otsu(&counts, 2).unwrap();
+            assert!((between(&counts, &thresholds) - two).abs() < 1e-9 * two);
             let three = (1..23)
                 .flat_map(|a| (a + 1..24).map(move |b| [a, b]))
                 .map(|splits| between(&counts, &splits))
                 .fold(0.0, f64::max);
-            let found = otsu(&counts, 3).unwrap();
-            assert!((between(&counts, &found) - three).abs() < 1e-9 * three);
+            let thresholds = otsu(&counts, 3).unwrap();
+            assert!((between(&counts, &thresholds) - three).abs() < 1e-9 * three);
         }
     }
 

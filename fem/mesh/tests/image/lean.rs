@@ -89,7 +89,8 @@ fn a_tilted_specimen_is_segmented_like_the_upright_specimen() {
     let told = segment(&leaning, false);
     assert_eq!(told.cylinder.lean, [0.0; 2]);
     // a second warning may say that the grain fraction is uncertain
-    let Some(warning) = told.warnings.iter().find(|warning| warning.contains("is tilted by")) else {
+    let Some(warning) = told.warnings.iter().find(|warning| warning.contains("is tilted by"))
+    else {
         panic!("{:?}", told.warnings)
     };
     for part in ["is tilted by 6.", "follow_lean = true", "turn the image upright"] {

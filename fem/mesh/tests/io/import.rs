@@ -107,7 +107,7 @@ fn folded_elements_are_straightened_and_reported() {
     let folding = ([0, 1], [0.6, 0.6, 0.5]);
     let bent = BTreeMap::from([folding, ([3, 4], [0.14, 0.66, -0.5])]);
     let Imported { mesh, notes } = read(&second_order(&nodes, &tets, &bent)).unwrap();
-    assert_eq!(notes, [ImportNote::Straightened { tets: vec![0], of: 2 }]);
+    assert_eq!(notes, [ImportNote::Straightened { tets: vec![0], all: 2 }]);
     assert_eq!(mesh.edge_points, [([3, 4], bent[&[3, 4]])], "the neighbour keeps its curved edge");
     let message = notes[0].to_string();
     assert!(

@@ -217,9 +217,10 @@ impl Viscoelasticity {
             }
             let sum: f64 = terms.iter().map(|term| term.fraction).sum();
             let (least, requirement) = match self.moduli {
-                PronyModuli::Instantaneous => {
-                    (LEAST_REST, "at most 0.999999999 in sum: the long-term modulus must be positive")
-                }
+                PronyModuli::Instantaneous => (
+                    LEAST_REST,
+                    "at most 0.999999999 in sum: the long-term modulus must be positive",
+                ),
                 PronyModuli::LongTerm => (
                     LEAST_REST_OF_LONG_TERM,
                     "at most 0.999999 in sum: the instantaneous modulus is the long-term modulus divided by (1 - sum)",

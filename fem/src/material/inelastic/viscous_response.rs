@@ -68,7 +68,7 @@ struct Shear<T> {
     viscous: [T; 2],
     /// Stress Σ m_i a_i, which depends only on F and the state at the start of the increment, and
     /// the derivative of this stress with respect to g.
-    known: [Spatial<T>; 2],
+    history_stress: [Spatial<T>; 2],
     /// Stored energy Σ m_i |dev h_i|²/(4 μ) with the modulus μ of the elastic stress, MPa. This expression is exact
     /// at small strain.
     energy: T,
@@ -86,7 +86,7 @@ struct Bulk<T> {
     equilibrium: f64,
     viscous: T,
     /// Part of the mean stress that depends only on the state at the start of the increment, MPa.
-    known: T,
+    history_stress: T,
     energy: T,
     stress: T,
     dissipation: T,
@@ -129,7 +129,7 @@ impl<T: Scalar> ViscousIncrement<'_, T> {
         let Self { point, trial, old, new, .. } = self;
         let zero = self.damage.g.constant(0.0);
         let degraded = self.damage.energies.degrade.viscous;
-        let mut known = [[zero; 6]; 2];
+        let mut history_stress = [[zero; 6]; 2];
         let mut viscous = [zero; 2];
         let [mut energy, mut driving, mut dissipation] = [zero; 3];
         let mut stress = [zero; 6];
@@ -143,9 +143,9 @@ impl<T: Scalar> ViscousIncrement<'_, T> {
             above = below;
             let [decay, mean] = point.decay(term);
             for entry in 0..6 {
-                let own = decay * old[6 * (1 + k) + entry] - mean * old[entry];
-                known[0][entry] = m[0].mul_add(own, known[0][entry]);
-                known[1][entry] = m[1].mul_add(own, known[1][entry]);
+                let change = decay * old[6 * (1 + k) + entry] - mean * old[entry];
+                history_stress[0][entry] = m[0].mul_add(change, history_stress[0][entry]);
+                history_stress[1][entry] = m[1].mul_add(change, history_stress[1][entry]);
             }
             viscous[0] = m[0].mul_add(mean, viscous[0]);
             viscous[1] = m[1].mul_add(mean, viscous[1]);
@@ -166,11 +166,13 @@ impl<T: Scalar> ViscousIncrement<'_, T> {
         }
         // damage always degrades the equilibrium spring
         let equilibrium = if degraded { above } else { self.modulus(remaining, true) };
-        let known = match point.law.shear.is_empty() {
+        let history_stress = match point.law.shear.is_empty() {
             true => [Spatial([zero; 6]); 2],
-            false => [Spatial::new(trial, &known[0]), Spatial::new(trial, &known[1])],
+            false => {
+                [Spatial::new(trial, &history_stress[0]), Spatial::new(trial, &history_stress[1])]
+            }
         };
-        Shear { equilibrium, viscous, known, energy, driving, stress, dissipation }
+        Shear { equilibrium, viscous, history_stress, energy, driving, stress, dissipation }
     }
 
     #[inline(always)]
@@ -182,7 +184,7 @@ impl<T: Scalar> ViscousIncrement<'_, T> {
         let mut out = Bulk {
             equilibrium: instantaneous,
             viscous: zero,
-            known: zero,
+            history_stress: zero,
             energy: zero,
             stress: zero,
             dissipation: zero,
@@ -192,7 +194,7 @@ impl<T: Scalar> ViscousIncrement<'_, T> {
             let at = first + 1 + k;
             out.equilibrium -= term.fraction * instantaneous;
             out.viscous += mean * (term.fraction * instantaneous);
-            out.known += (decay * old[at] - mean * old[first]) * term.fraction;
+            out.history_stress += (decay * old[at] - mean * old[first]) * term.fraction;
             let stored = new[at] * new[at] / elastic.bulk * (0.5 * term.fraction / instantaneous);
             out.energy += stored;
             out.stress += mean * new[at] * term.fraction;
@@ -217,20 +219,21 @@ impl<T: Scalar> ViscousIncrement<'_, T> {
         let spared = volume_share.mul_add(viscous[0] - one, one);
         out.energy += shear.energy + spared * bulk.energy;
         out.dissipation = shear.dissipation + spared * bulk.dissipation;
-        let pressure = volume.stress * *u_slope + spared * bulk.known;
-        let pressure_plus = volume.stress_slope * *u_slope + volume_share * viscous[1] * bulk.known;
+        let pressure = volume.stress * *u_slope + spared * bulk.history_stress;
+        let pressure_plus =
+            volume.stress_slope * *u_slope + volume_share * viscous[1] * bulk.history_stress;
         let factor = shear.equilibrium[0] + shear.viscous[0];
         let factor_slope = shear.equilibrium[1] + shear.viscous[1];
-        let third = shear.known[0].trace() / 3.0;
-        let [known, known_slope] = shear.known.map(Spatial::deviator);
+        let third = shear.history_stress[0].trace() / 3.0;
+        let [history, history_slope] = shear.history_stress.map(Spatial::deviator);
         for i in 0..3 {
-            let (stress, a) = (deviatoric.stress[i], known.0[i]);
+            let (stress, a) = (deviatoric.stress[i], history.0[i]);
             out.stress[i] = factor * stress + a + pressure;
-            out.stress_plus[i] = factor_slope * stress + known_slope.0[i] + pressure_plus;
+            out.stress_plus[i] = factor_slope * stress + history_slope.0[i] + pressure_plus;
             out.driving_stress[i] = shear.equilibrium[1] * stress + volume.driving[0] * *u_slope;
             for k in 0..=i {
                 // 2 t (δ − ⅓) − ⅔ (a_i + a_k) + 2 δ a_i: a is the deviator, t a third of the trace, and δ = 1 for i = k
-                let mut moved = (a + known.0[k] + third) * (-2.0 / 3.0);
+                let mut moved = (a + history.0[k] + third) * (-2.0 / 3.0);
                 if i == k {
                     moved += (third + a) * 2.0;
                 }
@@ -239,10 +242,10 @@ impl<T: Scalar> ViscousIncrement<'_, T> {
                 out.normal[entry] = elastic + moved;
             }
             let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-            let moved = third + (known.0[j] + known.0[k]) * 0.5;
+            let moved = third + (history.0[j] + history.0[k]) * 0.5;
             out.shear[i] = factor * deviatoric.shear[i] + moved;
-            out.oblique.stress[i] = known.0[3 + i];
-            out.oblique.stress_plus[i] = known_slope.0[3 + i];
+            out.oblique.stress[i] = history.0[3 + i];
+            out.oblique.stress_plus[i] = history_slope.0[3 + i];
         }
         if energies.drive.viscous {
             out.driving += shear.driving + volume_share * bulk.energy;

@@ -80,10 +80,11 @@ impl Regions {
         // no effect without damage; fewer laws are then evaluated
         for (m, row) in materials.iter().zip(&mut constants) {
             if m.damage.is_none() {
-                let own = m.law();
-                let same =
-                    |law: &&RegionLaw| law.form == own.form && law.inelastic == own.inelastic;
-                let law = laws.iter().find(same).cloned().unwrap_or(own);
+                let new_law = m.law();
+                let same = |law: &&RegionLaw| {
+                    law.form == new_law.form && law.inelastic == new_law.inelastic
+                };
+                let law = laws.iter().find(same).cloned().unwrap_or(new_law);
                 row[6] = index_in(&mut laws, law);
             }
         }

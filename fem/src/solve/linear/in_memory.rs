@@ -39,7 +39,7 @@ impl<T, const R: usize> InMemory<T, R> {
         if self.halo.ranks().is_alone() {
             return part(0..nodes);
         }
-        let mut sum = [self.halo.own(nodes).into_iter().map(part).sum()];
+        let mut sum = [self.halo.owned_ranges(nodes).into_iter().map(part).sum()];
         self.halo.ranks().sum(&mut sum);
         sum[0]
     }

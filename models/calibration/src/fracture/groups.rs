@@ -131,7 +131,10 @@ impl Groups {
         }
         for (input, _) in inputs.iter().zip(trends).filter(|(_, t)| **t == Trend::LogLinear) {
             if temperatures.len() < 2 {
-                return wrong(&input.name, "has a trend with temperature, but all groups have the same temperature".into());
+                return wrong(
+                    &input.name,
+                    "has a trend with temperature, but all groups have the same temperature".into(),
+                );
             }
             if input.lower <= 0.0 {
                 let problem = format!("has no logarithm at its lower bound {}", input.lower);

@@ -57,7 +57,7 @@ pub enum QoiError {
     },
     /// The curve does not include the displacement at which a quantity is taken.
     #[error(
-        "the curve goes from {from_mm:.4} to {to_mm:.4} mm and does not reach {needed_mm:.4} mm{} for {quantity}; \
+        "the curve covers {from_mm:.4} to {to_mm:.4} mm and does not reach {needed_mm:.4} mm{} for {quantity}; \
          continue the test to a larger displacement (test.stop_below_peak, test.displacement_mm), or change qoi.quantities (with likelihood = \
          \"curve\": qoi.curve_percent)",
         of_the_peak(*.extent)
@@ -84,7 +84,7 @@ pub enum QoiError {
     },
     /// The curve does not include the time at which a quantity is taken.
     #[error(
-        "the curve goes from {from_s} to {to_s} s and does not include {needed_s} s for {quantity}; record \
+        "the curve covers {from_s} to {to_s} s and does not include {needed_s} s for {quantity}; record \
          longer (test.program, test.duration_s, test.stop_below_peak), or change qoi.quantities"
     )]
     TimeNotReached {

@@ -149,7 +149,13 @@ pub fn read_tension_tests(
         ));
     }
     match tests.len() {
-        0 => Err(InputError::new(file, "", "", "has no readings", "Write one line for each reading.")),
+        0 => Err(InputError::new(
+            file,
+            "",
+            "",
+            "has no readings",
+            "Write one line for each reading.",
+        )),
         _ => Ok(tests),
     }
 }

@@ -166,7 +166,13 @@ impl BarCurve {
 pub fn read_bar_curves(file: &Path) -> Result<Vec<BarCurve>, InputError> {
     let curves = read_engineering_curves(file)?;
     if curves.is_empty() {
-        return Err(InputError::new(file, "", "", "has no readings", "Write one line for each reading."));
+        return Err(InputError::new(
+            file,
+            "",
+            "",
+            "has no readings",
+            "Write one line for each reading.",
+        ));
     }
     let bar = |(specimen, readings)| BarCurve { specimen, readings };
     Ok(curves.into_iter().map(bar).collect())

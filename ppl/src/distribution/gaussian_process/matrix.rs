@@ -59,18 +59,18 @@ impl Upper {
     /// Solves Uᵀ x = b in place.
     pub(super) fn solve_transposed(&self, b: &mut [f64]) {
         for i in 0..self.size {
-            let (own, rest) = b[i..].split_at_mut(1);
-            own[0] /= self.row(i)[0];
-            add_multiple(rest, -own[0], &self.row(i)[1..]);
+            let (entry, rest) = b[i..].split_at_mut(1);
+            entry[0] /= self.row(i)[0];
+            add_multiple(rest, -entry[0], &self.row(i)[1..]);
         }
     }
 
     /// Solves U x = b in place.
     pub(super) fn solve(&self, b: &mut [f64]) {
         for i in (0..self.size).rev() {
-            let (own, solved) = b[i..].split_at_mut(1);
+            let (entry, solved) = b[i..].split_at_mut(1);
             let inner: f64 = self.row(i)[1..].iter().zip(&*solved).map(|(u, x)| u * x).sum();
-            own[0] = (own[0] - inner) / self.row(i)[0];
+            entry[0] = (entry[0] - inner) / self.row(i)[0];
         }
     }
 
@@ -90,14 +90,14 @@ impl Upper {
         // the lower triangular matrix V = U⁻ᵀ, row by row; the inverse is VᵀV
         let mut v = vec![0.0; size * size];
         for i in 0..size {
-            let (before, own) = v.split_at_mut(i * size);
-            let own = &mut own[..=i];
-            own[i] = 1.0;
+            let (before, new_row) = v.split_at_mut(i * size);
+            let new_row = &mut new_row[..=i];
+            new_row[i] = 1.0;
             for (k, row) in before.chunks_exact(size).enumerate() {
-                add_multiple(own, -self.row(k)[i - k], &row[..=k]);
+                add_multiple(new_row, -self.row(k)[i - k], &row[..=k]);
             }
             let inverse = self.row(i)[0].recip();
-            own.iter_mut().for_each(|x| *x *= inverse);
+            new_row.iter_mut().for_each(|x| *x *= inverse);
         }
         let mut product = vec![0.0; size * size];
         for (k, row) in v.chunks_exact(size).enumerate() {
@@ -125,10 +125,10 @@ mod tests {
         let factor = Upper::of_covariance(SIZE, entry).unwrap();
         let matrix = nalgebra::DMatrix::from_fn(SIZE, SIZE, entry);
         let inverse = matrix.clone().try_inverse().unwrap();
-        let found = factor.inverse_covariance();
+        let computed = factor.inverse_covariance();
         for i in 0..SIZE {
             for j in 0..=i {
-                let error = (found[i * SIZE + j] - inverse[(i, j)]).abs();
+                let error = (computed[i * SIZE + j] - inverse[(i, j)]).abs();
                 assert!(error < 1e-13, "({i}, {j}): {error}");
             }
         }

@@ -69,7 +69,7 @@ pub(super) fn compare(
     warnings.add(
         WarningKind::Modes,
         "The posterior seems to have several modes: ",
-        &list(modes.iter().map(|(place, modes)| in_words(names.shown(place), modes))),
+        &list(modes.iter().map(|(element, modes)| in_words(names.shown(element), modes))),
         "The fraction of draws in a mode depends on the starting points of the chains and is not \
          the probability of the mode: exclude modes by a stronger prior (or by an order constraint, \
          if the modes differ only by exchanged labels), or report each mode separately; if only one \
@@ -109,14 +109,14 @@ pub(super) fn separate_modes(posterior: &Posterior) -> Separate {
         .with_role(Role::Parameter)
         .filter_map(|variable| group.get(&variable.name))
         .flat_map(|values| {
-            values.elements().into_iter().enumerate().map(move |(k, place)| (values, k, place))
+            values.elements().into_iter().enumerate().map(move |(k, element)| (values, k, element))
         })
         .collect();
-    let modes = |(values, index, place): (&Values, usize, String)| {
+    let modes = |(values, index, element): (&Values, usize, String)| {
         let draws = group.column(values, index);
         let chains: Vec<&[f64]> = draws.chunks(group.draws).collect();
         let modes = Modes::find(&chains).filter(|modes| !modes.mixed())?;
-        Some((place, modes))
+        Some((element, modes))
     };
     parameters.into_par_iter().filter_map(modes).collect()
 }

@@ -42,7 +42,7 @@ pub(super) fn find(
     };
     // if chains exchange the labels of mixture components, the posterior is as wide as the prior, even if each mode
     // is well informed
-    let has_modes = |row: &Identifiability| modes.iter().any(|(place, _)| *place == row.name);
+    let has_modes = |row: &Identifiability| modes.iter().any(|(element, _)| *element == row.name);
     // exclude widened posteriors, which are informed by the data, and combinations, which have a separate warning
     for (label, words) in [
         (Identification::Not, "The data did not inform (contraction below 0.1): "),

@@ -74,11 +74,11 @@ impl<'r> ShownNames<'r> {
         Self(rows.iter().map(|row| (row.place.as_str(), row.name.as_str())).collect())
     }
 
-    pub(super) fn shown<'n>(&self, place: &'n str) -> &'n str
+    pub(super) fn shown<'n>(&self, element: &'n str) -> &'n str
     where
         'r: 'n,
     {
-        self.0.get(place).copied().unwrap_or(place)
+        self.0.get(element).copied().unwrap_or(element)
     }
 }
 

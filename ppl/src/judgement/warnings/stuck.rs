@@ -85,7 +85,8 @@ impl Stuck {
         let best = moving.iter().max_by(|a, b| centre(a).total_cmp(&centre(b)));
         let below = moving.iter().filter_map(|stay| {
             let best = best.filter(|best| stay.is_far_below(best))?;
-            let ([stuck, best_value], Stay { chain, .. }) = ([stay, best].map(|s| cell(centre(s))), stay);
+            let ([stuck, best_value], Stay { chain, .. }) =
+                ([stay, best].map(|s| cell(centre(s))), stay);
             Some(format!("chain {chain} near {stuck}, but chain {} near {best_value}", best.chain))
         });
         Self { below: below.collect(), still: still.collect() }

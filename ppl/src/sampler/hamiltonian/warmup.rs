@@ -279,7 +279,7 @@ impl Warmup {
             }
         };
         let before = metric.kind();
-        let kept = choice.metric.is_none();
+        let metric_is_kept = choice.metric.is_none();
         if let Some(new) = choice.metric {
             *metric = new;
         }
@@ -287,9 +287,9 @@ impl Warmup {
         let map = metric.kind();
         // restart at the first matrix with correlations, too: it can change the scale as much as the first estimate of
         // the variances
-        let restarted = !kept && (restart || discriminant(&map) != discriminant(&before));
+        let restarted = !metric_is_kept && (restart || discriminant(&map) != discriminant(&before));
         let divergences = choice.divergences;
-        self.switches.push(MapSwitch { draw, map, kept, restarted, divergences });
+        self.switches.push(MapSwitch { draw, map, kept: metric_is_kept, restarted, divergences });
         let next = self.schedule.next_start().unwrap_or(draw + 1);
         self.sample.keep_last((draw + 1).saturating_sub(next));
         if restarted { Advice::SearchStep } else { Advice::Continue }

@@ -55,9 +55,12 @@ fn take_up<K: MarkovChain>(
     dim: usize,
 ) -> Result<(K, Stream), RunError> {
     let paused = chain.paused.as_deref().map(|paused| &paused.stream);
-    let stream = paused
-        .or(chain.stream.as_ref())
-        .ok_or_else(|| misfit("the state of a chain's random number generator is not stored", "start a new run with `run`"))?;
+    let stream = paused.or(chain.stream.as_ref()).ok_or_else(|| {
+        misfit(
+            "the state of a chain's random number generator is not stored",
+            "start a new run with `run`",
+        )
+    })?;
     let other = |reason| misfit(reason, "use the model and the data with which they were drawn");
     kernel.begin(last_position(chain, dim)).map_err(|rejection| {
         other(format!("the density now rejects the last draw of a chain: {rejection}"))

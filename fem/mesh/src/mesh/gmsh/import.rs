@@ -26,7 +26,7 @@ pub enum ImportNote {
         /// Numbers of the straightened tetrahedra, from 0.
         tets: Vec<u32>,
         /// Total number of tetrahedra in the mesh.
-        of: usize,
+        all: usize,
     },
     /// Volumes of the geometry are without elements, or the mesh encloses cavities.
     Missing {
@@ -41,7 +41,7 @@ impl Imported {
     pub(super) fn new(mesh: TetMesh, straightened: Vec<u32>, volumes: Vec<i32>) -> Imported {
         let mut notes = Vec::new();
         if !straightened.is_empty() {
-            notes.push(ImportNote::Straightened { tets: straightened, of: mesh.tets.len() });
+            notes.push(ImportNote::Straightened { tets: straightened, all: mesh.tets.len() });
         }
         let cavities = mesh.cavities();
         if !volumes.is_empty() || !cavities.is_empty() {
@@ -54,9 +54,9 @@ impl Imported {
 impl fmt::Display for ImportNote {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            ImportNote::Straightened { tets, of } => write!(
+            ImportNote::Straightened { tets, all } => write!(
                 f,
-                "{} of {of} tetrahedra of the file are folded by their curved edges and were straightened: {}; use a finer \
+                "{} of {all} tetrahedra of the file are folded by their curved edges and were straightened: {}; use a finer \
                  mesh, or Mesh.HighOrderOptimize = 1 in Gmsh, to preserve the curved edges",
                 tets.len(),
                 listed(tets.iter().map(u32::to_string)),

@@ -34,7 +34,7 @@ impl<'a> Source<'a> {
 
     /// Creates an error at the current position: a line in ASCII files, section and byte in binary files.
     pub(super) fn fault(&self, message: String) -> Fault {
-        let place = if self.binary {
+        let location = if self.binary {
             format!("section ${}, byte {}", self.section, self.at)
         } else {
             let line = 1 + self.bytes[..self.at].iter().filter(|&&b| b == b'\n').count();
@@ -43,7 +43,7 @@ impl<'a> Source<'a> {
                 section => format!("line {line} (section ${section})"),
             }
         };
-        Fault { place, message }
+        Fault { place: location, message }
     }
 
     /// Reads the `$MeshFormat` section, which must come first.
@@ -75,9 +75,9 @@ impl<'a> Source<'a> {
         };
         let size = self.word()?.to_string();
         if size != "8" {
-            return Err(
-                self.fault(format!("data size {size} is not supported; save floating-point numbers with 8 bytes"))
-            );
+            return Err(self.fault(format!(
+                "data size {size} is not supported; save floating-point numbers with 8 bytes"
+            )));
         }
         if binary {
             self.line_end()?;

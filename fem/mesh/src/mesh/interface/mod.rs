@@ -127,13 +127,16 @@ impl InterfaceSurface {
 
     /// Returns the side (0 or 1) of a tetrahedron of one phase; `None` for a mixture or a tetrahedron of another region.
     fn pure_side(&self, mesh: &TetMesh, tet: usize) -> Option<usize> {
-        let own = mesh.region_of[tet];
-        let mixture =
-            mesh.mixture.as_ref().map(|all| all[tet]).filter(|mixture| mixture.region != own);
+        let tet_region = mesh.region_of[tet];
+        let mixture = mesh
+            .mixture
+            .as_ref()
+            .map(|all| all[tet])
+            .filter(|mixture| mixture.region != tet_region);
         let phase = match mixture {
             Some(Mixture { fraction, region, .. }) if fraction >= 1.0 => region,
             Some(mixture) if mixture.fraction > 0.0 => return None,
-            _ => own,
+            _ => tet_region,
         };
         self.regions.iter().position(|&region| region == phase)
     }
@@ -144,7 +147,9 @@ impl InterfaceSurface {
         let mixture = mesh.mixture.as_ref()?[tet];
         let [first, second] = self.regions;
         let pair = (mesh.region_of[tet], mixture.region);
-        let side = [(first, second), (second, first)].into_iter().position(|own| own == pair)?;
+        let side = [(first, second), (second, first)]
+            .into_iter()
+            .position(|side_pair| side_pair == pair)?;
         (mixture.fraction > 0.0 && mixture.fraction < 1.0).then_some((side, mixture))
     }
 }

@@ -40,8 +40,8 @@ pub fn read(path: impl AsRef<Path>) -> Result<Vec<[[f64; 3]; 3]>, MeshError> {
             message,
         })?,
     };
-    let fault = |place: String, message: &str| {
-        Err(MeshError::File { path: path.into(), place, message: message.into() })
+    let fault = |location: String, message: &str| {
+        Err(MeshError::File { path: path.into(), place: location, message: message.into() })
     };
     if triangles.is_empty() {
         return fault("file".into(), "the file has no triangle; export the surface again");

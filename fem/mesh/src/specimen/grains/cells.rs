@@ -79,22 +79,22 @@ impl Cells {
 
     /// Appends, in increasing order, the grains listed by the cells that intersect a cube of half-width
     /// `reach` (mm) around a point.
-    pub(crate) fn within(&self, x: Point, reach: f64, found: &mut Vec<u32>) {
-        self.in_box([x.map(|x| x - reach), x.map(|x| x + reach)], found);
+    pub(crate) fn within(&self, x: Point, reach: f64, grains: &mut Vec<u32>) {
+        self.in_box([x.map(|x| x - reach), x.map(|x| x + reach)], grains);
     }
 
     /// Appends, in increasing order, the grains listed by the cells that a box intersects.
-    pub(crate) fn in_box(&self, bounds: [Point; 2], found: &mut Vec<u32>) {
-        let first = found.len();
-        self.visit(bounds, |cell| found.extend_from_slice(self.grains.of(cell)));
-        found[first..].sort_unstable();
+    pub(crate) fn in_box(&self, bounds: [Point; 2], numbers: &mut Vec<u32>) {
+        let first = numbers.len();
+        self.visit(bounds, |cell| numbers.extend_from_slice(self.grains.of(cell)));
+        numbers[first..].sort_unstable();
         let mut end = first;
-        for k in first..found.len() {
-            if end == first || found[end - 1] != found[k] {
-                found[end] = found[k];
+        for k in first..numbers.len() {
+            if end == first || numbers[end - 1] != numbers[k] {
+                numbers[end] = numbers[k];
                 end += 1;
             }
         }
-        found.truncate(end);
+        numbers.truncate(end);
     }
 }

@@ -30,7 +30,7 @@ pub trait GrainField: Sync {
     fn volume_mm3(&self, grain: u32) -> f64;
 
     /// Appends, in increasing order, all grains that may be closer than `reach` mm to a point.
-    fn near(&self, x: [f64; 3], reach: f64, found: &mut Vec<u32>);
+    fn near(&self, x: [f64; 3], reach: f64, grains: &mut Vec<u32>);
 
     /// Returns whether a grain may be closer than `reach` mm to a point. `false` excludes the grain for all points of
     /// the ball with the radius `reach` around the point. Fields without exact distances always return `true`.

@@ -87,8 +87,8 @@ impl GrainField for GrainList {
         self.volumes_mm3[grain as usize - 1]
     }
 
-    fn near(&self, x: [f64; 3], reach: f64, found: &mut Vec<u32>) {
-        self.cells.within(x, reach, found);
+    fn near(&self, x: [f64; 3], reach: f64, grains: &mut Vec<u32>) {
+        self.cells.within(x, reach, grains);
     }
 
     fn reaches(&self, grain: u32, x: [f64; 3], reach: f64) -> bool {

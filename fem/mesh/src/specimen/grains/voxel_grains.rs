@@ -228,12 +228,12 @@ impl GrainField for VoxelGrains<'_> {
         self.volumes_mm3[grain as usize - 1]
     }
 
-    fn near(&self, x: [f64; 3], reach: f64, found: &mut Vec<u32>) {
+    fn near(&self, x: [f64; 3], reach: f64, grains: &mut Vec<u32>) {
         // the labels serve as a spatial index: a grain that is closer than `reach` has a voxel in the box around the
         // point
         let at = self.voxels(x);
         let reach = reach / self.labels.voxel_mm + 1.0;
-        let first = found.len();
+        let first = grains.len();
         let range = |k: usize| {
             let last = self.labels.shape[k] as f64;
             let low = (at[k] - reach).floor().clamp(0.0, last) as usize;
@@ -247,14 +247,14 @@ impl GrainField for VoxelGrains<'_> {
                 for &label in &self.labels.values[row..][range(0)] {
                     if label != last && label > 0 {
                         last = label;
-                        if !found[first..].contains(&label) {
-                            found.push(label);
+                        if !grains[first..].contains(&label) {
+                            grains.push(label);
                         }
                     }
                 }
             }
         }
-        found[first..].sort_unstable();
+        grains[first..].sort_unstable();
     }
 
     fn resolution_mm(&self) -> f64 {

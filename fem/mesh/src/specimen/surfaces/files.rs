@@ -236,9 +236,13 @@ fn check_edges(surface: &Surface, file: &Path) -> Result<(), SurfaceImportError>
         }
     }
     let name = file.display().to_string();
-    let open = passes.values().filter(|[forth, back]| (forth + back) % 2 == 1).count();
-    if open > 0 {
-        return Err(SurfaceImportError::Open { name, triangles: surface.triangles.len(), open });
+    let open_edges = passes.values().filter(|[forth, back]| (forth + back) % 2 == 1).count();
+    if open_edges > 0 {
+        return Err(SurfaceImportError::Open {
+            name,
+            triangles: surface.triangles.len(),
+            open: open_edges,
+        });
     }
     let edges = passes.values().filter(|[forth, back]| forth != back).count();
     if edges > 0 {

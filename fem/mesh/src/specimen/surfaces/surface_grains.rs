@@ -73,9 +73,9 @@ impl SurfaceGrains {
         height_mm: f64,
     ) -> Result<SurfaceGrains, SurfaceError> {
         let grain = |(number, surface): (usize, Surface)| {
-            let (triangles, open) = (surface.triangles.len(), surface.open_edges());
-            if open > 0 {
-                return Err(SurfaceError::Open { grain: number + 1, triangles, open });
+            let (triangles, open_count) = (surface.triangles.len(), surface.open_edges());
+            if open_count > 0 {
+                return Err(SurfaceError::Open { grain: number + 1, triangles, open: open_count });
             }
             let surface = surface.outward();
             let whole = surface.volume();
@@ -149,11 +149,11 @@ impl GrainField for SurfaceGrains {
         self.volumes_mm3[grain as usize - 1]
     }
 
-    fn near(&self, x: [f64; 3], reach: f64, found: &mut Vec<u32>) {
-        let first = found.len();
-        self.cells.within(x, reach, found);
-        let near = found.split_off(first);
-        found.extend(near.into_iter().filter(|&n| is_near(self.tree(n).bounds(), x, reach)));
+    fn near(&self, x: [f64; 3], reach: f64, grains: &mut Vec<u32>) {
+        let first = grains.len();
+        self.cells.within(x, reach, grains);
+        let near = grains.split_off(first);
+        grains.extend(near.into_iter().filter(|&n| is_near(self.tree(n).bounds(), x, reach)));
     }
 
     fn resolution_mm(&self) -> f64 {

@@ -260,7 +260,7 @@ impl Grid for ElementTangent {
         let (part, vertices) = (&self.part, right.len());
         if !part.is_whole() {
             // only the rank that owns a node adds its contribution
-            let [own_vertices, own_midpoints] = part.halo.own(residual.len());
+            let [own_vertices, own_midpoints] = part.halo.owned_ranges(residual.len());
             right.fill([0.0; 4]);
             right[own_vertices.clone()].copy_from_slice(&residual[own_vertices]);
             let first = own_midpoints.start - vertices;

@@ -78,7 +78,7 @@ pub(super) fn completed<const R: usize, const C: usize>(
     partial: &Rows<R, C>,
     halo: &Halo,
 ) -> Rows<R, C> {
-    let owned = halo.own(partial.rows())[0].end;
+    let owned = halo.owned_ranges(partial.rows())[0].end;
     let received = exchange(halo, partial, |n| &halo.neighbours()[n].ghosts);
     let mut more: Vec<Vec<(u32, [[f64; C]; R])>> = vec![Vec::new(); owned];
     for (neighbour, rows) in halo.neighbours().iter().zip(received) {

@@ -114,7 +114,12 @@ impl JointTests {
             let known = test.evidence.known_inputs();
             let inputs = unknown_inputs(&test.forward, &test.priors, known)?.to_vec();
             if let Some(own) = test.own.iter().find(|own| inputs.iter().all(|i| i.name != **own)) {
-                return refuse(&test.name, format!("has no parameter {own}, which is listed as a parameter of this test only"));
+                return refuse(
+                    &test.name,
+                    format!(
+                        "has no parameter {own}, which is listed as a parameter of this test only"
+                    ),
+                );
             }
             let parameters = inputs
                 .iter()
@@ -140,15 +145,19 @@ impl JointTests {
             };
             let BetweenTests::Varies { scale } = *relation else { continue };
             if !(scale > 0.0 && scale.is_finite()) {
-                return refuse(name, format!("has the scale {scale} of its variation between tests, which must be finite and above 0"));
+                return refuse(
+                    name,
+                    format!(
+                        "has the scale {scale} of its variation between tests, which must be finite and above 0"
+                    ),
+                );
             }
             if input.lower <= 0.0 {
                 let problem = format!("has no logarithm at its lower bound {}", input.lower);
                 return refuse(name, problem);
             }
             let Some(index) = joint.names.iter().position(|own| own == name) else {
-                let problem =
-                    "varies about a common centre, but every test has a separate parameter of this name";
+                let problem = "varies about a common centre, but every test has a separate parameter of this name";
                 return refuse(name, problem.to_owned());
             };
             joint.varying.push((index, scale));
@@ -156,7 +165,10 @@ impl JointTests {
         for test in &mut joint.tests {
             for &(index, _) in &joint.varying {
                 let Some(place) = test.parameters.iter().position(|&own| own == index) else {
-                    let problem = format!("does not have the parameter {}, which varies between tests", joint.names[index]);
+                    let problem = format!(
+                        "does not have the parameter {}, which varies between tests",
+                        joint.names[index]
+                    );
                     return refuse(&test.name, problem);
                 };
                 test.varying.push(place);
@@ -184,7 +196,9 @@ impl JointTests {
                 true => Ok(index),
                 false => Err(CalibrationError::Group {
                     group: test.name.clone(),
-                    problem: format!("has another prior of {name} than the tests before it, but the tests share this parameter"),
+                    problem: format!(
+                        "has another prior of {name} than the tests before it, but the tests share this parameter"
+                    ),
                 }),
             };
         }

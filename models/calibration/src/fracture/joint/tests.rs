@@ -315,7 +315,11 @@ fn inconsistent_tests_are_refused_with_their_name() {
         (vec![test(), wider], none(), "the ranges of the priors"),
         (vec![test(), other], none(), "slow has another prior of matrix.young_mpa"),
         (vec![test()], between("matrix.poisson", varies), "is not a parameter of the tests"),
-        (vec![test()], between(YOUNG, BetweenTests::Varies { scale: 0.0 }), "must be finite and above 0"),
+        (
+            vec![test()],
+            between(YOUNG, BetweenTests::Varies { scale: 0.0 }),
+            "must be finite and above 0",
+        ),
         (vec![test(), slow()], between("test.friction", varies), "no logarithm at its lower bound"),
     ];
     for (tests, between, expected) in cases {

@@ -266,15 +266,15 @@ struct Growth<'t, 'a, R: ?Sized> {
 }
 
 impl<R: Rng + ?Sized> Growth<'_, '_, R> {
-    /// Builds a subtree of `2^level` states in `levels[level][place]`.
-    fn grow(&mut self, level: usize, place: usize) -> ControlFlow<Discard> {
+    /// Builds a subtree of `2^level` states in `levels[level][slot]`.
+    fn grow(&mut self, level: usize, slot: usize) -> ControlFlow<Discard> {
         match level {
             0 => {
                 let Advance { end, energy, weight } = self.advance()?;
-                self.levels[0][place].plant(&self.ends[end], energy, weight);
+                self.levels[0][slot].plant(&self.ends[end], energy, weight);
                 return ControlFlow::Continue(());
             }
-            1 => return self.pair(place),
+            1 => return self.pair(slot),
             _ => {}
         }
         self.grow(level - 1, 0)?;
@@ -285,20 +285,20 @@ impl<R: Rng + ?Sized> Growth<'_, '_, R> {
         let (weight, fraction) = first.weight.join(second.weight);
         // multinomial sampling within the new subtree
         first.append(second, weight, self.rng.random::<f64>() < fraction);
-        mem::swap(&mut above[0][place], first);
+        mem::swap(&mut above[0][slot], first);
         if turning { ControlFlow::Break(Discard::Turning) } else { ControlFlow::Continue(()) }
     }
 
     /// Builds a subtree of two states. Half of all subtrees have two states, so this special case is optimised: it
     /// copies less than the general case, and it evaluates one U-turn check, because the three checks are identical.
-    fn pair(&mut self, place: usize) -> ControlFlow<Discard> {
+    fn pair(&mut self, slot: usize) -> ControlFlow<Discard> {
         let first = self.advance()?;
-        let (tree, phase) = (&mut self.levels[1][place], &self.ends[first.end]);
+        let (tree, phase) = (&mut self.levels[1][slot], &self.ends[first.end]);
         tree.first.copy_from(phase);
         tree.proposal.copy_from(&phase.point);
         tree.energy = first.energy;
         let second = self.advance()?;
-        let (tree, phase) = (&mut self.levels[1][place], &self.ends[second.end]);
+        let (tree, phase) = (&mut self.levels[1][slot], &self.ends[second.end]);
         tree.last.copy_from(phase);
         let turning = tree.turns_as_pair();
         let (weight, fraction) = first.weight.join(second.weight);
