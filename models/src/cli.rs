@@ -210,10 +210,10 @@ struct CaseAndFolder {
 
 impl CaseAndFolder {
     fn case_file(&self) -> Result<CaseFile, InputError> {
-        let own = self.out.join("case.toml");
+        let copied_case = self.out.join("case.toml");
         match &self.case {
             Some(path) => CaseFile::read(path),
-            None if own.is_file() => CaseFile::read(&own),
+            None if copied_case.is_file() => CaseFile::read(&copied_case),
             None => missing_case(&self.out).map_or_else(|| Ok(CaseFile::default_case()), Err),
         }
     }
@@ -325,10 +325,12 @@ fn request() -> (usize, Request) {
     let threads = matches.get_one::<u16>("threads").copied();
     let threads = threads
         .map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from);
-    let stage = matches.subcommand().and_then(|(name, own)| Some((Stage::named(name)?, own)));
+    let stage =
+        matches.subcommand().and_then(|(name, arguments)| Some((Stage::named(name)?, arguments)));
     let request = match stage {
-        Some((stage, own)) => CaseAndFolder::from_arg_matches(own).and_then(|target| {
-            let sharing = stage.is_shared().then(|| Sharing::from_arg_matches(own)).transpose()?;
+        Some((stage, arguments)) => CaseAndFolder::from_arg_matches(arguments).and_then(|target| {
+            let sharing =
+                stage.is_shared().then(|| Sharing::from_arg_matches(arguments)).transpose()?;
             Ok(Request::Stage(stage, target, sharing))
         }),
         None => Cli::from_arg_matches(&matches)
@@ -487,8 +489,8 @@ fn length(text: &str) -> Result<f64, String> {
 /// Returns the stage with this name.
 fn stage_named(name: &str) -> Result<&'static Stage, WorkflowError> {
     Stage::named(name).ok_or_else(|| {
-        let known: Vec<&str> = STAGES.iter().map(|stage| stage.name).collect();
-        let help = format!("Name one of: {}.", known.join(", "));
+        let names: Vec<&str> = STAGES.iter().map(|stage| stage.name).collect();
+        let help = format!("Name one of: {}.", names.join(", "));
         InputError::new(Path::new("--until"), name, "", "is no stage", help).into()
     })
 }

@@ -34,27 +34,28 @@ pub(crate) fn speaker() -> Option<String> {
 /// A progress bar, or a line for every tenth if stderr is not a terminal.
 pub(crate) struct Bar {
     title: String,
-    of: Option<String>,
+    /// Part of a study that the bar belongs to.
+    part: Option<String>,
     bar: ProgressBar,
     /// Number of tenths already printed as plain lines.
-    told: AtomicU64,
+    printed_tenths: AtomicU64,
 }
 
 impl Bar {
     /// Starts a bar at zero.
     pub(crate) fn new(title: &str) -> Self {
-        Self::of(speaker(), title)
+        Self::for_part(speaker(), title)
     }
 
-    /// Starts a bar at zero for the part `of` of a study. Needed on a thread that is not assigned to the part.
-    pub(crate) fn of(of: Option<String>, title: &str) -> Self {
+    /// Starts a bar at zero for a part of a study. Needed on a thread that is not assigned to the part.
+    pub(crate) fn for_part(part: Option<String>, title: &str) -> Self {
         let bar = BARS.add(ProgressBar::new(RESOLUTION));
         let style = ProgressStyle::with_template("{prefix} {wide_bar} {percent:>3}%  {msg}");
         bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-        let of_whom = of.as_ref().map(|name| format!(" {name}")).unwrap_or_default();
-        bar.set_prefix(format!("{title:>10}{of_whom}"));
+        let suffix = part.as_ref().map(|name| format!(" {name}")).unwrap_or_default();
+        bar.set_prefix(format!("{title:>10}{suffix}"));
         bar.set_position(0);
-        Self { title: title.to_owned(), of, bar, told: AtomicU64::new(0) }
+        Self { title: title.to_owned(), part, bar, printed_tenths: AtomicU64::new(0) }
     }
 
     /// Sets the completed fraction, from 0 to 1, and a message about the current work.
@@ -62,8 +63,12 @@ impl Bar {
         let position = (fraction.clamp(0.0, 1.0) * RESOLUTION as f64) as u64;
         if self.bar.is_hidden() {
             let tenth = 10 * position / RESOLUTION;
-            if tenth > self.told.fetch_max(tenth, Ordering::Relaxed) {
-                tell(self.of.as_deref(), &self.title, &format!("{:>3} %  {message}", 10 * tenth));
+            if tenth > self.printed_tenths.fetch_max(tenth, Ordering::Relaxed) {
+                print_line(
+                    self.part.as_deref(),
+                    &self.title,
+                    &format!("{:>3} %  {message}", 10 * tenth),
+                );
             }
         } else {
             self.bar.set_message(message.to_owned());
@@ -73,7 +78,7 @@ impl Bar {
 
     /// Prints a line above the bar.
     pub(crate) fn note(&self, message: &str) {
-        tell(self.of.as_deref(), "note", message);
+        print_line(self.part.as_deref(), "note", message);
     }
 }
 
@@ -86,12 +91,12 @@ impl Drop for Bar {
 
 /// Prints a message of a stage in a line above all bars.
 pub(crate) fn say(title: &str, message: &str) {
-    tell(speaker().as_deref(), title, message);
+    print_line(speaker().as_deref(), title, message);
 }
 
-fn tell(of: Option<&str>, title: &str, message: &str) {
-    let of_whom = of.map(|name| format!("{name}: ")).unwrap_or_default();
-    let line = format!("{title:>10} {of_whom}{message}\n");
+fn print_line(part: Option<&str>, title: &str, message: &str) {
+    let prefix = part.map(|name| format!("{name}: ")).unwrap_or_default();
+    let line = format!("{title:>10} {prefix}{message}\n");
     // errors are ignored, because a closed terminal must not end the program; the line is written in one call, so that
     // lines of other threads do not mix with it
     BARS.suspend(|| drop(std::io::stderr().write_all(line.as_bytes())));

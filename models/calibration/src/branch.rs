@@ -76,14 +76,14 @@ pub(crate) fn first_loading(branches: &[Branch], displacement_mm: &[f64]) -> Vec
 /// Returns the indices of the first reading, the corners and the last reading.
 fn corners(time_s: &[f64], u: &[f64], tolerance_mm: f64) -> Vec<usize> {
     let mut corners = vec![0];
-    let mut open = vec![(0, u.len() - 1)];
-    while let Some((from, to)) = open.pop() {
+    let mut intervals = vec![(0, u.len() - 1)];
+    while let Some((from, to)) = intervals.pop() {
         let chord = Straight::between((time_s[from], u[from]), (time_s[to], u[to]));
         let distance = |i: &usize| (u[*i] - chord.at(time_s[*i])).abs();
         let farthest = (from + 1..to).max_by(|a, b| distance(a).total_cmp(&distance(b)));
         match farthest.filter(|i| distance(i) > tolerance_mm) {
             // divide the earlier part first, so that the corners are found in the order of time
-            Some(corner) => open.extend([(corner, to), (from, corner)]),
+            Some(corner) => intervals.extend([(corner, to), (from, corner)]),
             None => corners.push(to),
         }
     }
@@ -195,12 +195,12 @@ mod tests {
     fn exact_readings_have_the_branches_of_their_program() {
         for n in [1, 2, 7, 40] {
             let (time_s, u) = readings(&PROGRAM, n);
-            let found = branches(&time_s, &u, 1e-9);
-            assert_eq!(found.iter().map(|b| b.kind).collect::<Vec<_>>(), KINDS, "{n}");
-            for (k, branch) in found.iter().enumerate() {
+            let detected = branches(&time_s, &u, 1e-9);
+            assert_eq!(detected.iter().map(|b| b.kind).collect::<Vec<_>>(), KINDS, "{n}");
+            for (k, branch) in detected.iter().enumerate() {
                 assert_eq!(branch.readings, k * n..(k + 1) * n + 1);
             }
-            let chosen = first_loading(&found, &u);
+            let chosen = first_loading(&detected, &u);
             let beyond = (4 * n + 1..=5 * n).filter(|&i| u[i] > 0.02);
             assert_eq!(chosen, (0..=n).chain(beyond).collect::<Vec<_>>(), "{n}");
         }
@@ -215,9 +215,9 @@ mod tests {
         for seed in 0..50 {
             let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
             let u: Vec<f64> = exact.iter().map(|x| x + noise.sample(&mut rng)).collect();
-            let found = branches(&time_s, &u, 8.0 * sd);
-            assert_eq!(found.iter().map(|b| b.kind).collect::<Vec<_>>(), KINDS, "{seed}");
-            for (k, branch) in found.iter().enumerate() {
+            let detected = branches(&time_s, &u, 8.0 * sd);
+            assert_eq!(detected.iter().map(|b| b.kind).collect::<Vec<_>>(), KINDS, "{seed}");
+            for (k, branch) in detected.iter().enumerate() {
                 let off = branch.readings.start.abs_diff(k * n);
                 assert!(off <= 5, "{seed}: branch {k} starts {off} readings away from its corner");
             }

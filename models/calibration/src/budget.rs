@@ -56,17 +56,17 @@ mod tests {
     #[test]
     fn one_quantity_shares_as_its_variances_do_and_one_of_two_is_left_alone() {
         let sources = [matrix(&[vec![3e-4]]), matrix(&[vec![1e-4]])];
-        let found = shares(&[vec![2.0]], &[1e6], &sources).unwrap();
-        assert!((found[0][0] - 0.75).abs() < 1e-12 && (found[0][1] - 0.25).abs() < 1e-12);
+        let computed = shares(&[vec![2.0]], &[1e6], &sources).unwrap();
+        assert!((computed[0][0] - 0.75).abs() < 1e-12 && (computed[0][1] - 0.25).abs() < 1e-12);
 
         // each of two parameters is measured by one quantity, and each quantity has an error from one source only
         let diagonal = |a: f64, b: f64| matrix(&[vec![a, 0.0], vec![0.0, b]]);
-        let found = shares(
+        let computed = shares(
             &[vec![1.0, 0.0], vec![0.0, 5.0]],
             &[1.0, 1.0],
             &[diagonal(1e-3, 0.0), diagonal(0.0, 1e-3)],
         );
-        assert_eq!(found.unwrap(), [[1.0, 0.0], [0.0, 1.0]]);
+        assert_eq!(computed.unwrap(), [[1.0, 0.0], [0.0, 1.0]]);
     }
 
     /// Compares the shares with the variances of estimates that are computed from random errors of the quantities.
@@ -81,7 +81,7 @@ mod tests {
             matrix(&[vec![0.02, 0.0, 0.0], vec![-0.01, 0.01, 0.0], vec![0.02, 0.0, 0.01]]),
         ];
         let sources = factors.each_ref().map(|l| l * l.transpose());
-        let found = shares(&jacobian, &[0.5, 0.2], &sources).unwrap();
+        let computed = shares(&jacobian, &[0.5, 0.2], &sources).unwrap();
         // ridge regression of the errors, written out as normal equations
         let j = matrix(&jacobian);
         let inverse = (&sources[0] + &sources[1]).try_inverse().unwrap();
@@ -103,7 +103,7 @@ mod tests {
             let share = variances[i][0] / (variances[i][0] + variances[i][1]);
             // four standard errors of a share, which is computed from two sample variances
             let tolerance = 4.0 * share * (1.0 - share) * (4.0 / f64::from(draws)).sqrt();
-            assert!((share - found[i][0]).abs() < tolerance, "{share} {found:?}");
+            assert!((share - computed[i][0]).abs() < tolerance, "{share} {computed:?}");
         }
     }
 

@@ -46,16 +46,16 @@ pub struct InspectedCurve {
 impl InspectedCurve {
     /// Checks a curve. The initial slope is computed at `slope_fraction` times the displacement at peak.
     pub fn of(curve: &TestCurve, slope_fraction: f64) -> Self {
-        let mut found = Self::unchecked(curve);
+        let mut check = Self::unchecked(curve);
         if let Some(finding) = order(curve) {
-            found.findings.push(finding);
-            return found;
+            check.findings.push(finding);
+            return check;
         }
-        found.cut_unloading();
-        let loading = found.prepared.clone();
-        found.inspect_rise(&loading);
-        found.inspect_peak(&loading, slope_fraction);
-        found
+        check.cut_unloading();
+        let loading = check.prepared.clone();
+        check.inspect_rise(&loading);
+        check.inspect_peak(&loading, slope_fraction);
+        check
     }
 
     /// Checks the record of a test with a load program. Hold, unloading and reloading are kept as branches; the checks
@@ -69,36 +69,36 @@ impl InspectedCurve {
         slope_fraction: f64,
         needs_peak: bool,
     ) -> Self {
-        let mut found = Self::unchecked(record);
+        let mut check = Self::unchecked(record);
         if let Some(finding) = times(record) {
-            found.findings.push(finding);
-            return found;
+            check.findings.push(finding);
+            return check;
         }
         let u = &record.displacement_mm;
         let least = u.iter().copied().fold(f64::INFINITY, f64::min);
         let range = u.iter().copied().fold(f64::NEG_INFINITY, f64::max) - least;
         let tolerance_mm = (EQUAL * range).max(NOISE_BACK * noise_of_displacement(u));
         // without the compliance of the machine, the displacement is constant in a hold
-        found.prepared = machine.specimen(&found.prepared).with_branches(tolerance_mm);
-        let loading = match found.prepared.first_loading() {
-            Some(readings) => found.prepared.picked(&readings),
-            None => found.prepared.clone(),
+        check.prepared = machine.specimen(&check.prepared).with_branches(tolerance_mm);
+        let loading = match check.prepared.first_loading() {
+            Some(readings) => check.prepared.picked(&readings),
+            None => check.prepared.clone(),
         };
         if let Some(finding) = order(&loading) {
-            found.findings.push(finding);
-            return found;
+            check.findings.push(finding);
+            return check;
         }
-        found.inspect_rise(&loading);
+        check.inspect_rise(&loading);
         if needs_peak {
-            found.inspect_peak(&loading, slope_fraction);
+            check.inspect_peak(&loading, slope_fraction);
         }
         let of_origin =
             |finding: &&mut Finding| ["late-load", "toe", "preload"].contains(&finding.name);
-        for finding in found.findings.iter_mut().filter(of_origin) {
+        for finding in check.findings.iter_mut().filter(of_origin) {
             finding.help = "Displacement and time count from the start of loading: subtract both at the start from the \
                             columns of the curve.";
         }
-        found
+        check
     }
 
     fn unchecked(curve: &TestCurve) -> Self {

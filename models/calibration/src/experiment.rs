@@ -43,8 +43,8 @@ impl TestCurve {
     /// Finds the branches of the curve from its times. Displacements that differ by at most `tolerance_mm` count as
     /// equal. A curve without hold and unloading has no branches.
     pub fn with_branches(mut self, tolerance_mm: f64) -> Self {
-        let found = branches(&self.time_s, &self.displacement_mm, tolerance_mm);
-        self.branches = if found.len() > 1 { found } else { Vec::new() };
+        let branches_of_curve = branches(&self.time_s, &self.displacement_mm, tolerance_mm);
+        self.branches = if branches_of_curve.len() > 1 { branches_of_curve } else { Vec::new() };
         self
     }
 

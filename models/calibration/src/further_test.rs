@@ -290,9 +290,9 @@ impl FurtherTest {
 
     fn check(&self, belief: &Belief) -> Result<(), FurtherTestError> {
         let (quantities, parameters) = (self.shared.len(), belief.prior_sd.len());
-        let sized = |what, expected: usize, found: usize| match expected == found {
+        let sized = |what, expected: usize, actual: usize| match expected == actual {
             true => Ok(()),
-            false => Err(FurtherTestError::Size { what, expected, found }),
+            false => Err(FurtherTestError::Size { what, expected, found: actual }),
         };
         if self.draws.is_empty() {
             return Err(FurtherTestError::Draws(0));

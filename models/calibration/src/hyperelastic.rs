@@ -179,8 +179,8 @@ ppl::model! {
         let sd ~ HalfNormal(0.3);
         let mut laws = Vec::new();
         for _ in Deformation::ALL {
-            let own ~ moduli_of_a_mode([shear_mpa], spread);
-            laws.push(NeoHookeanRubber { shear_mpa: own[0] });
+            let mode_modulus ~ moduli_of_a_mode([shear_mpa], spread);
+            laws.push(NeoHookeanRubber { shear_mpa: mode_modulus[0] });
         }
         for test in tests {
             let stress = laws[test.mode as usize].nominal_stress(test.mode, test.stretch);
@@ -195,8 +195,8 @@ ppl::model! {
         let sd ~ HalfNormal(0.3);
         let mut laws = Vec::new();
         for _ in Deformation::ALL {
-            let own ~ moduli_of_a_mode(c_mpa, spread);
-            laws.push(MooneyRivlinRubber { c_mpa: own });
+            let mode_moduli ~ moduli_of_a_mode(c_mpa, spread);
+            laws.push(MooneyRivlinRubber { c_mpa: mode_moduli });
         }
         for test in tests {
             let stress = laws[test.mode as usize].nominal_stress(test.mode, test.stretch);
@@ -215,8 +215,8 @@ ppl::model! {
         let sd ~ HalfNormal(0.3);
         let mut laws = Vec::new();
         for _ in Deformation::ALL {
-            let own ~ moduli_of_a_mode(shear_mpa, spread);
-            laws.push(OgdenRubber { shear_mpa: own, exponent: [soft, stiff, compressive] });
+            let mode_moduli ~ moduli_of_a_mode(shear_mpa, spread);
+            laws.push(OgdenRubber { shear_mpa: mode_moduli, exponent: [soft, stiff, compressive] });
         }
         for test in tests {
             let stress = laws[test.mode as usize].nominal_stress(test.mode, test.stretch);
@@ -266,20 +266,20 @@ pub fn held_out<A: Model, B: Model>(
     let rows = posterior.summary().rows;
     let rhat = rows.iter().map(|row| row.rhat).filter(|r| r.is_finite()).fold(1.0, f64::max);
     let predictions = Posterior::from_chains(new, posterior.chains, seed)?;
-    let of = |group: &ppl::Group| {
+    let values_and_size = |group: &ppl::Group| {
         let values = group.get("test.stress_mpa");
         values.map_or((Vec::new(), 1), |values| (values.data.clone(), values.size().max(1)))
     };
-    let (ln_density, size) = of(&predictions.log_likelihood);
-    let (predicted, _) = of(&predictions.predictive);
-    let (measured, _) = of(&predictions.observed);
+    let (ln_density, size) = values_and_size(&predictions.log_likelihood);
+    let (predicted, _) = values_and_size(&predictions.predictive);
+    let (measured, _) = values_and_size(&predictions.observed);
     let draws = (ln_density.len() / size) as f64;
     let column = |data: &[f64], i: usize| -> Vec<f64> {
         data.iter().skip(i).step_by(size).copied().collect()
     };
     let point = |i: usize| ln_sum_exp(&column(&ln_density, i)) - draws.ln();
     let gap = |i: usize| (quantile(&column(&predicted, i), 0.5) / measured[i]).ln();
-    let mean = |of: &dyn Fn(usize) -> f64| (0..size).map(of).sum::<f64>() / size as f64;
+    let mean = |value: &dyn Fn(usize) -> f64| (0..size).map(value).sum::<f64>() / size as f64;
     Ok(HeldOut {
         ln_density: mean(&point),
         error: mean(&|i| gap(i).powi(2)).sqrt(),
@@ -381,19 +381,19 @@ mod tests {
             let off = if i % 2 == 0 { 0.03 } else { -0.03 };
             StretchTest { mode, stretch, stress_mpa: stress * f64::exp(off) }
         };
-        let of = |mode: Deformation| (0..12).map(move |i| point(mode, i));
+        let points_of = |mode: Deformation| (0..12).map(move |i| point(mode, i));
         let seen: Vec<StretchTest> =
-            of(Deformation::Uniaxial).chain(of(Deformation::Equibiaxial)).collect();
-        let new: Vec<StretchTest> = of(Deformation::PureShear).collect();
+            points_of(Deformation::Uniaxial).chain(points_of(Deformation::Equibiaxial)).collect();
+        let new: Vec<StretchTest> = points_of(Deformation::PureShear).collect();
         let nuts = Nuts::default().chains(2).warmup(400).draws(400).target_accept(0.95).seed(3);
         let right = held_out(&mooney_rivlin(&seen), &mooney_rivlin(&new), &nuts, 1).unwrap();
         // the points deviate from the law by 3 % (root mean square)
         assert!((right.error - 0.03).abs() < 0.01, "{}", right.error);
-        let own = |test: &StretchTest| {
+        let density_of_law = |test: &StretchTest| {
             let stress: f64 = law.nominal_stress(test.mode, test.stretch);
             LogNormal(stress.ln(), 0.03).ln_density(&test.stress_mpa)
         };
-        let expected = new.iter().map(own).sum::<f64>() / 12.0;
+        let expected = new.iter().map(density_of_law).sum::<f64>() / 12.0;
         assert!((right.ln_density - expected).abs() < 0.15, "{} {expected}", right.ln_density);
         assert!(right.predicted.len() == 800 && right.predicted[0].len() == 12);
         let by_mode = held_out(&neo_hookean_by_mode(&seen), &neo_hookean_by_mode(&new), &nuts, 1);

@@ -89,8 +89,9 @@ impl PredictedCurves {
             .iter()
             .map(|draw| {
                 let normal = DVector::from_fn(error.ncols(), |_, _| rng.sample(StandardNormal));
-                let (off, own) = (&error * normal, scatter.draw(&mut rng));
-                let shape = draw.shape.iter().zip(&off).zip(&own).map(|((r, a), b)| r + a + b);
+                let (off, deviation) = (&error * normal, scatter.draw(&mut rng));
+                let shape =
+                    draw.shape.iter().zip(&off).zip(&deviation).map(|((r, a), b)| r + a + b);
                 (draw.displacement_at_peak_mm, draw.peak_force_n, shape.collect())
             })
             .collect();
@@ -152,20 +153,21 @@ fn root(covariance: &DMatrix<f64>) -> DMatrix<f64> {
 /// The interpolation starts from the origin and is linear between the points. Beyond the last point, the result follows
 /// the parabola through the last three points.
 fn relative(percent: &[u8], shape: &[f64], at: f64) -> f64 {
-    let place = |i: usize| f64::from(percent[i]);
+    let position = |i: usize| f64::from(percent[i]);
     let k = percent.partition_point(|&p| f64::from(p) < at);
     if k == 0 {
-        return shape[0] * at / place(0);
+        return shape[0] * at / position(0);
     }
     if k < percent.len() {
-        let part = (at - place(k - 1)) / (place(k) - place(k - 1));
+        let part = (at - position(k - 1)) / (position(k) - position(k - 1));
         return shape[k - 1] + part * (shape[k] - shape[k - 1]);
     }
     let Some(first) = k.checked_sub(3) else { return shape[k - 1] };
     (first..k)
         .map(|i| {
             let others = (first..k).filter(|&j| j != i);
-            shape[i] * others.map(|j| (at - place(j)) / (place(i) - place(j))).product::<f64>()
+            shape[i]
+                * others.map(|j| (at - position(j)) / (position(i) - position(j))).product::<f64>()
         })
         .sum()
 }
@@ -173,8 +175,8 @@ fn relative(percent: &[u8], shape: &[f64], at: f64) -> f64 {
 /// Returns a quantile of sorted values, interpolated linearly between the two nearest values.
 fn quantile(sorted: &[f64], p: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
-    let place = p * last as f64;
-    let (below, part) = (place.floor() as usize, place.fract());
+    let rank = p * last as f64;
+    let (below, part) = (rank.floor() as usize, rank.fract());
     sorted[below] + part * (sorted[last.min(below + 1)] - sorted[below])
 }
 
@@ -203,12 +205,12 @@ mod tests {
         let reach = curves.each_ref().map(|curve| largest_percentage(curve).unwrap());
         let percent = percentages(reach[0].min(reach[1]));
         assert_eq!((percent[0], *percent.last().unwrap()), (5, 110));
-        let found = shape(&curves[0], &percent).unwrap();
+        let relative_shape = shape(&curves[0], &percent).unwrap();
         for (x, tolerance) in
             [(2.0, 2e-3), (37.0, 2e-3), (81.0, 6e-3), (100.0, 6e-3), (114.0, 1e-2)]
         {
             let exact = family(3.0, 0.01 * x);
-            assert!((relative(&percent, &found, x) - exact).abs() < tolerance, "{x}");
+            assert!((relative(&percent, &relative_shape, x) - exact).abs() < tolerance, "{x}");
         }
         let nothing = TestCurve::default();
         assert!(largest_percentage(&nothing).is_err());
@@ -257,12 +259,12 @@ mod tests {
                     shape: shape_of(3.0, &percent),
                 })
                 .collect();
-            let found = PredictedCurves::of(&percent, &draws, &shapes, &error, laboratory);
+            let bands = PredictedCurves::of(&percent, &draws, &shapes, &error, laboratory);
             let new =
                 [140.0 + sd[0] * normal(), 0.1 + sd[1] * normal(), truth + sd_of_shape * normal()];
             for (inside, u) in inside.iter_mut().zip(places) {
-                let k = found.displacement_mm.partition_point(|d| *d < u);
-                let [a, b] = [k - 1, k].map(|k| (found.displacement_mm[k], found.force_n[k]));
+                let k = bands.displacement_mm.partition_point(|d| *d < u);
+                let [a, b] = [k - 1, k].map(|k| (bands.displacement_mm[k], bands.force_n[k]));
                 let part = (u - a.0) / (b.0 - a.0);
                 let force = new[0] * family(new[2], u / new[1]);
                 for (inside, [low, high]) in inside.iter_mut().zip([[0, 4], [1, 3]]) {

@@ -252,8 +252,8 @@ fn slope_fraction(row: TableRow<'_>) -> Result<f64, InputError> {
 pub fn recorded_file(table: &Path, id: &str) -> Result<PathBuf, InputError> {
     let plain = curve_file(table, id);
     let possible = ENDINGS.iter().map(|ending| plain.with_file_name(format!("{id}.{ending}")));
-    let found: Vec<PathBuf> = possible.filter(|path| path.exists()).collect();
-    match &found[..] {
+    let existing: Vec<PathBuf> = possible.filter(|path| path.exists()).collect();
+    match &existing[..] {
         [] => Ok(plain),
         [only] => Ok(only.clone()),
         [first, second, ..] => {

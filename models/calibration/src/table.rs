@@ -128,8 +128,8 @@ impl<'a> TableRow<'a> {
     /// Creates an error at this line and `column`.
     pub fn error(&self, column: &str, problem: &str, help: &str) -> InputError {
         let line = self.table.rows[self.index].0;
-        let place = format!("line {line}, column {column}");
-        InputError::new(self.table.file, place, self.text(column), problem, help)
+        let location = format!("line {line}, column {column}");
+        InputError::new(self.table.file, location, self.text(column), problem, help)
     }
 }
 
@@ -192,10 +192,10 @@ where
     writer.into_inner().map_err(csv::IntoInnerError::into_error)
 }
 
-fn missing_column(file: &Path, column: &str, found: &[String], required: &[&str]) -> InputError {
-    let help = if found.len() == 1 && found[0].contains([';', '\t']) {
+fn missing_column(file: &Path, column: &str, header: &[String], required: &[&str]) -> InputError {
+    let help = if header.len() == 1 && header[0].contains([';', '\t']) {
         "Separate columns by commas and write numbers with a decimal point.".to_owned()
-    } else if let Some(similar) = closest(column, found.iter().map(String::as_str)) {
+    } else if let Some(similar) = closest(column, header.iter().map(String::as_str)) {
         format!("Did you mean the column {similar:?}? The header is {}.", required.join(","))
     } else {
         format!("The first line must be the header {}.", required.join(","))
@@ -206,18 +206,18 @@ fn missing_column(file: &Path, column: &str, found: &[String], required: &[&str]
 fn malformed(file: &Path, text: &[u8], error: &csv::Error) -> InputError {
     let line =
         |position: &csv::Position| LineCounter { text, start: 0, line: 1 }.line_at(position.byte());
-    let place = error.position().map_or(String::new(), |p| format!("line {}", line(p)));
+    let location = error.position().map_or(String::new(), |p| format!("line {}", line(p)));
     match error.kind() {
         csv::ErrorKind::UnequalLengths { expected_len, len, .. } => InputError::new(
             file,
-            place,
+            location,
             "",
             format!("has {len} fields, the header has {expected_len}"),
             "Write numbers with a decimal point, not a comma, and write every field.",
         ),
         _ => InputError::new(
             file,
-            place,
+            location,
             "",
             format!("is not readable CSV ({error})"),
             "Save the table as plain text in UTF-8, with fields separated by commas.",

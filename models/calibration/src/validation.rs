@@ -260,7 +260,7 @@ impl Prediction {
 
     /// Mean over the draws and over the shared error of `of`, whose arguments are the probabilities that one specimen lies
     /// outside and inside `interval`.
-    fn mean_over_shared(&self, interval: [f64; 2], of: impl Fn(f64, f64) -> f64) -> f64 {
+    fn mean_over_shared(&self, interval: [f64; 2], function: impl Fn(f64, f64) -> f64) -> f64 {
         let shared = shared_values(self.shared_sd);
         let mut sum = 0.0;
         for (mean, sd) in self.means.iter().zip(&self.scatter_sds) {
@@ -268,7 +268,7 @@ impl Prediction {
                 let [low, high] = interval.map(|end| end - mean - error);
                 // both tails are computed as lower tails, in which no digits are lost
                 let outside = (normal_cdf(low, *sd) + normal_cdf(-high, *sd)).min(1.0);
-                sum += weight * of(outside, 1.0 - outside);
+                sum += weight * function(outside, 1.0 - outside);
             }
         }
         sum / self.means.len() as f64

@@ -223,7 +223,7 @@ impl TryFrom<WrittenCalibration> for CalibrationCase {
     type Error = String;
 
     fn try_from(written: WrittenCalibration) -> Result<Self, String> {
-        let own = [
+        let stated = [
             ("chains", written.chains),
             ("warmup", written.warmup),
             ("burn_in", written.burn_in),
@@ -236,7 +236,7 @@ impl TryFrom<WrittenCalibration> for CalibrationCase {
             Sampling::Paper => [4, 2_000, 25_000, 2_500, 10],
         };
         if written.sampling == Sampling::Paper
-            && let Some((key, _)) = own.iter().find(|(_, value)| value.is_some())
+            && let Some((key, _)) = stated.iter().find(|(_, value)| value.is_some())
         {
             return Err(format!("sampling = \"paper\" determines {key}: remove {key}"));
         }

@@ -79,9 +79,9 @@ mod tests {
         case.calibration = CalibrationCase { draws: 150, ..CalibrationCase::default() };
         (case.surrogate, case.solver) = (SurrogateCase::default(), SolverOptions::default());
         let changed = changed_keys(&case);
-        let of = |key: &str| changed.iter().find(|(name, ..)| name == key);
+        let change_of = |key: &str| changed.iter().find(|(name, ..)| name == key);
         let integers = |key: &str| {
-            let (_, value, default) = of(key)?;
+            let (_, value, default) = change_of(key)?;
             Some((value.as_integer()?, default.as_ref()?.as_integer()?))
         };
         let runs = DesignCase::default().runs as i64;
@@ -89,10 +89,12 @@ mod tests {
         let draws = CalibrationCase::default().draws as i64;
         assert_eq!(integers("calibration.draws"), Some((150, draws)));
         // a required key has no default
-        assert!(of("material.matrix.young_mpa").is_some_and(|(.., default)| default.is_none()));
+        assert!(
+            change_of("material.matrix.young_mpa").is_some_and(|(.., default)| default.is_none())
+        );
         for key in ["design.seed", "calibration.chains", "surrogate.max_order", "solver.tolerance"]
         {
-            assert!(of(key).is_none(), "{key}: {changed:?}");
+            assert!(change_of(key).is_none(), "{key}: {changed:?}");
         }
     }
 }

@@ -42,9 +42,11 @@ pub(super) fn write_prior<S: Serializer>(
     serializer: S,
 ) -> Result<S::Ok, S::Error> {
     let all = prior.iter().flat_map(|prior| prior.iter());
-    let own = all.filter(|(parameter, _)| !parameter.is_free());
-    let own: PriorCase = own.map(|(parameter, own)| (parameter.clone(), *own)).collect();
-    own.serialize(serializer)
+    let priors_of_case = all.filter(|(parameter, _)| !parameter.is_free());
+    let priors_of_case: PriorCase = priors_of_case
+        .map(|(parameter, priors_of_case)| (parameter.clone(), *priors_of_case))
+        .collect();
+    priors_of_case.serialize(serializer)
 }
 
 fn one() -> String {

@@ -8,11 +8,11 @@ use toml::{Table, Value};
 use super::{Case, CaseFile};
 
 /// Collects the dotted keys of all values.
-fn keys(table: &Table, front: &str, found: &mut Vec<String>) {
+fn keys(table: &Table, front: &str, paths: &mut Vec<String>) {
     for (key, value) in table {
-        found.push(format!("{front}{key}"));
+        paths.push(format!("{front}{key}"));
         if let Value::Table(inner) = value {
-            keys(inner, &format!("{front}{key}."), found);
+            keys(inner, &format!("{front}{key}."), paths);
         }
     }
 }
@@ -63,8 +63,8 @@ proptest! {
         let mut table: Table = CaseFile::default_case().case.to_toml().parse().unwrap();
         let mut all = Vec::new();
         keys(&table, "", &mut all);
-        for (place, value) in changes {
-            put(&mut table, &all[place.index(all.len())], value);
+        for (key_index, value) in changes {
+            put(&mut table, &all[key_index.index(all.len())], value);
         }
         match CaseFile::parse(&table.to_string(), Path::new("case.toml")) {
             Ok(file) => {

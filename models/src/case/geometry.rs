@@ -198,7 +198,7 @@ impl CaseFile {
     fn further_stacks(
         &self,
         own_key: &str,
-        own: &Path,
+        first_image: &Path,
         named: Option<&[PathBuf]>,
     ) -> Result<Vec<PathBuf>, InputError> {
         let (key, Some(named)) = ("image.further_stacks", named) else { return Ok(Vec::new()) };
@@ -212,22 +212,22 @@ impl CaseFile {
             );
             return refuse(Path::new("[]"), "names no image", &help);
         }
-        let place = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_owned());
-        let mut seen = vec![place(own)];
-        let mut found = Vec::new();
+        let canonical = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_owned());
+        let mut seen = vec![canonical(first_image)];
+        let mut further_images = Vec::new();
         for name in named {
             let path = self.existing(key, name, |path| path.exists())?;
-            if seen.contains(&place(&path)) {
+            if seen.contains(&canonical(&path)) {
                 let help = format!(
                     "Name each image once, and not the image of specimen.{own_key}: \
                      a repeated image does not show the scatter between specimens."
                 );
                 return refuse(name, "is named twice", &help);
             }
-            seen.push(place(&path));
-            found.push(path);
+            seen.push(canonical(&path));
+            further_images.push(path);
         }
-        Ok(found)
+        Ok(further_images)
     }
 
     fn surfaces(

@@ -45,7 +45,7 @@ pub struct ImageCase {
 
 impl Default for ImageCase {
     fn default() -> Self {
-        Self::of(Own::default(), Segmentation::default())
+        Self::from_keys(ImageKeys::default(), Segmentation::default())
     }
 }
 
@@ -55,9 +55,17 @@ impl ImageCase {
         ReadOptions { voxel_mm: self.voxel_mm, bin: self.bin, dataset: self.dataset.clone() }
     }
 
-    fn of(own: Own, segmentation: Segmentation) -> Self {
-        let Own { stack, labels, label_phases, background, further_stacks, voxel_mm, bin, dataset } =
-            own;
+    fn from_keys(settings: ImageKeys, segmentation: Segmentation) -> Self {
+        let ImageKeys {
+            stack,
+            labels,
+            label_phases,
+            background,
+            further_stacks,
+            voxel_mm,
+            bin,
+            dataset,
+        } = settings;
         let bin = bin.unwrap_or(1);
         ImageCase {
             stack,
@@ -74,7 +82,7 @@ impl ImageCase {
 }
 
 /// Keys of `[specimen.image]` that do not belong to [`Segmentation`].
-pub(super) const OWN_KEYS: [&str; 8] = [
+pub(super) const IMAGE_KEYS: [&str; 8] = [
     "stack",
     "labels",
     "label_phases",
@@ -85,9 +93,9 @@ pub(super) const OWN_KEYS: [&str; 8] = [
     "dataset",
 ];
 
-/// Values of the [`OWN_KEYS`] that are given in the table.
+/// Values of the [`IMAGE_KEYS`] that are given in the table.
 #[derive(Default)]
-struct Own {
+struct ImageKeys {
     stack: Option<PathBuf>,
     labels: Option<PathBuf>,
     label_phases: Option<BTreeMap<String, String>>,
@@ -116,18 +124,18 @@ impl<'de> Visitor<'de> for Table {
     }
 
     fn visit_map<M: MapAccess<'de>>(self, map: M) -> Result<ImageCase, M::Error> {
-        let mut own = Own::default();
-        let others = Others { map, own: &mut own };
+        let mut image_keys = ImageKeys::default();
+        let others = Others { map, image_keys: &mut image_keys };
         let segmentation = Segmentation::deserialize(MapAccessDeserializer::new(others))?;
-        Ok(ImageCase::of(own, segmentation))
+        Ok(ImageCase::from_keys(image_keys, segmentation))
     }
 }
 
-/// Access to a table without the [`OWN_KEYS`]: the deserializer sees only the other keys. The values of the
-/// [`OWN_KEYS`] are stored in `own` while the table is read.
+/// Access to a table without the [`IMAGE_KEYS`]: the deserializer sees only the other keys. The values of the
+/// [`IMAGE_KEYS`] are stored in `image_keys` while the table is read.
 struct Others<'a, M> {
     map: M,
-    own: &'a mut Own,
+    image_keys: &'a mut ImageKeys,
 }
 
 impl<'de, M: MapAccess<'de>> MapAccess<'de> for Others<'_, M> {
@@ -142,35 +150,35 @@ impl<'de, M: MapAccess<'de>> MapAccess<'de> for Others<'_, M> {
                 None => return Ok(None),
                 Some(Key::Other(key)) => return Ok(Some(key)),
                 Some(Key::Stack(again)) => {
-                    self.own.stack = Some(self.map.next_value()?);
+                    self.image_keys.stack = Some(self.map.next_value()?);
                     seed = again;
                 }
                 Some(Key::Labels(again)) => {
-                    self.own.labels = Some(self.map.next_value()?);
+                    self.image_keys.labels = Some(self.map.next_value()?);
                     seed = again;
                 }
                 Some(Key::Phases(again)) => {
-                    self.own.label_phases = Some(self.map.next_value()?);
+                    self.image_keys.label_phases = Some(self.map.next_value()?);
                     seed = again;
                 }
                 Some(Key::Background(again)) => {
-                    self.own.background = Some(self.map.next_value()?);
+                    self.image_keys.background = Some(self.map.next_value()?);
                     seed = again;
                 }
                 Some(Key::Further(again)) => {
-                    self.own.further_stacks = Some(self.map.next_value()?);
+                    self.image_keys.further_stacks = Some(self.map.next_value()?);
                     seed = again;
                 }
                 Some(Key::Voxel(again)) => {
-                    self.own.voxel_mm = Some(self.map.next_value()?);
+                    self.image_keys.voxel_mm = Some(self.map.next_value()?);
                     seed = again;
                 }
                 Some(Key::Bin(again)) => {
-                    self.own.bin = Some(self.map.next_value()?);
+                    self.image_keys.bin = Some(self.map.next_value()?);
                     seed = again;
                 }
                 Some(Key::Dataset(again)) => {
-                    self.own.dataset = Some(self.map.next_value()?);
+                    self.image_keys.dataset = Some(self.map.next_value()?);
                     seed = again;
                 }
             }
@@ -182,7 +190,7 @@ impl<'de, M: MapAccess<'de>> MapAccess<'de> for Others<'_, M> {
     }
 }
 
-/// A key of the table: one of the [`OWN_KEYS`], or a key of [`Segmentation`] (`Other`). For one of the [`OWN_KEYS`],
+/// A key of the table: one of the [`IMAGE_KEYS`], or a key of [`Segmentation`] (`Other`). For one of the [`IMAGE_KEYS`],
 /// the unused seed is returned, so that it can read the next key.
 enum Key<K, V> {
     Stack(K),

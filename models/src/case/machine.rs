@@ -44,7 +44,7 @@ impl MachineCase {
 
     /// Returns the machine without the properties that `other` states.
     pub(crate) fn without(self, other: Self) -> Self {
-        let rest = |own: Option<f64>, other: Option<f64>| own.filter(|_| other.is_none());
+        let rest = |value: Option<f64>, other: Option<f64>| value.filter(|_| other.is_none());
         Self {
             compliance_mm_per_n: rest(self.compliance_mm_per_n, other.compliance_mm_per_n),
             force_offset_n: rest(self.force_offset_n, other.force_offset_n),

@@ -88,8 +88,8 @@ fn omit(table: &mut DeTable<'_>, at: &Range<usize>, message: &str) -> Option<Str
     if let Some(key) = table.iter().find(is_key).map(|(key, _)| key.clone()) {
         let value = table.remove(&key)?;
         let names: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
-        let known = names.split_first().map(|(_, known)| known).unwrap_or_default();
-        let meant = closest(key.get_ref(), known.iter().copied());
+        let allowed = names.split_first().map(|(_, allowed)| allowed).unwrap_or_default();
+        let meant = closest(key.get_ref(), allowed.iter().copied());
         let Some(meant) = meant.filter(|_| message.starts_with("unknown field")) else {
             return Some(key.into_inner().into_owned());
         };
@@ -142,7 +142,7 @@ mod tests {
 
     #[test]
     fn every_mistake_is_named_once() {
-        let found = mistakes(&[
+        let reported = mistakes(&[
             ("radius_mm = 2.5", "radus_mm = 2.5"),
             ("height_mm = 4.4", "height_mm = \"4.4 mm\""),
             ("law = \"hencky\"", "law = \"henky\""),
@@ -160,20 +160,20 @@ mod tests {
         ];
         for key in keys {
             assert_eq!(
-                found.iter().filter(|one| one.contains(key)).count(),
+                reported.iter().filter(|one| one.contains(key)).count(),
                 1,
-                "{key}: {found:#?}"
+                "{key}: {reported:#?}"
             );
         }
-        assert_eq!(found.len(), keys.len(), "{found:#?}");
+        assert_eq!(reported.len(), keys.len(), "{reported:#?}");
     }
 
     #[test]
     fn several_mistakes_of_syntax_are_named() {
-        let found =
+        let reported =
             mistakes(&[("radius_mm = 2.5", "radius_mm = 2,5"), ("runs = 100", "runs == 100")]);
-        assert!(found.iter().any(|one| one.contains("specimen.radius_mm")), "{found:#?}");
-        assert!(found.iter().any(|one| one.contains("design.runs")), "{found:#?}");
+        assert!(reported.iter().any(|one| one.contains("specimen.radius_mm")), "{reported:#?}");
+        assert!(reported.iter().any(|one| one.contains("design.runs")), "{reported:#?}");
     }
 
     #[test]

@@ -272,8 +272,8 @@ impl Case {
             return;
         }
         let prior = self.prior.get_or_insert_default();
-        for (name, own) in &self.parameters {
-            prior.insert(own.parameter(name), own.prior);
+        for (name, declared) in &self.parameters {
+            prior.insert(declared.parameter(name), declared.prior);
         }
     }
 

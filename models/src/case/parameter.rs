@@ -81,12 +81,12 @@ impl PriorCase {
 
     /// Returns the priors with the given bounds; parameters without bounds keep their ranges.
     pub(crate) fn within(&self, bounds: &BoundsCase) -> Self {
-        let of = |(parameter, prior): (&Parameter, &Prior)| {
+        let widened = |(parameter, prior): (&Parameter, &Prior)| {
             let PriorBounds([lower, upper]) =
                 bounds.get(parameter).copied().unwrap_or(PriorBounds(prior.range()));
             (parameter.clone(), prior.within(lower, upper))
         };
-        self.iter().map(of).collect()
+        self.iter().map(widened).collect()
     }
 }
 
@@ -127,8 +127,9 @@ enum Entry<'a, T> {
 impl<'a, T> Entries<'a, T> {
     /// Returns the table with this name, which is added if it does not exist.
     fn table(&mut self, name: &'a str) -> &mut Self {
-        let is_own =
-            |(own, entry): &(&str, Entry<'a, T>)| *own == name && matches!(entry, Entry::Table(_));
+        let is_own = |(entry_name, entry): &(&str, Entry<'a, T>)| {
+            *entry_name == name && matches!(entry, Entry::Table(_))
+        };
         let position = self.0.iter().position(is_own).unwrap_or_else(|| {
             self.0.push((name, Entry::Table(Entries(Vec::new()))));
             self.0.len() - 1
@@ -261,8 +262,8 @@ impl<'de> DeserializeSeed<'de> for Key<'_> {
             return Ok(Named::Table(path));
         }
         registry.find(&path).map(Named::Parameter).ok_or_else(|| {
-            let known = registry.keys_of(self.0).join("`, `");
-            D::Error::custom(format!("unknown variant `{key}`, expected one of `{known}`"))
+            let allowed = registry.keys_of(self.0).join("`, `");
+            D::Error::custom(format!("unknown variant `{key}`, expected one of `{allowed}`"))
         })
     }
 }

@@ -37,8 +37,8 @@ pub(crate) fn make_absolute(table: &mut Table, case: &Path) {
     let command = table.get_mut("simulator").and_then(|table| table.get_mut("command"));
     let program = command.and_then(|command| command.get_mut(0));
     // a program without a folder is searched in PATH
-    let has_folder = |own: &str| Path::new(own).components().count() > 1;
-    if program.as_ref().and_then(|own| own.as_str()).is_some_and(has_folder) {
+    let has_folder = |program_path: &str| Path::new(program_path).components().count() > 1;
+    if program.as_ref().and_then(|program_path| program_path.as_str()).is_some_and(has_folder) {
         absolute(case, program);
     }
     let materials = table.get_mut("material").and_then(Value::as_table_mut);
@@ -86,15 +86,15 @@ pub(crate) fn validations_with_absolute_paths(
         return Ok(Vec::new());
     }
     let mut entries = with_absolute_paths(file)?.validation;
-    let read = file.case.experiments.as_ref().and_then(|own| own.read.as_ref());
+    let read = file.case.experiments.as_ref().and_then(|stated| stated.read.as_ref());
     let read = read.and_then(|read| Value::try_from(read).ok());
     for entry in &mut entries {
         let experiments = entry.set.get_mut("experiments").and_then(Value::as_table_mut);
-        if let (Some(own), Some(read)) = (experiments, &read)
-            && own.contains_key("table")
-            && !own.contains_key("read")
+        if let (Some(experiments_table), Some(read)) = (experiments, &read)
+            && experiments_table.contains_key("table")
+            && !experiments_table.contains_key("read")
         {
-            own.insert("read".to_owned(), read.clone());
+            experiments_table.insert("read".to_owned(), read.clone());
         }
     }
     Ok(entries)

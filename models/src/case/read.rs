@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::Case;
 use super::excerpt::{excerpt, with_excerpt};
-use super::image::OWN_KEYS;
+use super::image::IMAGE_KEYS;
 use super::mistakes::ReadCase;
 use crate::error::{InputError, absence, closest};
 
@@ -57,8 +57,8 @@ impl CaseFile {
         case.complete();
         let mut file = Self { path: path.to_owned(), case };
         mistakes.extend(file.read_hardening().into_iter().map(|m| with_excerpt(m, text, path)));
-        let found = file.validate().into_iter().filter(|mistake| !read.explains(mistake));
-        mistakes.extend(found.map(|mistake| with_excerpt(mistake, text, path)));
+        let unexplained = file.validate().into_iter().filter(|mistake| !read.explains(mistake));
+        mistakes.extend(unexplained.map(|mistake| with_excerpt(mistake, text, path)));
         file.case.qoi.quantities = file.case.compared();
         (Some(file), mistakes)
     }
@@ -156,43 +156,43 @@ impl Case {
 /// Converts an error of the TOML parser into an error with key, value and help.
 fn explain(error: &toml::de::Error, text: &str, path: &Path) -> InputError {
     let span = error.span();
-    let (place, value) = span.clone().map_or_else(Default::default, |span| locate(text, span));
+    let (location, value) = span.clone().map_or_else(Default::default, |span| locate(text, span));
     let excerpt = span.map(|span| Box::new(excerpt(text, span)));
-    InputError { excerpt, ..explain_at(error, place, value, path) }
+    InputError { excerpt, ..explain_at(error, location, value, path) }
 }
 
 /// Converts an error of the TOML parser about the key `place` and its `value` into an error with help.
-fn explain_at(error: &toml::de::Error, place: String, value: String, path: &Path) -> InputError {
+fn explain_at(error: &toml::de::Error, location: String, value: String, path: &Path) -> InputError {
     let message = error.message();
     if message.contains("such as matrix.young_mpa") {
         let problem = "a parameter is named with its region";
         let help = "Write matrix.young_mpa = … in place of young_mpa = …, grain.toughness_n_per_mm = … and so on.";
-        return InputError::new(path, place, value, problem, help);
+        return InputError::new(path, location, value, problem, help);
     }
     if message.contains("expected newtype variant")
         || message.contains("invalid type: unit variant")
     {
         let problem = "this name needs a value of its own";
-        let help = format!("Write {} in place of it.", with_value(&place, &value));
-        return InputError::new(path, place, value, problem, help);
+        let help = format!("Write {} in place of it.", with_value(&location, &value));
+        return InputError::new(path, location, value, problem, help);
     }
     if let Some((problem, help)) = message.split_once("; help: ") {
-        return InputError::new(path, place, value, problem, help);
+        return InputError::new(path, location, value, problem, help);
     }
     let names: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
     let (problem, help) = match names.split_first() {
-        Some((key, known)) if message.starts_with("unknown field") => {
-            let mut known = known.to_vec();
-            if place.contains("specimen.image") {
+        Some((key, allowed)) if message.starts_with("unknown field") => {
+            let mut allowed = allowed.to_vec();
+            if location.contains("specimen.image") {
                 // the message of the parser lists only the keys of the segmentation
-                known.extend(OWN_KEYS);
+                allowed.extend(IMAGE_KEYS);
             }
-            let help = format!("{}Keys here: {}.", did_you_mean(key, &known), known.join(", "));
+            let help = format!("{}Keys here: {}.", did_you_mean(key, &allowed), allowed.join(", "));
             (format!("unknown key {key:?}"), help)
         }
-        Some((word, known)) if message.starts_with("unknown variant") => (
+        Some((word, allowed)) if message.starts_with("unknown variant") => (
             format!("unknown name {word:?}"),
-            format!("{}Choose one of: {}.", did_you_mean(word, known), known.join(", ")),
+            format!("{}Choose one of: {}.", did_you_mean(word, allowed), allowed.join(", ")),
         ),
         Some((key, _)) if message.starts_with("missing field") => (
             format!("the key {key} is missing"),
@@ -204,12 +204,12 @@ fn explain_at(error: &toml::de::Error, place: String, value: String, path: &Path
             (in_plain_words(message), format!("{}{help}", how_to_write(message)))
         }
     };
-    InputError::new(path, place, value, problem, help)
+    InputError::new(path, location, value, problem, help)
 }
 
 /// Shows the syntax of a name that needs a value: `rule = { fixed = 3 }` for `"fixed"`.
-fn with_value(place: &str, value: &str) -> String {
-    let key = place.rsplit('.').next().unwrap_or(place);
+fn with_value(location: &str, value: &str) -> String {
+    let key = location.rsplit('.').next().unwrap_or(location);
     let name = value.trim_matches(['"', '\'']);
     let value = if name == "fixed" { "3" } else { "{ … }" };
     format!("{key} = {{ {name} = {value} }}")
@@ -232,7 +232,7 @@ fn how_to_write(message: &str) -> &'static str {
 
 /// Replaces Rust types in the parser's message by TOML terms, and joins its lines.
 fn in_plain_words(message: &str) -> String {
-    let Some((found, expected)) = message.rsplit_once("expected ") else {
+    let Some((given, expected)) = message.rsplit_once("expected ") else {
         return message.replace('\n', "; ");
     };
     let expected = match expected {
@@ -244,11 +244,11 @@ fn in_plain_words(message: &str) -> String {
         "a sequence" => "a list in brackets",
         other => other,
     };
-    format!("{found}expected {expected}").replace('\n', "; ")
+    format!("{given}expected {expected}").replace('\n', "; ")
 }
 
-fn did_you_mean(word: &str, known: &[&str]) -> String {
-    closest(word, known.iter().copied())
+fn did_you_mean(word: &str, allowed: &[&str]) -> String {
+    closest(word, allowed.iter().copied())
         .map(|best| format!("Did you mean {best:?}? "))
         .unwrap_or_default()
 }

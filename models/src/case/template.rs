@@ -72,14 +72,14 @@ impl Template {
     ///
     /// # Errors
     /// The first placeholder that cannot be replaced.
-    pub(crate) fn check(&self, known: &[&str]) -> Result<(), BadPlaceholder> {
+    pub(crate) fn check(&self, allowed: &[&str]) -> Result<(), BadPlaceholder> {
         for piece in &self.pieces {
             let Piece::Placeholder { name, format, line } = piece else { continue };
             let bad = |problem| {
                 let written = written(name, format);
                 Err(BadPlaceholder { line: *line, written, problem })
             };
-            if !known.contains(&name.as_str()) {
+            if !allowed.contains(&name.as_str()) {
                 return bad("names no parameter");
             }
             if formatted(1.0, format).is_none() {
@@ -96,7 +96,7 @@ impl Template {
             match piece {
                 Piece::Text(plain) => text.push_str(plain),
                 Piece::Placeholder { name, format, .. } => match value(name) {
-                    Some(Value::Text(own)) => text.push_str(&own),
+                    Some(Value::Text(replacement)) => text.push_str(&replacement),
                     Some(Value::Number(x)) => {
                         text.push_str(&formatted(x, format).unwrap_or_else(|| shortest(x)));
                     }

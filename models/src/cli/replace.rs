@@ -14,14 +14,14 @@ pub(super) fn replaceable(out: &Path, named: &[PathBuf]) -> Result<Vec<PathBuf>,
         std::path::absolute(path)
             .map_err(|source| WorkflowError::Io { path: path.to_owned(), source })
     };
-    let of = |name: &PathBuf| {
+    let existing_path = |name: &PathBuf| {
         let places = [absolute(&out.join(name))?, absolute(name)?];
-        let found = places.into_iter().find(|path| path.symlink_metadata().is_ok());
-        found.ok_or_else(|| {
+        let existing = places.into_iter().find(|path| path.symlink_metadata().is_ok());
+        existing.ok_or_else(|| {
             let help = format!("Name a file within {}.", out.display());
             let name = name.display().to_string();
             InputError::new(Path::new("--replace"), name, "", "there is no such file", help).into()
         })
     };
-    named.iter().map(of).collect()
+    named.iter().map(existing_path).collect()
 }

@@ -63,19 +63,20 @@ impl Emulated {
             }
         };
         if self.stiffness.is_some() {
-            let population = |known: usize| {
-                let members = ratios.iter().chain(&stiffness_ratios[..known]);
+            let population = |known_ratios: usize| {
+                let members = ratios.iter().chain(&stiffness_ratios[..known_ratios]);
                 Population::of(&members.map(|&ratio| vec![ratio]).collect::<Vec<_>>())
             };
             let seen = [&population(0)?.places().concat()[..], &stiffness_ratios].concat();
             let fit = DynPce::fit(&with_ratios(&per_run, &ratios, &seen)?, &self.fit)?;
-            for (name, known) in [
+            for (name, known_ratios) in [
                 ("stiffness unknown", 0),
                 ("stiffness half known", self.specimens / 2),
                 ("stiffness known", self.specimens),
             ] {
                 let setting = Setting::shared(name, fit.clone());
-                settings.push(setting.knowing_stiffness(known, Some(population(known)?)));
+                settings
+                    .push(setting.knowing_stiffness(known_ratios, Some(population(known_ratios)?)));
             }
         }
         let (one, _) = self.ensemble(false, &mut rng)?;
@@ -96,9 +97,9 @@ impl Emulated {
 
     /// Draws true parameters from the inner part of the prior box.
     pub fn truth<R: Rng>(&self, rng: &mut R) -> Vec<f64> {
-        let place = |rng: &mut R| 0.5 + self.inner * (rng.random::<f64>() - 0.5);
+        let position = |rng: &mut R| 0.5 + self.inner * (rng.random::<f64>() - 0.5);
         let inputs = self.parameters().iter();
-        inputs.map(|input| input.lower + place(rng) * (input.upper - input.lower)).collect()
+        inputs.map(|input| input.lower + position(rng) * (input.upper - input.lower)).collect()
     }
 
     /// Draws the quantities and stiffness ratios of the specimens. The response is linearised about the true
@@ -149,11 +150,11 @@ impl Emulated {
         };
         let common = packing(rng);
         for x in points {
-            let (own, ratio) = if per_run { packing(rng) } else { common.clone() };
+            let (deviations, ratio) = if per_run { packing(rng) } else { common.clone() };
             let inputs: Vec<f64> = x.iter().copied().chain(ratio).collect();
             let mean = self.response.value(&inputs)?;
             let quantities: Vec<f64> =
-                mean.iter().zip(own.iter()).map(|(mean, z)| mean * z.exp()).collect();
+                mean.iter().zip(deviations.iter()).map(|(mean, z)| mean * z.exp()).collect();
             data.push(&x, &quantities)?;
             ratios.extend(ratio);
         }
@@ -203,10 +204,10 @@ mod tests {
         let mut data = Dataset::new(inputs, outputs, "closed form").unwrap();
         for x in points {
             let (young, viscosity) = (x[0], x[2]);
-            let place = (viscosity / young).cbrt();
+            let ratio = (viscosity / young).cbrt();
             let k = x.get(3).copied().unwrap_or(1.0);
             let powers = [0.93, 1.05, 0.33].map(|power| k.powf(power));
-            let y = [5.0 * young, 4.0 * young * place, place];
+            let y = [5.0 * young, 4.0 * young * ratio, ratio];
             data.push(&x, &[y[0] * powers[0], y[1] * powers[1], y[2] * powers[2]]).unwrap();
         }
         DynPce::fit(&data, &FitOptions::default()).unwrap().pce

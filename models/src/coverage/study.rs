@@ -116,10 +116,10 @@ impl CoverageStudy {
         &self,
         laboratories: usize,
         make: impl Fn(usize) -> Result<(Laboratory, Vec<Setting>), E> + Sync,
-        told: impl Fn(usize) + Sync,
+        on_finished: impl Fn(usize) + Sync,
     ) -> Result<Vec<CoverageRow>, E> {
         type Found = (Vec<f64>, Intervals, Vec<(String, Vec<String>)>);
-        let found: Vec<Found> = (0..laboratories)
+        let calibrated: Vec<Found> = (0..laboratories)
             .into_par_iter()
             .map(|k| {
                 let (laboratory, settings) = make(k)?;
@@ -133,28 +133,28 @@ impl CoverageStudy {
                     (setting.name.clone(), inputs.map(|input| input.name.clone()).collect())
                 };
                 let names = settings.iter().map(named).collect();
-                told(k);
+                on_finished(k);
                 Ok((laboratory.truth, intervals, names))
             })
             .collect::<Result<_, E>>()?;
-        let Some((_, _, names)) = found.first() else { return Ok(Vec::new()) };
+        let Some((_, _, names)) = calibrated.first() else { return Ok(Vec::new()) };
         let mut rows = Vec::new();
         for (s, (setting, parameters)) in names.iter().enumerate() {
             for (i, parameter) in parameters.iter().enumerate() {
                 for (p, nominal) in NOMINAL.into_iter().enumerate() {
                     let (mut covered, mut width) = (0.0, 0.0);
-                    for (truth, intervals, _) in &found {
+                    for (truth, intervals, _) in &calibrated {
                         let [low, high] = intervals[s][i][p];
                         covered += f64::from(u8::from((low..=high).contains(&truth[i])));
                         width += high - low;
                     }
-                    let n = found.len() as f64;
+                    let n = calibrated.len() as f64;
                     rows.push(CoverageRow {
                         setting: setting.clone(),
                         parameter: parameter.clone(),
                         nominal,
                         covered: covered / n,
-                        laboratories: found.len(),
+                        laboratories: calibrated.len(),
                         mean_width: width / n,
                     });
                 }
@@ -171,17 +171,23 @@ impl CoverageStudy {
         seed: u64,
     ) -> Result<Vec<[[f64; 2]; NOMINAL.len()]>, CalibrationError> {
         let ratios = laboratory.stiffness_ratios.iter().enumerate();
-        let (known, population) = match &setting.stiffness {
+        let (known_inputs, population) = match &setting.stiffness {
             None => (Vec::new(), None),
             Some(KnownStiffness { specimens, population }) => {
-                let known = ratios.map(|(i, &ratio)| (i < *specimens).then(|| vec![ratio]));
-                (known.collect(), population.clone())
+                let known_inputs = ratios.map(|(i, &ratio)| (i < *specimens).then(|| vec![ratio]));
+                (known_inputs.collect(), population.clone())
             }
         };
         let size = laboratory.truth.len();
         let qois = laboratory.specimens.clone();
-        let open = setting.error.iter().cloned().collect();
-        let evidence = Evidence { qois, known, population, open, ..Evidence::default() };
+        let coefficients = setting.error.iter().cloned().collect();
+        let evidence = Evidence {
+            qois,
+            known: known_inputs,
+            population,
+            open: coefficients,
+            ..Evidence::default()
+        };
         let sampler = self.sampler.clone().seed(seed).threads(1);
         // uniform priors, because the true parameters are drawn uniformly and not from the priors of a case
         let priors = Prior::uniform_on(&setting.forward.inputs()[..size]);
@@ -189,19 +195,19 @@ impl CoverageStudy {
         let group = &posterior.posterior;
         let theta = group.variables.iter().find(|variable| variable.name == "theta");
         let theta = theta.map_or(&[][..], |variable| &variable.data[..]);
-        let of = |i: usize| {
+        let interval = |i: usize| {
             let mut draws: Vec<f64> = theta.iter().skip(i).step_by(size).copied().collect();
             draws.sort_by(f64::total_cmp);
             NOMINAL.map(|p| [quantile(&draws, 0.5 * (1.0 - p)), quantile(&draws, 0.5 * (1.0 + p))])
         };
-        Ok((0..size).map(of).collect())
+        Ok((0..size).map(interval).collect())
     }
 }
 
 /// Quantile of sorted values, by linear interpolation.
 fn quantile(sorted: &[f64], p: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
-    let place = p * last as f64;
-    let (below, part) = (place.floor() as usize, place.fract());
+    let rank = p * last as f64;
+    let (below, part) = (rank.floor() as usize, rank.fract());
     sorted[below] + part * (sorted[last.min(below + 1)] - sorted[below])
 }

@@ -28,8 +28,8 @@ impl MeasuredModuli {
     /// # Errors
     /// If the file cannot be read, a column is missing, there are fewer than five rows, or a value is not positive.
     pub fn read(path: &Path) -> Result<Self, InputError> {
-        let error = |place: String, value: &str, problem: &str, help: &str| {
-            InputError::new(path, place, value, problem, help)
+        let error = |location: String, value: &str, problem: &str, help: &str| {
+            InputError::new(path, location, value, problem, help)
         };
         let text = fem::read_regular_text(path).map_err(|source| {
             let problem = format!("cannot be read: {source}");
@@ -38,14 +38,14 @@ impl MeasuredModuli {
         let mut reader =
             csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
         let unreadable = |source: csv::Error| {
-            let place = source.position().map(|at| format!("line {}", at.line()));
+            let location = source.position().map(|at| format!("line {}", at.line()));
             let help =
                 "Separate columns by commas, and give every row the columns of the first line.";
             let problem = format!("cannot be read: {source}");
-            error(place.unwrap_or_default(), "", &problem, help)
+            error(location.unwrap_or_default(), "", &problem, help)
         };
         let header = reader.headers().map_err(unreadable)?.clone();
-        let column = |name: &str| header.iter().position(|own| own == name);
+        let column = |name: &str| header.iter().position(|column_name| column_name == name);
         let columns =
             |names: &[&str]| names.iter().map(|name| column(name)).collect::<Option<Vec<_>>>();
         let [hertz, storage, loss] = DYNAMIC;
@@ -56,25 +56,25 @@ impl MeasuredModuli {
         } else if let Some(places) = columns(&[ANGULAR, storage, loss]) {
             (vec![ANGULAR, storage, loss], places, 1.0)
         } else {
-            let found: Vec<&str> = header.iter().collect();
+            let header_names: Vec<&str> = header.iter().collect();
             let help = format!(
                 "Name the columns {}, or {hertz},{storage},{loss} ({ANGULAR} in place of {hertz}).",
                 RELAXATION.join(",")
             );
-            return Err(error("line 1".into(), &found.join(","), "lacks a column", &help));
+            return Err(error("line 1".into(), &header_names.join(","), "lacks a column", &help));
         };
         let mut rows: Vec<Vec<f64>> = Vec::new();
         for record in reader.records() {
             let record = record.map_err(unreadable)?;
             let line = record.position().map_or(0, csv::Position::line);
             let mut row = Vec::with_capacity(places.len());
-            for (name, &place) in names.iter().zip(&places) {
-                let written = record.get(place).unwrap_or_default();
+            for (name, &index) in names.iter().zip(&places) {
+                let written = record.get(index).unwrap_or_default();
                 let value = written.parse().ok().filter(|x: &f64| *x > 0.0 && x.is_finite());
                 let Some(value) = value else {
                     let help = "Give a positive number; leave rows without a measured value out.";
-                    let place = format!("line {line}, {name}");
-                    return Err(error(place, written, "is no positive number", help));
+                    let location = format!("line {line}, {name}");
+                    return Err(error(location, written, "is no positive number", help));
                 };
                 row.push(value);
             }

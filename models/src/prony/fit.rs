@@ -152,9 +152,9 @@ fn refined(data: &MeasuredModuli, (long_term_mpa, terms): (f64, Vec<PronyTerm>))
     let evaluate = |unknowns: &[f64]| {
         let mut residual = DVector::from_element(moduli.len(), -1.0);
         let mut slopes = DMatrix::zeros(moduli.len(), unknowns.len());
-        let own = unknowns[0].exp();
+        let long_term_modulus = unknowns[0].exp();
         for i in 0..moduli.len() {
-            slopes[(i, 0)] = own * long_term[i] / moduli[i];
+            slopes[(i, 0)] = long_term_modulus * long_term[i] / moduli[i];
             residual[i] += slopes[(i, 0)];
         }
         for (n, pair) in unknowns[1..].chunks_exact(2).enumerate() {

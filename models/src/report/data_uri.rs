@@ -13,8 +13,8 @@ fn base64(bytes: &[u8]) -> String {
         let byte = |k: usize| u32::from(group.get(k).copied().unwrap_or(0));
         let bits = byte(0) << 16 | byte(1) << 8 | byte(2);
         for digit in 0..4 {
-            let place = (bits >> (18 - 6 * digit) & 63) as usize;
-            text.push(if digit <= group.len() { char::from(DIGITS[place]) } else { '=' });
+            let sextet = (bits >> (18 - 6 * digit) & 63) as usize;
+            text.push(if digit <= group.len() { char::from(DIGITS[sextet]) } else { '=' });
         }
     }
     text

@@ -461,7 +461,7 @@ mod tests {
     #[test]
     fn qualifiers_stand_behind_identified_and_take_the_green_away() {
         let middle: Vec<f64> = (0..100).map(|i| 40.0 + 0.2 * f64::from(i)).collect();
-        let of = |qualifiers: &[Qualifier]| CalibratedParameter {
+        let calibrated = |qualifiers: &[Qualifier]| CalibratedParameter {
             qualifiers: qualifiers.iter().copied().collect(),
             ..parameter(50.0, middle.clone())
         };
@@ -475,13 +475,13 @@ mod tests {
                 "identified for this microstructure on this mesh, fit poor",
             ),
         ] {
-            let verdict = of(qualifiers).verdict();
+            let verdict = calibrated(qualifiers).verdict();
             assert_eq!(verdict.to_string(), words);
             assert!(verdict.is_identified() && !verdict.is_good());
         }
-        assert!(of(&[]).verdict().is_good());
+        assert!(calibrated(&[]).verdict().is_good());
         // qualifiers do not change a parameter that is not identified
-        let unknown = CalibratedParameter { contraction: 0.2, ..of(&[PoorFit]) };
+        let unknown = CalibratedParameter { contraction: 0.2, ..calibrated(&[PoorFit]) };
         assert_eq!(unknown.verdict().to_string(), "weakly identified");
         assert!(!unknown.verdict().is_identified());
     }

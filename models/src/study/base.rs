@@ -133,10 +133,10 @@ mod tests {
         let base = Base::read(&dir.path().join("study.toml"), Path::new("cases/base.toml")).0;
         let simulator = &base.unwrap().0["simulator"];
         let named = [&simulator["command"][0], &simulator["command"][1], &simulator["files"][0]];
-        let own = Some(&*expected);
+        let resolved = Some(&*expected);
         assert_eq!(
-            named.map(|own| own.as_str().map(Path::new)),
-            [own, Some(Path::new("own")), own]
+            named.map(|entry| entry.as_str().map(Path::new)),
+            [resolved, Some(Path::new("own")), resolved]
         );
     }
 }

@@ -84,8 +84,9 @@ impl StudyCheck {
         }
         let count = checks.len();
         let parts = checks.into_iter().map(|(folder, check)| {
-            let own = check.understood.into_iter().filter(|line| !shared.contains(line)).collect();
-            PartCheck { folder, understood: own }
+            let only_here =
+                check.understood.into_iter().filter(|line| !shared.contains(line)).collect();
+            PartCheck { folder, understood: only_here }
         });
         Self {
             understood,
@@ -98,7 +99,7 @@ impl StudyCheck {
 
 impl Concerning {
     fn add(&mut self, part: &str, text: String) {
-        match self.0.iter_mut().find(|(own, _)| *own == text) {
+        match self.0.iter_mut().find(|(line, _)| *line == text) {
             Some((_, parts)) => parts.push(part.to_owned()),
             None => self.0.push((text, vec![part.to_owned()])),
         }
@@ -109,7 +110,7 @@ impl Concerning {
         let text = |(text, mut parts): (String, Vec<String>)| {
             parts.dedup();
             match &parts[..] {
-                [own] if own.is_empty() => text,
+                [users] if users.is_empty() => text,
                 all if all.len() == count && count > 1 => format!("all parts: {text}"),
                 few if few.len() <= NAMED => format!("{}: {text}", few.join(", ")),
                 [first, second, others @ ..] => {
@@ -175,12 +176,12 @@ fn summary(file: &StudyFile) -> String {
         1 => Some(format!("1 {one}")),
         count => Some(format!("{count} {several}")),
     };
-    let own = &file.settings[0];
+    let setting = &file.settings[0];
     let counts = [
-        count(own.cases.len(), "case", "cases"),
-        count(own.laboratories.len(), "laboratory", "laboratories"),
+        count(setting.cases.len(), "case", "cases"),
+        count(setting.laboratories.len(), "laboratory", "laboratories"),
         count(file.settings.len() - 1, "variant of all of them", "variants of all of them"),
     ];
     let counts: Vec<String> = counts.into_iter().flatten().collect();
-    format!("{}: {}", own.title, counts.join(", "))
+    format!("{}: {}", setting.title, counts.join(", "))
 }

@@ -63,12 +63,12 @@ mod tests {
         };
         let (a, b) = (draws(280.0, 5.0), draws(290.0, 5.0));
         // 2 Φ(−1) = 0.31731
-        let found = agreement(&a, &b);
-        assert!((found.overlap - 0.3173).abs() < 0.015, "{found:?}");
+        let computed = agreement(&a, &b);
+        assert!((computed.overlap - 0.3173).abs() < 0.015, "{computed:?}");
         // ln(290/280) = 0.03509; sd √(5²/280² + 5²/290²) = 0.024822; the 5 and 95 % quantiles are 1.6449 sd from the
         // median
-        for (ratio, z) in found.ratio.iter().zip([0.0, -1.6449, 1.6449]) {
-            assert!((ratio.ln() - (0.03509 + z * 0.024822)).abs() < 0.0015, "{found:?}");
+        for (ratio, z) in computed.ratio.iter().zip([0.0, -1.6449, 1.6449]) {
+            assert!((ratio.ln() - (0.03509 + z * 0.024822)).abs() < 0.0015, "{computed:?}");
         }
         let same = agreement(&a, &draws(280.0, 5.0));
         assert!(same.overlap > 0.97, "{same:?}");

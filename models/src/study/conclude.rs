@@ -13,7 +13,7 @@ const CHANCE: f64 = 0.05;
 /// A result of the calibrations: a claim as a sentence, and the numbers that support it.
 struct Shown {
     claim: String,
-    found: String,
+    evidence: String,
 }
 
 /// Returns the conclusions of the first setting, each with the corresponding result of every setting. Only cases that
@@ -25,19 +25,23 @@ pub(super) fn conclusions(settings: &[StudyResults]) -> Vec<Conclusion> {
     let settings = settings.as_slice();
     let shown: Vec<Vec<Shown>> = settings.iter().map(|setting| shown(setting, settings)).collect();
     let Some(first) = shown.first() else { return Vec::new() };
-    let conclusion = |(k, own): (usize, &Shown)| {
-        let of = |all: &Vec<Shown>| (all[k].found.clone(), all[k].claim == own.claim);
-        Conclusion { claim: own.claim.clone(), found: shown.iter().map(of).collect() }
+    let conclusion = |(k, first_shown): (usize, &Shown)| {
+        let evidence_of =
+            |all: &Vec<Shown>| (all[k].evidence.clone(), all[k].claim == first_shown.claim);
+        Conclusion {
+            claim: first_shown.claim.clone(),
+            evidence: shown.iter().map(evidence_of).collect(),
+        }
     };
     first.iter().enumerate().map(conclusion).collect()
 }
 
 /// Returns a copy of a setting without the cases whose names are in `names`.
 fn without(setting: &StudyResults, names: &[&String]) -> StudyResults {
-    let mut kept = setting.clone();
-    kept.cases.retain(|case| !names.contains(&&case.name));
-    kept.pairs.retain(|pair| pair.cases.iter().all(|name| !names.contains(&name)));
-    kept
+    let mut rest = setting.clone();
+    rest.cases.retain(|case| !names.contains(&&case.name));
+    rest.pairs.retain(|pair| pair.cases.iter().all(|name| !names.contains(&name)));
+    rest
 }
 
 /// Results of one setting, in the same order for all settings.
@@ -107,7 +111,7 @@ fn identification(cases: &[ComparedCase], label: &str) -> Shown {
     };
     let cut =
         if at_bound > 0 { format!(", {at_bound} at a bound of its prior") } else { String::new() };
-    Shown { claim, found: format!("{learnt} of {}{cut}", all.len()) }
+    Shown { claim, evidence: format!("{learnt} of {}{cut}", all.len()) }
 }
 
 /// States whether cases with the specimens of one laboratory agree on a parameter.
@@ -132,20 +136,23 @@ fn agreement(setting: &StudyResults, laboratory: &str, label: &str) -> Option<Sh
         format!("{least:.0} %")
     };
     let does = if differ == 0 { "agree" } else { "do not agree" };
-    let found = format!(
+    let evidence = format!(
         "{differ} of {} pairs differ; overlap {range}; largest difference between {} and {}: {}",
         pairs.len(),
         farthest.cases[0],
         farthest.cases[1],
         ratio(farthest)
     );
-    Some(Shown { claim: format!("The cases of laboratory {laboratory} {does} on {label}"), found })
+    Some(Shown {
+        claim: format!("The cases of laboratory {laboratory} {does} on {label}"),
+        evidence,
+    })
 }
 
 /// Whether the two cases of a pair have the same specimen geometry but different laboratories.
 fn is_of_one_specimen(cases: &[ComparedCase], pair: &Pair) -> bool {
-    let of = |name: &String| cases.iter().find(|case| case.name == *name);
-    match (of(&pair.cases[0]), of(&pair.cases[1])) {
+    let case_named = |name: &String| cases.iter().find(|case| case.name == *name);
+    match (case_named(&pair.cases[0]), case_named(&pair.cases[1])) {
         (Some(a), Some(b)) => a.specimen == b.specimen && a.laboratory != b.laboratory,
         _ => false,
     }
@@ -164,7 +171,7 @@ fn difference(cases: &[ComparedCase], pair: &Pair) -> Shown {
         parameter(case, label)?.truth
     };
     let truth = truth(b).zip(truth(a)).map(|(b, a)| format!("; true ratio {}", number(b / a)));
-    Shown { claim, found: ratio(pair) + &truth.unwrap_or_default() }
+    Shown { claim, evidence: ratio(pair) + &truth.unwrap_or_default() }
 }
 
 fn ratio(pair: &Pair) -> String {
@@ -181,7 +188,7 @@ fn reproduction(cases: &[ComparedCase]) -> Shown {
     let which = if good == errors.len() { "all quantities" } else { "not all quantities" };
     Shown {
         claim: format!("Simulations at the MAP reproduce {which} within {REPRODUCED} %"),
-        found: format!("{good} of {}; largest difference {worst:.1} %", errors.len()),
+        evidence: format!("{good} of {}; largest difference {worst:.1} %", errors.len()),
     }
 }
 
@@ -192,18 +199,18 @@ fn coverage(cases: &[ComparedCase]) -> Option<Shown> {
     if all.iter().all(|p| p.truth.is_none()) {
         return None;
     }
-    let known: Vec<_> = all.into_iter().filter(identified).collect();
+    let with_truth: Vec<_> = all.into_iter().filter(identified).collect();
     let holds = |p: &&&CalibratedParameter| {
         p.truth.is_some_and(|truth| (p.q05.0..=p.q95.0).contains(&truth))
     };
-    let hits = known.iter().filter(holds).count();
-    let often = if at_most(hits, known.len()) >= CHANCE { "as" } else { "less" };
+    let hits = with_truth.iter().filter(holds).count();
+    let often = if at_most(hits, with_truth.len()) >= CHANCE { "as" } else { "less" };
     let than = if often == "as" { "as" } else { "than" };
     Some(Shown {
         claim: format!(
             "90 % intervals of identified parameters include the truth {often} often {than} stated"
         ),
-        found: format!("{hits} of {}", known.len()),
+        evidence: format!("{hits} of {}", with_truth.len()),
     })
 }
 
@@ -283,10 +290,10 @@ mod tests {
     /// identified.
     #[test]
     fn a_conclusion_survives_where_the_other_setting_shows_the_same() {
-        let found = conclusions(&[setting(5.0, 0.99), setting(25.0, 0.95), setting(5.0, 0.1)]);
-        let rows: Vec<(&str, Vec<bool>)> = found
+        let confirmed = conclusions(&[setting(5.0, 0.99), setting(25.0, 0.95), setting(5.0, 0.1)]);
+        let rows: Vec<(&str, Vec<bool>)> = confirmed
             .iter()
-            .map(|c| (c.claim.as_str(), c.found.iter().map(|found| found.1).collect()))
+            .map(|c| (c.claim.as_str(), c.evidence.iter().map(|evidence| evidence.1).collect()))
             .collect();
         let expected: Vec<(&str, Vec<bool>)> = vec![
             ("E (MPa) is identified in every case", vec![true, true, false]),
@@ -305,14 +312,14 @@ mod tests {
         incomplete.pairs.retain(|pair| pair.cases[0] != "A");
         incomplete.missing = vec!["A".into()];
         let claims: Vec<Conclusion> = conclusions(&[setting(5.0, 0.99), incomplete]);
-        assert!(claims.iter().all(|c| c.found[0] == c.found[1]), "{claims:?}");
+        assert!(claims.iter().all(|c| c.evidence[0] == c.evidence[1]), "{claims:?}");
         assert!(claims.iter().all(|c| !c.claim.contains("do not agree")), "{claims:?}");
-        assert_eq!(claims[0].found[0].0, "2 of 2");
-        assert_eq!(found[2].found[0].0, "ratio 1.462 (1.412 … 1.512); true ratio 1.481");
-        assert_eq!(found[4].found[0].0, "0 of 3");
-        assert_eq!(found[4].found[2].0, "0 of 0");
+        assert_eq!(claims[0].evidence[0].0, "2 of 2");
+        assert_eq!(confirmed[2].evidence[0].0, "ratio 1.462 (1.412 … 1.512); true ratio 1.481");
+        assert_eq!(confirmed[4].evidence[0].0, "0 of 3");
+        assert_eq!(confirmed[4].evidence[2].0, "0 of 0");
         assert!(
-            found[1].found[0].0.starts_with(
+            confirmed[1].evidence[0].0.starts_with(
                 "1 of 1 pairs differ; overlap 0 %; largest difference between A and B"
             )
         );

@@ -52,8 +52,8 @@ fn are_comparable(cases: &[ComparedCase], pair: &Pair) -> bool {
     let [a, b] = pair.cases.each_ref().map(|name| cases.iter().find(|case| case.name == *name));
     let (Some(a), Some(b)) = (a, b) else { return false };
     let is_identified = |case: &ComparedCase| {
-        let own = case.parameters.iter().find(|p| p.label == pair.label);
-        own.is_some_and(|p| p.verdict().is_identified())
+        let parameter = case.parameters.iter().find(|p| p.label == pair.label);
+        parameter.is_some_and(|p| p.verdict().is_identified())
     };
     a.specimens_from.is_some()
         && a.specimens_from == b.specimens_from
@@ -85,7 +85,7 @@ mod tests {
         }
     }
 
-    fn found(cases: Vec<ComparedCase>, ratio: [f64; 3]) -> Vec<String> {
+    fn contradictions_in(cases: Vec<ComparedCase>, ratio: [f64; 3]) -> Vec<String> {
         let cases_of_pair = [cases[0].name.clone(), cases[1].name.clone()];
         let label = "E (MPa)".to_owned();
         let pair = Pair { cases: cases_of_pair, label, overlap: 0.0, ratio };
@@ -98,14 +98,23 @@ mod tests {
             vec![case("A", a, 0.99), case("B", b, contraction)]
         };
         let (same, apart, alike) = (Some("L"), [0.88, 0.86, 0.999], [0.88, 0.86, 1.001]);
-        let said = found(two(same, same, 0.99), apart);
+        let said = contradictions_in(two(same, same, 0.99), apart);
         assert_eq!(said.len(), 1);
         for part in ["intervals of E (MPa) are too narrow", "B to A 0.880", "\"per-run\""] {
             assert!(said[0].contains(part), "{part}: {said:?}");
         }
-        assert!(found(two(same, same, 0.99), alike).is_empty(), "the interval includes 1");
-        assert!(found(two(same, Some("M"), 0.99), apart).is_empty(), "other specimens");
-        assert!(found(two(None, None, 0.99), apart).is_empty(), "each has specimens of its own");
-        assert!(found(two(same, same, 0.05), apart).is_empty(), "one is not identified");
+        assert!(
+            contradictions_in(two(same, same, 0.99), alike).is_empty(),
+            "the interval includes 1"
+        );
+        assert!(contradictions_in(two(same, Some("M"), 0.99), apart).is_empty(), "other specimens");
+        assert!(
+            contradictions_in(two(None, None, 0.99), apart).is_empty(),
+            "each has specimens of its own"
+        );
+        assert!(
+            contradictions_in(two(same, same, 0.05), apart).is_empty(),
+            "one is not identified"
+        );
     }
 }

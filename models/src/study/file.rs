@@ -79,12 +79,12 @@ impl StudyMistake {
     /// Converts the mistake to an error; its location includes the name of the part.
     fn into_error(self) -> InputError {
         let Self { part, error } = self;
-        let place = match (part.is_empty(), error.place.is_empty()) {
+        let location = match (part.is_empty(), error.place.is_empty()) {
             (true, _) => error.place,
             (false, true) => part,
             (false, false) => format!("{part}: {}", error.place),
         };
-        InputError { place, ..error }
+        InputError { place: location, ..error }
     }
 }
 
@@ -165,8 +165,8 @@ impl Parts<'_> {
         };
         for part in &written.laboratory {
             let folder = setting.within(&format!("{LABORATORIES}/{}", part.name));
-            let own = self.variant.iter().map(|variant| &variant.laboratory.set);
-            let Some(file) = self.case(part, own, &folder, read) else { continue };
+            let variant_sets = self.variant.iter().map(|variant| &variant.laboratory.set);
+            let Some(file) = self.case(part, variant_sets, &folder, read) else { continue };
             let experiments = file.case.experiments.as_ref();
             if experiments.is_none_or(|e| e.virtual_specimens.is_none()) {
                 let help = "Add the virtual specimens of the laboratory: set.experiments.virtual.";
@@ -177,17 +177,19 @@ impl Parts<'_> {
         }
         for part in &written.case {
             let folder = setting.within(&part.name);
-            let known = || written.laboratory.iter().map(|laboratory| laboratory.name.as_str());
-            if let Some(named) = part.laboratory.as_ref().filter(|own| known().all(|l| l != *own)) {
+            let names = || written.laboratory.iter().map(|laboratory| laboratory.name.as_str());
+            if let Some(named) =
+                part.laboratory.as_ref().filter(|laboratory| names().all(|l| l != *laboratory))
+            {
                 let problem = format!("there is no laboratory {named:?}");
-                let help = format!("Name one of: {}.", known().collect::<Vec<_>>().join(", "));
+                let help = format!("Name one of: {}.", names().collect::<Vec<_>>().join(", "));
                 read.fail(&folder, InputError::new(self.path, "", "", problem, help));
             }
-            let own = self.variant.iter().flat_map(|variant| {
-                let own = variant.case.iter().filter(|own| own.name == part.name);
-                [&variant.set].into_iter().chain(own.map(|own| &own.set))
+            let variant_sets = self.variant.iter().flat_map(|variant| {
+                let variant_cases = variant.case.iter().filter(|case| case.name == part.name);
+                [&variant.set].into_iter().chain(variant_cases.map(|case| &case.set))
             });
-            let Some(file) = self.case(part, own, &folder, read) else { continue };
+            let Some(file) = self.case(part, variant_sets, &folder, read) else { continue };
             let WrittenPart { name, laboratory, reference, .. } = part.clone();
             setting.cases.push(StudyCase { name, file, laboratory, reference });
         }
@@ -199,14 +201,14 @@ impl Parts<'_> {
     fn case<'t>(
         &self,
         part: &'t WrittenPart,
-        own: impl Iterator<Item = &'t Table>,
+        variant_sets: impl Iterator<Item = &'t Table>,
         folder: &str,
         read: &mut ReadStudy,
     ) -> Option<CaseFile>
     where
         Self: 't,
     {
-        let sets = [&part.set].into_iter().chain(own).chain(self.common);
+        let sets = [&part.set].into_iter().chain(variant_sets).chain(self.common);
         let (file, mistakes) = self.base.with(self.path, &part.without, sets);
         mistakes.into_iter().for_each(|error| read.fail(folder, error));
         file
@@ -244,9 +246,9 @@ impl StudySetting {
 /// Returns the true parameter values of the virtual specimens, by the paths of the parameters.
 pub(super) fn truths(
     laboratory: Option<&StudyLaboratory>,
-    own: &CaseFile,
+    case: &CaseFile,
 ) -> BTreeMap<String, f64> {
-    let file = laboratory.map_or(own, |laboratory| &laboratory.file);
+    let file = laboratory.map_or(case, |laboratory| &laboratory.file);
     let specimens = file.case.experiments.as_ref().and_then(|e| e.virtual_specimens.as_ref());
     specimens
         .into_iter()
@@ -301,21 +303,21 @@ mod tests {
             laboratory.set.experiments.virtual.scans = false\n\
             [[variant.case]]\nname = \"a\"\nset.design.seed = 4\n";
         let study = self::study(&format!("{TWO}{variant}")).unwrap();
-        let [own, other] = &study.settings[..] else { panic!("{}", study.settings.len()) };
+        let [base, other] = &study.settings[..] else { panic!("{}", study.settings.len()) };
         assert_eq!(
-            [&own.title, &other.title, &own.folder, &other.folder],
+            [&base.title, &other.title, &base.folder, &other.folder],
             ["two", "other", "", "v"]
         );
-        for (own, other) in own.cases.iter().zip(&other.cases) {
+        for (base, other) in base.cases.iter().zip(&other.cases) {
             let one = crate::case::Microstructure::One;
-            assert_eq!((&own.name, other.file.case.design.microstructure), (&other.name, one));
-            let seed = if own.name == "a" { 4 } else { own.file.case.design.seed };
+            assert_eq!((&base.name, other.file.case.design.microstructure), (&other.name, one));
+            let seed = if base.name == "a" { 4 } else { base.file.case.design.seed };
             assert_eq!(other.file.case.design.seed, seed, "what one case has otherwise");
             let changed = crate::case::Case {
-                design: own.file.case.design.clone(),
+                design: base.file.case.design.clone(),
                 ..other.file.case.clone()
             };
-            assert_eq!(changed.to_toml(), own.file.case.to_toml(), "all else is as before");
+            assert_eq!(changed.to_toml(), base.file.case.to_toml(), "all else is as before");
         }
         let unknown = format!("{TWO}{}", variant.replace("name = \"a\"", "name = \"c\""));
         let error = self::study(&unknown).unwrap_err().to_string();
@@ -324,7 +326,7 @@ mod tests {
             let experiments = setting.laboratories[0].file.case.experiments.clone().unwrap();
             experiments.virtual_specimens.unwrap().scans
         };
-        assert_eq!((scans(own), scans(other)), (true, false));
+        assert_eq!((scans(base), scans(other)), (true, false));
     }
 
     #[test]

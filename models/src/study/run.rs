@@ -89,7 +89,7 @@ impl<'a> Study<'a> {
     /// # Errors
     /// If a folder contains the results of another case, or cannot be written.
     pub fn prepare(&self) -> Result<Vec<StudyPart>, WorkflowError> {
-        let open = |file: &CaseFile, name: &str| {
+        let opened = |file: &CaseFile, name: &str| {
             let dir = self.dir.join(name);
             let access = FolderAccess { reuse: false, replace: self.replace.clone() };
             Workflow::open_with(file, &dir, self.threads, self.interrupt, &access).map(drop)
@@ -98,10 +98,10 @@ impl<'a> Study<'a> {
         for setting in &self.file.settings {
             for (laboratory, name) in setting.laboratories.iter().zip(setting.laboratory_folders())
             {
-                open(&laboratory.file, &name)?;
+                opened(&laboratory.file, &name)?;
             }
             for (case, name) in setting.cases.iter().zip(setting.case_folders()) {
-                open(&with_specimens(&self.dir, setting, case), &name)?;
+                opened(&with_specimens(&self.dir, setting, case), &name)?;
                 let laboratory = setting.laboratory(case);
                 laboratories_of.push((name, laboratory.map(|l| setting.laboratory_folder(l))));
             }
@@ -117,7 +117,7 @@ impl<'a> Study<'a> {
     /// Writes the comparison of the cases under each setting, and the conclusions that all settings confirm.
     fn conclude(&self, all: Vec<Vec<ComparedCase>>) -> Result<(), WorkflowError> {
         let settings = &self.file.settings;
-        let of = |(setting, cases): (&StudySetting, Vec<ComparedCase>)| {
+        let compared = |(setting, cases): (&StudySetting, Vec<ComparedCase>)| {
             let is_there = |name: &String| cases.iter().any(|case| case.name == *name);
             let names = setting.cases.iter().map(|case| case.name.clone());
             let results = StudyResults {
@@ -130,7 +130,7 @@ impl<'a> Study<'a> {
             };
             StudyResults { contradictions: contradictions(&results), ..results }
         };
-        let mut results: Vec<StudyResults> = settings.iter().zip(all).map(of).collect();
+        let mut results: Vec<StudyResults> = settings.iter().zip(all).map(compared).collect();
         if results.len() > 1 {
             results[0].conclusions = conclusions(&results);
             let variant = |(setting, results): (&StudySetting, &StudyResults)| Variant {
@@ -183,12 +183,12 @@ fn pairs(cases: &[ComparedCase]) -> Vec<Pair> {
             for (name, p) in a.names.iter().zip(&a.parameters) {
                 let Some(at) = b.names.iter().position(|other| other == name) else { continue };
                 let draws = |p: &CalibratedParameter| p.draws().collect::<Vec<_>>();
-                let found = agreement(&draws(p), &draws(&b.parameters[at]));
+                let comparison = agreement(&draws(p), &draws(&b.parameters[at]));
                 pairs.push(Pair {
                     cases: [a.name.clone(), b.name.clone()],
                     label: p.label.clone(),
-                    overlap: found.overlap,
-                    ratio: found.ratio,
+                    overlap: comparison.overlap,
+                    ratio: comparison.ratio,
                 });
             }
         }

@@ -131,7 +131,7 @@ impl<'a> Shift<'a> {
         name: &str,
         until: Option<&'static Stage>,
     ) -> Result<(), WorkflowError> {
-        let mut known: Vec<String> = Vec::new();
+        let mut folders: Vec<String> = Vec::new();
         for setting in &self.file.settings {
             for (laboratory, folder) in
                 setting.laboratories.iter().zip(setting.laboratory_folders())
@@ -139,7 +139,7 @@ impl<'a> Shift<'a> {
                 if folder == name {
                     return self.test(0, name, laboratory);
                 }
-                known.push(folder);
+                folders.push(folder);
             }
             for (case, folder) in setting.cases.iter().zip(setting.case_folders()) {
                 if folder == name {
@@ -149,10 +149,10 @@ impl<'a> Shift<'a> {
                     let before = STAGES.iter().take_while(|stage| stage.name != last.name);
                     return before.chain([last]).try_for_each(|stage| workflow.run(stage));
                 }
-                known.push(folder);
+                folders.push(folder);
             }
         }
-        let help = format!("Name one of: {}.", known.join(", "));
+        let help = format!("Name one of: {}.", folders.join(", "));
         Err(InputError::new(&self.file.path, "--only", name, "is no part of the study", help)
             .into())
     }
@@ -250,8 +250,8 @@ fn tested_for<'t>(
     tested: &'t [OnceLock<bool>],
 ) -> Option<&'t OnceLock<bool>> {
     let named = case.laboratory.as_ref()?;
-    let place = setting.laboratories.iter().position(|laboratory| laboratory.name == *named)?;
-    tested.get(place)
+    let index = setting.laboratories.iter().position(|laboratory| laboratory.name == *named)?;
+    tested.get(index)
 }
 
 /// Returns a text that identifies the specimens of a case: the path of their table and the name of their group, for

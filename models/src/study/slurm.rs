@@ -89,7 +89,7 @@ impl SlurmJobs {
 
     /// Returns the `#SBATCH` lines of a script: the options `own`, and the options that all scripts have. `log` is the
     /// name pattern of the log files.
-    pub(super) fn options(&self, own: &[String], log: &str) -> Result<String, SlurmError> {
+    pub(super) fn options(&self, job_options: &[String], log: &str) -> Result<String, SlurmError> {
         let logs = plain(&self.logs())?;
         let name = self.results.file_name().map_or("results".into(), |name| name.to_string_lossy());
         // options within a script end at a space
@@ -99,7 +99,7 @@ impl SlurmJobs {
             .filter_map(|(key, value)| Some(format!("--{key}={}", value.as_deref()?)))
             .chain(self.options.iter().cloned());
         let mut options = vec![format!("--job-name=breccia-{name}")];
-        options.extend_from_slice(own);
+        options.extend_from_slice(job_options);
         options.extend([
             "--ntasks=1".to_owned(),
             format!("--cpus-per-task={}", self.cpus.max(1)),

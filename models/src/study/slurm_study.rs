@@ -110,7 +110,9 @@ esac
                 let mesh: Vec<&str> = mesh.iter().map(String::as_str).collect();
                 after.push(submit("runs", &mesh, true, &["runs", name])?);
             }
-            let tested = laboratory.as_ref().and_then(|l| last.iter().find(|(of, _)| of == l));
+            let tested = laboratory
+                .as_ref()
+                .and_then(|l| last.iter().find(|(laboratory_name, _)| laboratory_name == l));
             after.extend(tested.map(|(_, number)| number.clone()));
             let after: Vec<&str> = after.iter().map(String::as_str).collect();
             last.push((name, submit("calibration", &after, false, &["part", name])?));

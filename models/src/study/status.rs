@@ -23,7 +23,7 @@ pub fn study_status(dir: &Path) -> Result<Option<Vec<PartStatus>>, WorkflowError
     let Some(together) = Together::read(dir) else { return Ok(None) };
     let laboratories = together.laboratories.into_iter().map(|name| (name, true));
     let cases = together.cases.into_iter().map(|name| (name, false));
-    let of = |(name, is_laboratory): (String, bool)| {
+    let part_status = |(name, is_laboratory): (String, bool)| {
         let mut stages = match status(&dir.join(&name)) {
             Ok(stages) => stages,
             // the part has not been started
@@ -35,7 +35,8 @@ pub fn study_status(dir: &Path) -> Result<Option<Vec<PartStatus>>, WorkflowError
         }
         Ok(PartStatus { name, stages })
     };
-    let mut parts: Vec<PartStatus> = laboratories.chain(cases).map(of).collect::<Result<_, _>>()?;
+    let mut parts: Vec<PartStatus> =
+        laboratories.chain(cases).map(part_status).collect::<Result<_, _>>()?;
     // a case with several tests has joint stages in addition to the stages of its tests
     if dir.join("case.toml").is_file() {
         parts.push(PartStatus { name: "all tests".to_owned(), stages: status(dir)? });

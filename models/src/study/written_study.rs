@@ -120,13 +120,15 @@ impl WrittenStudy {
             }
             names.push(name);
         }
-        let known: Vec<&str> = self.case.iter().map(|case| case.name.as_str()).collect();
+        let names: Vec<&str> = self.case.iter().map(|case| case.name.as_str()).collect();
         for variant in &self.variant {
-            for own in variant.case.iter().filter(|own| !known.contains(&own.name.as_str())) {
-                let place = format!("{}.case.name", variant.name);
-                let help = format!("Name one of: {}.", known.join(", "));
-                let (value, problem) = (format!("{:?}", own.name), "is no case of the study");
-                mistakes.push(InputError::new(path, place, value, problem, help));
+            for unknown in
+                variant.case.iter().filter(|unknown| !names.contains(&unknown.name.as_str()))
+            {
+                let location = format!("{}.case.name", variant.name);
+                let help = format!("Name one of: {}.", names.join(", "));
+                let (value, problem) = (format!("{:?}", unknown.name), "is no case of the study");
+                mistakes.push(InputError::new(path, location, value, problem, help));
             }
         }
         mistakes

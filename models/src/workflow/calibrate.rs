@@ -47,8 +47,8 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let burn_in = settings.burn_in.div_ceil(settings.thin);
     let means = column_means(&specimens);
     let shared = SharedError::of(&fitted, &settings.discrepancy, &means)?;
-    fitted.known.told.iter().for_each(|told| say("note", told));
-    let evidence = shared.evidence(specimens, &fitted.known);
+    fitted.known_stiffness.note.iter().for_each(|note| say("note", note));
+    let evidence = shared.evidence(specimens, &fitted.known_stiffness);
     let result = match &settings.joint {
         Some(file) => {
             let draws = joint_draws(inputs, &file.to_string_lossy())?;
@@ -81,8 +81,8 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     })?;
     write_draws(task, posterior)?;
     write_predictions(task, posterior, pce.outputs())?;
-    if let Some(told) = write_predicted_curves(task, pce, posterior, &evidence)? {
-        say("note", &told);
+    if let Some(curve_note) = write_predicted_curves(task, pce, posterior, &evidence)? {
+        say("note", &curve_note);
     }
     let mut summary = posterior.summary();
     summary.rows.retain(|row| is_for_people(posterior, &row.name));
@@ -104,7 +104,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     };
     let mut warnings = outside;
     warnings.extend(fitted.made_on.warning(inputs));
-    warnings.extend(fitted.known.warning.clone());
+    warnings.extend(fitted.known_stiffness.warning.clone());
     if settings.joint.is_some() {
         // the joint calibration reports the warnings about its draws
         summary.warnings.clear();
@@ -186,13 +186,14 @@ fn write_map(task: &Task<'_>, parameters: &[Input], map: &[f64]) -> Result<(), W
 /// Whether the scalar component `name` of the posterior belongs in a table for users. Excluded are the Cholesky factor
 /// of the correlations, and the diagonal and one triangle of the symmetric correlation matrix.
 fn is_for_people(posterior: &Posterior, name: &str) -> bool {
-    let of = |quantity: &str| {
+    let row_and_column = |quantity: &str| {
         let variable = posterior.layout.variables.iter().find(|v| v.name == quantity)?;
-        let place = posterior.layout.labelled(variable).iter().position(|own| own == name)?;
+        let index = posterior.layout.labelled(variable).iter().position(|label| label == name)?;
         let columns = *variable.shape.last()?;
-        Some((place / columns, place % columns))
+        Some((index / columns, index % columns))
     };
-    of("corr").is_none() && of("correlation").is_none_or(|(row, column)| row > column)
+    row_and_column("corr").is_none()
+        && row_and_column("correlation").is_none_or(|(row, column)| row > column)
 }
 
 /// Names of the specimens, in the order of their quantities.
@@ -211,8 +212,8 @@ fn write_predictions(
     let group = &posterior.predictive;
     let drawn = group.get("new_specimen").map_or(&[][..], |values| &values.data);
     let rows = drawn.chunks(quantities.len()).enumerate().map(|(row, values)| {
-        let place = [row / group.draws, row % group.draws].map(|i| i.to_string());
-        place.into_iter().chain(values.iter().map(f64::to_string)).collect::<Vec<_>>()
+        let chain_and_draw = [row / group.draws, row % group.draws].map(|i| i.to_string());
+        chain_and_draw.into_iter().chain(values.iter().map(f64::to_string)).collect::<Vec<_>>()
     });
     let quantities = quantities.iter().map(String::as_str);
     task.write_csv("predictive.csv", ["chain", "draw"].into_iter().chain(quantities), rows)
@@ -229,12 +230,12 @@ pub(super) fn write_draws(task: &Task<'_>, posterior: &Posterior) -> Result<(), 
     }
     let count = group.chains * group.draws;
     let rows = (0..count).map(|row| {
-        let place = [row / group.draws, row % group.draws].map(|i| i.to_string());
+        let chain_and_draw = [row / group.draws, row % group.draws].map(|i| i.to_string());
         let numbers = group.variables.iter().flat_map(move |variable| {
             let size = variable.data.len() / count;
             variable.data[row * size..(row + 1) * size].iter().map(f64::to_string)
         });
-        place.into_iter().chain(numbers).collect::<Vec<_>>()
+        chain_and_draw.into_iter().chain(numbers).collect::<Vec<_>>()
     });
     task.write_csv("posterior.csv", header, rows)
 }

@@ -73,10 +73,10 @@ impl CaseCheck {
         self.say("tests", names.join(", "));
         let Ok(tests) = single_tests(file) else { return };
         let mut costs = Vec::new();
-        for SingleTest { name, file, own } in tests {
+        for SingleTest { name, file, own: separate } in tests {
             let mut check = Self::of_calibration(&file);
-            if !own.is_empty() {
-                let text = format!("of this test alone: {}", own.join(", "));
+            if !separate.is_empty() {
+                let text = format!("of this test alone: {}", separate.join(", "));
                 check.say("prior", text);
             }
             let named = |text: &String| format!("{name}: {text}");
@@ -123,12 +123,12 @@ impl CaseCheck {
     /// Returns the cost of the simulations.
     fn validations(&mut self, file: &CaseFile) -> Vec<ExpectedCost> {
         let mut costs = Vec::new();
-        for (place, entry) in file.case.validation.iter().enumerate() {
-            let Ok(own) = validation_case(file, entry, place) else { continue };
+        for (index, entry) in file.case.validation.iter().enumerate() {
+            let Ok(validation_file) = validation_case(file, entry, index) else { continue };
             let mut check = Self { is_held_out: true, ..Self::default() };
-            let size = check.specimen(&own);
-            check.experiments(&own, size);
-            if let Err(mistake) = refuse_calibrated(file, &own) {
+            let size = check.specimen(&validation_file);
+            check.experiments(&validation_file, size);
+            if let Err(mistake) = refuse_calibrated(file, &validation_file) {
                 check.fail(mistake);
             }
             let draws = if has_surrogate_for(file, entry) { 0 } else { entry.draws };
@@ -139,9 +139,11 @@ impl CaseCheck {
                     draws => format!("by {draws} simulations at posterior draws"),
                 },
             );
-            let geometry = own.geometry().ok();
-            costs
-                .extend(geometry.map(|g| ExpectedCost::of_validation(&own.case, entry, draws, &g)));
+            let geometry = validation_file.geometry().ok();
+            costs.extend(
+                geometry
+                    .map(|g| ExpectedCost::of_validation(&validation_file.case, entry, draws, &g)),
+            );
             let name = format!("validation {}", entry.name);
             let named = |text: &String| format!("{name}: {text}");
             self.notes.extend(check.notes.iter().map(named));
@@ -248,10 +250,10 @@ impl CaseCheck {
             SpecimenGeometry::Surfaces { import, radius_mm, height_mm, meshing } => {
                 let size = [*radius_mm, *height_mm];
                 match imported_grains(&file.path, import, size, meshing) {
-                    Ok(found) => {
-                        self.say("specimen", found.in_words());
-                        self.notes.extend(found.warnings());
-                        let [radius_mm, height_mm] = found.size_mm();
+                    Ok(stl_grains) => {
+                        self.say("specimen", stl_grains.in_words());
+                        self.notes.extend(stl_grains.warnings());
+                        let [radius_mm, height_mm] = stl_grains.size_mm();
                         let key = "specimen.spacing_mm";
                         let fits =
                             file.check_spacing(key, meshing.spacing_mm, radius_mm, height_mm);

@@ -29,7 +29,9 @@ pub(super) fn source_in_words(file: &CaseFile) -> Result<Vec<(&'static str, Stri
     let path = case.design.import.as_ref().map(|import| file.beside(import));
     if let Some(path) = path.filter(|path| path.is_file()) {
         let prior = case.whole_prior().unwrap_or_default();
-        let ranges = prior.iter().map(|(parameter, own)| (parameter.to_string(), own.range()));
+        let ranges = prior
+            .iter()
+            .map(|(parameter, parameter_prior)| (parameter.to_string(), parameter_prior.range()));
         let ranges: Vec<_> = ranges.collect();
         let ImportedRuns { records, outside } =
             ImportedRuns::read(&path, &ranges, &case.qoi.quantities)?;
@@ -58,7 +60,7 @@ pub(super) fn measured_specimens(
     let inputs = Inputs::new(file, &folder, Stage::that_writes);
     let table = without_curves(&specimens);
     let chosen = inputs.chosen(table.clone())?;
-    specimens.retain(|own| chosen.specimens.iter().any(|specimen| specimen.id == own.id));
+    specimens.retain(|measured| chosen.specimens.iter().any(|specimen| specimen.id == measured.id));
     check_measured(path, quantities, &specimens, least)?;
     Ok(table)
 }

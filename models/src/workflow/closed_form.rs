@@ -87,21 +87,22 @@ impl ClosedForm {
     pub(super) fn of(setup: &Setup<'_>, bounds: &BoundsCase) -> Option<Self> {
         let speed = setup.test.first_speed_mm_per_s()?;
         let phase = |(region, material): (&String, &MaterialCase)| {
-            let own = material.in_fem().ok()?.elasticity.young_mpa();
-            let bounds = |property: Property, own: f64| {
+            let young = material.in_fem().ok()?.elasticity.young_mpa();
+            let bounds = |property: Property, case_value: f64| {
                 let parameter = format!("{region}.{}", property.key()).parse::<Parameter>().ok();
                 let bounds = parameter.and_then(|parameter| bounds.get(&parameter));
                 // the validation of the case reports reversed bounds
-                bounds.map_or([own; 2], |&PriorBounds([a, b])| [a.min(b), a.max(b)])
+                bounds.map_or([case_value; 2], |&PriorBounds([a, b])| [a.min(b), a.max(b)])
             };
-            let damage =
-                setup.phase_field.zip(material.toughness_n_per_mm).map(|(field, own)| Damage {
+            let damage = setup.phase_field.zip(material.toughness_n_per_mm).map(
+                |(field, toughness_of_phase)| Damage {
                     field: (field.model, field.length_mm),
-                    toughness: bounds(Property::Toughness, own),
+                    toughness: bounds(Property::Toughness, toughness_of_phase),
                     viscosity: bounds(Property::Viscosity, material.viscosity_mpa_s),
                     velocity: speed,
-                });
-            Some(Self { young: bounds(Property::Young, own), damage })
+                },
+            );
+            Some(Self { young: bounds(Property::Young, young), damage })
         };
         let phases = setup.material.iter().filter_map(phase);
         phases.min_by(|a, b| a.young[0].total_cmp(&b.young[0]))
@@ -159,7 +160,7 @@ mod tests {
     /// without viscosity at ε = 7.1067e-3 and 1.09932 MPa.
     #[test]
     fn the_closed_form_is_near_the_exact_peaks_of_a_homogeneous_cylinder() {
-        let of = |viscosity: f64| ClosedForm {
+        let at_viscosity = |viscosity: f64| ClosedForm {
             young: [275.0; 2],
             damage: Some(Damage {
                 field: (CrackDensity::At2, 0.06),
@@ -168,15 +169,15 @@ mod tests {
                 velocity: 0.22,
             }),
         };
-        let near = |found: Option<[f64; 2]>, exact: f64, within: f64| {
-            let [low, high] = found.unwrap();
+        let near = |computed: Option<[f64; 2]>, exact: f64, within: f64| {
+            let [low, high] = computed.unwrap();
             assert!(low == high && (low / exact - 1.0).abs() < within, "{low}, not {exact}");
         };
-        near(of(0.3).range(&PeakForce, 4.4, 2.5), 122.855, 0.06);
-        near(of(0.3).range(&DisplacementAtPeak, 4.4, 2.5), 0.135_59, 0.06);
+        near(at_viscosity(0.3).range(&PeakForce, 4.4, 2.5), 122.855, 0.06);
+        near(at_viscosity(0.3).range(&DisplacementAtPeak, 4.4, 2.5), 0.135_59, 0.06);
         let area = std::f64::consts::PI * 6.25;
-        near(of(0.0).range(&PeakForce, 4.4, 2.5), 1.099_32 * area, 1e-4);
-        near(of(0.0).range(&DisplacementAtPeak, 4.4, 2.5), 7.1067e-3 * 4.4, 1e-4);
-        near(of(0.0).range(&Slope, 4.4, 2.5), 275.0 * area / 4.4, 1e-12);
+        near(at_viscosity(0.0).range(&PeakForce, 4.4, 2.5), 1.099_32 * area, 1e-4);
+        near(at_viscosity(0.0).range(&DisplacementAtPeak, 4.4, 2.5), 7.1067e-3 * 4.4, 1e-4);
+        near(at_viscosity(0.0).range(&Slope, 4.4, 2.5), 275.0 * area / 4.4, 1e-12);
     }
 }

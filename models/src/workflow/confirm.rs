@@ -33,12 +33,12 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let map = write_runs(task, &names, &records)?;
     write_fields(task, &simulator, &records[0].inputs, &records[0].curve)?;
     let mesh_errors = mesh_errors(task, &names, parameters(&names)?, &records[0], &map)?;
-    let mut told = write_misfits(task, &map, mesh_errors.as_deref())?;
+    let mut words = write_misfits(task, &map, mesh_errors.as_deref())?;
     if let Some(errors) = mesh_errors {
         let errors: Vec<String> = errors.iter().map(|error| format!("{error:+.1}")).collect();
-        told += &format!("; error of its mesh, estimated: {} %", errors.join(", "));
+        words += &format!("; error of its mesh, estimated: {} %", errors.join(", "));
     }
-    Ok(told)
+    Ok(words)
 }
 
 /// Runs the source outside this program at the mode and at posterior draws. If the source consists of finished runs,

@@ -110,11 +110,11 @@ mod tests {
 
     #[test]
     fn entries_do_not_run_together() {
-        let of = |entries: [&str; 2]| {
+        let hash_of = |entries: [&str; 2]| {
             entries.iter().fold(ContentHash::EMPTY, |sum, e| sum.bytes(e.as_bytes()))
         };
-        assert_ne!(of(["ab", "c"]), of(["a", "bc"]));
-        assert_eq!(of(["ab", "c"]), of(["ab", "c"]));
+        assert_ne!(hash_of(["ab", "c"]), hash_of(["a", "bc"]));
+        assert_eq!(hash_of(["ab", "c"]), hash_of(["ab", "c"]));
     }
 
     #[test]
@@ -123,23 +123,23 @@ mod tests {
         for length in [0, 1, PORTION - 1, PORTION, 2 * PORTION + 17] {
             let bytes: Vec<u8> = (0..length).map(|n| (n * n % 251) as u8).collect();
             std::fs::write(file.path(), &bytes).unwrap();
-            let found = ContentHash::of_path(file.path()).unwrap();
-            assert_eq!(found, ContentHash::EMPTY.bytes(&bytes), "{length} bytes");
+            let computed = ContentHash::of_path(file.path()).unwrap();
+            assert_eq!(computed, ContentHash::EMPTY.bytes(&bytes), "{length} bytes");
         }
     }
 
     #[test]
     fn a_folder_is_its_names_and_contents() {
         let dir = tempfile::tempdir().unwrap();
-        let of = || ContentHash::of_path(dir.path()).unwrap();
+        let hash = || ContentHash::of_path(dir.path()).unwrap();
         std::fs::write(dir.path().join("a"), "1").unwrap();
         std::fs::write(dir.path().join("b"), "2").unwrap();
-        let whole = of();
+        let whole = hash();
         std::fs::write(dir.path().join("b"), "3").unwrap();
-        assert_ne!(of(), whole);
+        assert_ne!(hash(), whole);
         std::fs::write(dir.path().join("b"), "2").unwrap();
-        assert_eq!(of(), whole);
+        assert_eq!(hash(), whole);
         std::fs::rename(dir.path().join("b"), dir.path().join("c")).unwrap();
-        assert_ne!(of(), whole);
+        assert_ne!(hash(), whole);
     }
 }

@@ -108,9 +108,16 @@ impl Copies {
             *mesh = "specimen.msh".into();
         }
         if let Some(simulator) = &mut copies.case.simulator {
-            for own in simulator.input.iter_mut().chain(&mut simulator.files) {
-                let name = format!("simulator/{}", own.file_name().unwrap_or_default().display());
-                copies.files.extend(copied(source, dir, &name, own, &mut copies.originals)?);
+            for source_file in simulator.input.iter_mut().chain(&mut simulator.files) {
+                let name =
+                    format!("simulator/{}", source_file.file_name().unwrap_or_default().display());
+                copies.files.extend(copied(
+                    source,
+                    dir,
+                    &name,
+                    source_file,
+                    &mut copies.originals,
+                )?);
             }
             // a program without a folder is searched in PATH
             if let Some(program) = simulator.command.first_mut()
@@ -125,14 +132,14 @@ impl Copies {
             (copies.case.design.import.as_mut(), IMPORTED),
             (copies.case.experiments.as_mut().and_then(|e| e.values.as_mut()), VALUES),
         ];
-        for (own, name) in tables {
-            let Some(own) = own else { continue };
-            copies.files.extend(copied(source, dir, name, own, &mut copies.originals)?);
+        for (table, name) in tables {
+            let Some(table) = table else { continue };
+            copies.files.extend(copied(source, dir, name, table, &mut copies.originals)?);
         }
-        for (place, candidate) in (1..).zip(&mut copies.case.further_tests.candidate) {
+        for (number, candidate) in (1..).zip(&mut copies.case.further_tests.candidate) {
             make_absolute(&mut candidate.set, &source.path);
             let Some(mesh) = candidate.mesh() else { continue };
-            let name = format!("candidates/{place}.msh");
+            let name = format!("candidates/{number}.msh");
             let (from, to) = (source.beside(Path::new(mesh)), dir.join(&name));
             if !same_file(&from, &to) {
                 copies.files.push(copy_of(&name, &from)?);
@@ -143,8 +150,8 @@ impl Copies {
         let image = copies.case.specimen.image.iter_mut();
         let stacks = image.flat_map(|image| {
             let mask = image.segmentation.region.mask.iter_mut();
-            let own = image.stack.iter_mut().chain(&mut image.labels);
-            own.chain(image.further_stacks.iter_mut().flatten()).chain(mask)
+            let images = image.stack.iter_mut().chain(&mut image.labels);
+            images.chain(image.further_stacks.iter_mut().flatten()).chain(mask)
         });
         for stack in stacks {
             // images are too large to be copied: make their paths absolute
@@ -171,15 +178,15 @@ impl Copies {
                 if !same_file(&from, &to) {
                     // scans are too large to be copied: make their paths absolute
                     for image in specimens.specimens.iter_mut().filter_map(|s| s.image.as_mut()) {
-                        let place = from.with_file_name(&*image);
-                        *image = std::path::absolute(&place)
-                            .map_err(|e| WorkflowError::io(&place, e))?;
+                        let image_path = from.with_file_name(&*image);
+                        *image = std::path::absolute(&image_path)
+                            .map_err(|e| WorkflowError::io(&image_path, e))?;
                     }
                     let files = specimens.to_files().map_err(|e| WorkflowError::io(&to, e))?;
                     // `files` contains the table first, and then one curve per specimen
                     let curves = specimens.specimens.iter().zip(&understood);
                     let curves = curves.map(|(specimen, how)| (Some(specimen), how.as_ref()));
-                    for ((place, mut content), (specimen, how)) in files
+                    for ((path, mut content), (specimen, how)) in files
                         .into_iter()
                         .zip([(None, table_understood.as_ref())].into_iter().chain(curves))
                     {
@@ -191,10 +198,10 @@ impl Copies {
                             Some(specimen) => recorded_file(&from, &specimen.id)?,
                         };
                         if specimen.is_some() {
-                            let copy = dir.join("experiments").join(&place);
+                            let copy = dir.join("experiments").join(&path);
                             copies.originals.push((copy, original.clone()));
                         }
-                        let name = format!("experiments/{}", place.display());
+                        let name = format!("experiments/{}", path.display());
                         copies.files.push(CopiedFile { name, content, original });
                     }
                     let ids = specimens.specimens.iter().map(|specimen| specimen.id.clone());
@@ -310,12 +317,12 @@ impl Copies {
         if let Some((table, how)) = &self.table_understood {
             say("note", &format!("{} read as: {how}", table.display()));
         }
-        let mut told: Vec<&str> = Vec::new();
+        let mut printed: Vec<&str> = Vec::new();
         for (id, how) in &self.understood {
-            if told.contains(&how.as_str()) {
+            if printed.contains(&how.as_str()) {
                 continue;
             }
-            told.push(how);
+            printed.push(how);
             let alike = self.understood.iter().filter(|(_, other)| other == how).count() - 1;
             let others = match alike {
                 0 => String::new(),
@@ -323,7 +330,7 @@ impl Copies {
                 _ => format!(" and {alike} others"),
             };
             say("note", &format!("curve of {id}{others} read as: {how}"));
-            if told.len() == 5 {
+            if printed.len() == 5 {
                 say(
                     "note",
                     "further curves are read in other ways: the first line of experiments/curves/*.csv",
@@ -336,29 +343,33 @@ impl Copies {
     /// Replaces the paths of copies in an error by the paths of the user's original files.
     pub(super) fn named_by_owner(&self, error: WorkflowError) -> WorkflowError {
         use WorkflowError as E;
-        let own = |path: PathBuf| self.original(&path).unwrap_or(path);
+        let user_path = |path: PathBuf| self.original(&path).unwrap_or(path);
         match error {
             E::Input(e) => {
-                let file = own(PathBuf::from(&e.file)).display().to_string();
+                let file = user_path(PathBuf::from(&e.file)).display().to_string();
                 E::Input(InputError { file, ..e })
             }
-            E::UnsoundMesh { path, source } => E::UnsoundMesh { path: own(path), source },
-            E::Meshing { file, source } => E::Meshing { file: own(file), source },
-            E::Segmentation { file, source } => E::Segmentation { file: own(file), source },
-            E::Surfaces { file, source } => E::Surfaces { file: own(file), source },
-            E::Separation { file, source } => E::Separation { file: own(file), source },
-            E::Scan { file, source } => E::Scan { file: own(file), source },
-            E::Packing { file, source } => E::Packing { file: own(file), source },
-            E::Test { file, source } => E::Test { file: own(file), source },
+            E::UnsoundMesh { path, source } => E::UnsoundMesh { path: user_path(path), source },
+            E::Meshing { file, source } => E::Meshing { file: user_path(file), source },
+            E::Segmentation { file, source } => E::Segmentation { file: user_path(file), source },
+            E::Surfaces { file, source } => E::Surfaces { file: user_path(file), source },
+            E::Separation { file, source } => E::Separation { file: user_path(file), source },
+            E::Scan { file, source } => E::Scan { file: user_path(file), source },
+            E::Packing { file, source } => E::Packing { file: user_path(file), source },
+            E::Test { file, source } => E::Test { file: user_path(file), source },
             other => other,
         }
     }
 
     /// Returns the user's original file for the path of a copy.
     fn original(&self, path: &Path) -> Option<PathBuf> {
-        self.originals.iter().find_map(|(copy, own)| {
+        self.originals.iter().find_map(|(copy, original_path)| {
             let rest = path.strip_prefix(copy).ok()?;
-            Some(if rest.as_os_str().is_empty() { own.clone() } else { own.join(rest) })
+            Some(if rest.as_os_str().is_empty() {
+                original_path.clone()
+            } else {
+                original_path.join(rest)
+            })
         })
     }
 }

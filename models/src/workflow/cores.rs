@@ -36,13 +36,13 @@ impl Cores {
     /// Waits for a core. The lowest rank is served first; tasks of equal rank are served in order of arrival.
     pub(super) fn take(&self, rank: usize) -> Core {
         let mut state = self.state();
-        let own = (rank, state.next);
+        let request = (rank, state.next);
         state.next += 1;
-        state.waiting.insert(own);
-        while state.free == 0 || state.waiting.first() != Some(&own) {
+        state.waiting.insert(request);
+        while state.free == 0 || state.waiting.first() != Some(&request) {
             state = self.0.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
         }
-        state.waiting.remove(&own);
+        state.waiting.remove(&request);
         state.free -= 1;
         drop(state);
         // another core may be free for the next waiting task

@@ -19,7 +19,7 @@ use super::neighbours::Neighbours;
 use super::quadrature::compare_quadratures;
 use super::run_source::RunSource;
 use super::run_sources::source_of;
-use super::runs::place;
+use super::runs::folder_of_runs;
 use super::sequential::{Batches, Look};
 use super::simulator::{height_mm, radius_mm};
 use super::stiffness::STIFFNESS_RATIO;
@@ -188,13 +188,13 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     }
     let seconds: f64 = done.iter().flat_map(|level| &level.records).map(|r| r.seconds).sum();
     let all = first.records.len();
-    let told = match all - plan.runs.len() {
+    let words = match all - plan.runs.len() {
         0 => format!("{} of {all} runs usable, ", data.len()),
         placed => {
             format!("{} of {all} runs usable, {placed} in the posterior, ", data.len())
         }
     };
-    Ok(told
+    Ok(words
         + &match &done[1..] {
             [] => format!("{:.1} s per run", seconds / all as f64),
             better => {
@@ -275,7 +275,7 @@ impl Corrected {
         let Plan { prior, specimens, levels, batches, .. } = plan;
         if let Some(specimens) = specimens {
             let all = first.records.iter().map(|record| specimens.of_run(record.id));
-            let more = all.filter(|place| !self.stiffness.contains_key(place)).collect();
+            let more = all.filter(|specimen| !self.stiffness.contains_key(specimen)).collect();
             self.stiffness.extend(specimens.stiffness_ratios(inputs, &levels[0], &more)?);
         }
         let differentiated = if inputs.design().derivatives { prior.len() } else { 0 };
@@ -291,8 +291,8 @@ impl Corrected {
             for correction in &self.corrections {
                 correction.apply(&record.inputs, &mut quantities, &mut jacobian)?;
             }
-            let own = specimens.as_ref();
-            let ratio = own.and_then(|all| self.stiffness.get(&all.of_run(record.id)));
+            let run_specimens = specimens.as_ref();
+            let ratio = run_specimens.and_then(|all| self.stiffness.get(&all.of_run(record.id)));
             let batch = batches.as_ref().and_then(|b| b.batch_of(record.id));
             let note = |name: &&str| match *name {
                 "run" => record.id.to_string(),
@@ -300,7 +300,7 @@ impl Corrected {
                 STIFFNESS_RATIO => ratio.map(f64::to_string).unwrap_or_default(),
                 BATCH => batch.map(|batch| batch.to_string()).unwrap_or_default(),
                 column => {
-                    let named = own.filter(|all| all.column() == column);
+                    let named = run_specimens.filter(|all| all.column() == column);
                     named.map(|all| all.name(record.id)).unwrap_or_default()
                 }
             };
@@ -387,18 +387,18 @@ pub(super) fn progress(inputs: &Inputs<'_>, dir: &Path) -> Result<Vec<Progress>,
         })
     };
     let mut total = plan.runs.len();
-    let mut found = Vec::new();
+    let mut all = Vec::new();
     for level in &plan.levels {
-        let folder = place(dir, neighbours.as_ref(), FOLDER, &level.manifest);
+        let folder = folder_of_runs(dir, neighbours.as_ref(), FOLDER, &level.manifest);
         let progress = look(&folder, level.setup.derivatives, total)?;
         total = level.repeats.min(total - progress.failed.min(total));
-        found.push(progress);
+        all.push(progress);
     }
     // add the runs of batches whose points have been chosen
-    if let Some((known, folder)) = plan.batches.as_ref().map(Batches::known) {
-        found.push(look(folder, plan.levels[0].setup.derivatives, known)?);
+    if let Some((expected, folder)) = plan.batches.as_ref().map(Batches::chosen_runs) {
+        all.push(look(folder, plan.levels[0].setup.derivatives, expected)?);
     }
-    Ok(found)
+    Ok(all)
 }
 
 /// Returns the ended runs on the first level, including the runs of batches, and the number of levels.
@@ -419,9 +419,10 @@ pub(super) fn so_far(inputs: &Inputs<'_>) -> Result<(LevelRuns, usize), Workflow
         let records = EnsembleState::of(folder)?.records;
         Ok::<_, WorkflowError>(LevelRuns::new(records, inputs.qoi(), level.setup.derivatives))
     };
-    let mut runs = ended(&place(dir, Neighbours::of(dir).as_ref(), FOLDER, &level.manifest))?;
+    let mut runs =
+        ended(&folder_of_runs(dir, Neighbours::of(dir).as_ref(), FOLDER, &level.manifest))?;
     if let Some(batches) = &plan.batches {
-        runs.extend(ended(batches.known().1)?);
+        runs.extend(ended(batches.chosen_runs().1)?);
     }
     Ok((runs, plan.levels.len()))
 }
@@ -446,9 +447,9 @@ fn write_failures(
     done: &[LevelRuns],
 ) -> Result<(), WorkflowError> {
     let row = |level: usize, record: &RunRecord, reason: &str| {
-        let place = if level == 0 { String::new() } else { format!("on level {}: ", level + 1) };
+        let location = if level == 0 { String::new() } else { format!("on level {}: ", level + 1) };
         let values = record.inputs.iter().map(f64::to_string);
-        let rest = [format!("{:.3}", record.seconds), format!("{place}{reason}")];
+        let rest = [format!("{:.3}", record.seconds), format!("{location}{reason}")];
         [record.id.to_string()].into_iter().chain(values).chain(rest).collect::<Vec<_>>()
     };
     let rows = done.iter().enumerate().flat_map(|(level, runs)| {

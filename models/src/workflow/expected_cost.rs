@@ -88,7 +88,7 @@ impl ExpectedCost {
             let tets = volume_mm3.map(|volume| 12.0 * volume / runs.spacing_mm.powi(3));
             let tets = tets.filter(|tets| tets.is_finite());
             let of_runs = tets.map(|tets| runs.count as f64 * (runs.seconds(tets) + PREPARATION));
-            cost.seconds = cost.seconds.zip(of_runs).map(|(sum, own)| sum + own);
+            cost.seconds = cost.seconds.zip(of_runs).map(|(sum, of_these)| sum + of_these);
             let mesh = match tets {
                 Some(tets) => {
                     let order = u8::from(runs.order);
@@ -157,8 +157,8 @@ impl Runs {
 fn virtual_tests(case: &Case) -> impl Iterator<Item = Runs> {
     let specimens = case.experiments.as_ref().and_then(|e| e.virtual_specimens.as_ref());
     specimens.into_iter().map(|specimens| {
-        let own = on_specimen(case, specimens.specimens, "simulations of virtual specimens");
-        Runs { spacing_mm: specimens.spacing_mm.unwrap_or(own.spacing_mm), ..own }
+        let default = on_specimen(case, specimens.specimens, "simulations of virtual specimens");
+        Runs { spacing_mm: specimens.spacing_mm.unwrap_or(default.spacing_mm), ..default }
     })
 }
 

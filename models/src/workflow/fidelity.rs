@@ -122,9 +122,9 @@ pub(super) fn write_corrections(
     let rows = levels.iter().zip(1..).flat_map(|(runs, level)| {
         runs.usable().map(move |(run, quantities)| {
             let numbers = run.inputs.iter().chain(quantities).map(f64::to_string);
-            let place = [level, run.id].map(|n: usize| n.to_string());
+            let level_and_run = [level, run.id].map(|n: usize| n.to_string());
             let seconds = [format!("{:.3}", run.seconds)];
-            place.into_iter().chain(numbers).chain(seconds).collect::<Vec<_>>()
+            level_and_run.into_iter().chain(numbers).chain(seconds).collect::<Vec<_>>()
         })
     });
     task.write_csv("fidelity_runs.csv", header, rows)?;
@@ -219,9 +219,9 @@ pub(super) fn spread(
     let unit: Vec<Vec<f64>> = points
         .iter()
         .map(|point| {
-            let place =
+            let position =
                 |(input, x): (&Input, &f64)| (x - input.lower) / (input.upper - input.lower);
-            inputs.iter().zip(*point).map(place).collect()
+            inputs.iter().zip(*point).map(position).collect()
         })
         .collect();
     let squared = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
@@ -231,7 +231,8 @@ pub(super) fn spread(
     let mut chosen: Vec<usize> = nearest.into_iter().collect();
     // distance of each point to the nearest chosen point
     let mut gap = vec![f64::INFINITY; unit.len()];
-    let mut taken: BTreeMap<usize, usize> = specimens.iter().map(|&own| (own, 0)).collect();
+    let mut taken: BTreeMap<usize, usize> =
+        specimens.iter().map(|&specimen| (specimen, 0)).collect();
     while let Some(&last) = chosen.last().filter(|_| chosen.len() < count.min(unit.len())) {
         gap.iter_mut().zip(&unit).for_each(|(gap, at)| *gap = gap.min(squared(at, &unit[last])));
         taken.entry(specimens[last]).and_modify(|taken| *taken += 1);
@@ -301,8 +302,8 @@ mod tests {
         assert_eq!(correction.report().order, 1);
         let at = [0.4, 1.7];
         // quantities q = 2 x₀ and r = 7 on the cheap mesh: test the derivatives of the corrected quantities
-        let (mut found, mut rates) = ([2.0 * at[0], 7.0], [vec![2.0, 0.0], vec![0.0, 0.0]]);
-        correction.apply(&at, &mut found, &mut rates).unwrap();
+        let (mut corrected, mut rates) = ([2.0 * at[0], 7.0], [vec![2.0, 0.0], vec![0.0, 0.0]]);
+        correction.apply(&at, &mut corrected, &mut rates).unwrap();
         let (one, two) = (plane(&at), plane(&at).powi(2));
         let exact = [
             [2.0 * one - 0.1 * 2.0 * at[0] * one, 0.03 * 2.0 * at[0] * one],
@@ -311,8 +312,8 @@ mod tests {
         for (rate, exact) in rates.iter().flatten().zip(exact.as_flattened()) {
             assert!((rate - exact).abs() < 1e-11, "{rates:?}");
         }
-        assert!((found[0] / (2.0 * at[0] * plane(&at)) - 1.0).abs() < 1e-12, "{found:?}");
-        assert!((found[1] / (7.0 * plane(&at).powi(2)) - 1.0).abs() < 1e-12, "{found:?}");
+        assert!((corrected[0] / (2.0 * at[0] * plane(&at)) - 1.0).abs() < 1e-12, "{corrected:?}");
+        assert!((corrected[1] / (7.0 * plane(&at).powi(2)) - 1.0).abs() < 1e-12, "{corrected:?}");
         assert!(error_of(correction.report(), &MadeOn::Each).unwrap()[0][0].abs() < 1e-20);
 
         let noise: [f64; 9] = [0.02, -0.01, 0.0, 0.013, -0.02, 0.01, -0.03, 0.007, 0.01];
@@ -329,9 +330,9 @@ mod tests {
         let correction = Correction::of(&inputs, &names, &runs).unwrap();
         assert_eq!(correction.report().order, 0);
         let mean = noise.iter().sum::<f64>() / 9.0;
-        let mut found = [1.0, 1.0];
-        correction.apply(&at, &mut found, &mut []).unwrap();
-        assert!((found[0] / (0.8 * mean.exp()) - 1.0).abs() < 1e-12);
+        let mut corrected = [1.0, 1.0];
+        correction.apply(&at, &mut corrected, &mut []).unwrap();
+        assert!((corrected[0] / (0.8 * mean.exp()) - 1.0).abs() < 1e-12);
         let variance = noise.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / 8.0;
         let error = error_of(correction.report(), &MadeOn::Each).unwrap();
         assert!((error[0][0] / (variance / 9.0) - 1.0).abs() < 1e-9);

@@ -78,9 +78,9 @@ pub(super) fn check_first_runs(
             continue;
         }
         let help = format!("{cause} With --accept-out-of-range the program continues.");
-        let place = format!("mean of {column} over the specimens");
+        let location = format!("mean of {column} over the specimens");
         let error =
-            InputError::new(&task.path(SPECIMENS), place, format!("{mean:.4}"), problem, help);
+            InputError::new(&task.path(SPECIMENS), location, format!("{mean:.4}"), problem, help);
         return Err(error.into());
     }
     Ok(())

@@ -73,7 +73,7 @@ fn microstructures(
         None => fitted.report.scatter(means)?,
     };
     let scatter = relative_covariance(scatter, means);
-    let sd_of_ratio = match fitted.known.is_input() {
+    let sd_of_ratio = match fitted.known_stiffness.is_input() {
         true => {
             let runs = Dataset::read_csv(task.inputs.file("runs.csv")?)?;
             population(&runs, &[]).map_or(0.0, |population| population.sd()[0])

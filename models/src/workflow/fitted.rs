@@ -27,7 +27,7 @@ pub(super) struct Fitted {
     pub(super) pce: DynPce,
     pub(super) report: FitReport,
     /// Posterior of the coefficients: the error from the finite number of runs.
-    pub(super) open: CoefficientPosterior,
+    pub(super) coefficients: CoefficientPosterior,
     /// Specimens of the runs.
     pub(super) made_on: MadeOn,
     /// Error of the fit, separated into scatter within and between specimens; `None` unless runs share specimens.
@@ -35,7 +35,7 @@ pub(super) struct Fitted {
     /// Fit reports of the corrections from cheaper meshes.
     pub(super) corrections: Vec<FitReport>,
     /// Stiffness ratios of the specimens; empty if the ratio is not an input of the surrogate.
-    pub(super) known: KnownStiffness,
+    pub(super) known_stiffness: KnownStiffness,
 }
 
 impl Fitted {
@@ -68,9 +68,17 @@ impl Fitted {
             true => fit.about(&placed)?,
             false => fit.report.clone(),
         };
-        let PceFit { pce, coefficients: open, .. } = fit;
-        let known = KnownStiffness::of(&pce, runs, specimens);
-        Ok(Self { pce, report, open, made_on, specimens: groups, corrections, known })
+        let PceFit { pce, coefficients, .. } = fit;
+        let known_stiffness = KnownStiffness::of(&pce, runs, specimens);
+        Ok(Self {
+            pce,
+            report,
+            coefficients,
+            made_on,
+            specimens: groups,
+            corrections,
+            known_stiffness,
+        })
     }
 
     /// Reads the results of the stages `ensemble` and `surrogate`.
@@ -81,18 +89,18 @@ impl Fitted {
         // read this file first: if it is missing, the error names the stage `surrogate`
         let pce: DynPce = inputs.json("surrogate.json")?;
         let runs = Dataset::read_csv(inputs.file("runs.csv")?)?;
-        let known = KnownStiffness::of(&pce, &runs, &of_specimens(inputs)?);
+        let known_stiffness = KnownStiffness::of(&pce, &runs, &of_specimens(inputs)?);
         let made_on = MadeOn::of(&runs);
         Ok(Self {
             pce,
-            known,
+            known_stiffness,
             specimens: match made_on.several() {
                 Some(_) => Some(inputs.json("surrogate_specimens.json")?),
                 None => None,
             },
             made_on,
             report: inputs.json("surrogate_error.json")?,
-            open: inputs.json("surrogate_uncertainty.json")?,
+            coefficients: inputs.json("surrogate_uncertainty.json")?,
             corrections: match inputs.file_if_there("fidelity.json") {
                 Some(_) => inputs.json("fidelity.json")?,
                 None => Vec::new(),
@@ -122,7 +130,7 @@ impl Fitted {
 
     /// Inputs of the surrogate that are calibrated.
     pub(super) fn unknown(&self) -> &[Input] {
-        &self.pce.inputs()[..self.pce.inputs().len() - usize::from(self.known.is_input())]
+        &self.pce.inputs()[..self.pce.inputs().len() - usize::from(self.known_stiffness.is_input())]
     }
 }
 

@@ -31,10 +31,10 @@ pub(super) fn copy_records(from: &Path, to: &Path) -> Result<(), WorkflowError> 
     let Ok(entries) = std::fs::read_dir(from) else { return Ok(()) };
     let failed = |e| WorkflowError::io(to, e);
     for entry in entries.flatten() {
-        let (name, place) = (entry.file_name(), to.join(entry.file_name()));
+        let (name, target) = (entry.file_name(), to.join(entry.file_name()));
         // names with a leading dot are locks and partial files
         let is_record = !name.to_string_lossy().starts_with('.');
-        if !is_record || place.exists() {
+        if !is_record || target.exists() {
             continue;
         }
         std::fs::create_dir_all(to).map_err(failed)?;
@@ -43,7 +43,7 @@ pub(super) fn copy_records(from: &Path, to: &Path) -> Result<(), WorkflowError> 
         let whole = partial.path().join(&name);
         copy_tree(&entry.path(), &whole)?;
         let moved = tempfile::TempPath::try_from_path(&whole)
-            .and_then(|whole| whole.persist_noclobber(&place).map_err(|e| e.error));
+            .and_then(|whole| whole.persist_noclobber(&target).map_err(|e| e.error));
         match moved {
             // another process has created the file in the meantime
             Err(e) if e.kind() == ErrorKind::AlreadyExists => {}

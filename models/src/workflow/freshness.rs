@@ -42,8 +42,8 @@ impl Freshness {
     /// Whether the user has edited a product of this stage.
     fn is_edited(&self, stage: &str, record: &StageRecord, dir: &Path) -> bool {
         let mut edited = self.edited.borrow_mut();
-        let found = || record.edited(dir).into_iter().map(str::to_owned).collect();
-        !edited.entry(stage.to_owned()).or_insert_with(found).is_empty()
+        let edited_files = || record.edited(dir).into_iter().map(str::to_owned).collect();
+        !edited.entry(stage.to_owned()).or_insert_with(edited_files).is_empty()
     }
 
     /// Edited products found so far, by stage.

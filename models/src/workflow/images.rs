@@ -11,16 +11,16 @@ use super::specimen::Scanned;
 use crate::case::{Microstructure, SpecimenGeometry};
 
 /// Number of the image that the case names in `specimen.image`; further images have larger numbers.
-pub(super) const OWN: usize = 1;
+pub(super) const FIRST: usize = 1;
 
 /// Name of a file that the stage `segment` writes for an image.
 pub(super) fn segmented_file(image: usize, name: &str) -> String {
-    if image == OWN { name.to_owned() } else { format!("images/{image}-{name}") }
+    if image == FIRST { name.to_owned() } else { format!("images/{image}-{name}") }
 }
 
 /// Name of a file that the stage `mesh` writes for an image; `ending` is `msh` or `csv`.
 pub(super) fn mesh_file(image: usize, ending: &str) -> String {
-    if image == OWN { format!("mesh.{ending}") } else { format!("meshes/{image}.{ending}") }
+    if image == FIRST { format!("mesh.{ending}") } else { format!("meshes/{image}.{ending}") }
 }
 
 /// Number of images on which the runs of the design are made; 1 if there are no further images.
@@ -28,7 +28,7 @@ pub(super) fn mesh_file(image: usize, ending: &str) -> String {
 /// # Errors
 /// Fails for a case without geometry.
 pub(super) fn count(inputs: &Inputs<'_>) -> Result<usize, WorkflowError> {
-    Ok(OWN + names(inputs)?.len())
+    Ok(FIRST + names(inputs)?.len())
 }
 
 /// File names of the further images on which runs are made (image 2 and following).
@@ -56,5 +56,5 @@ pub(super) fn names(inputs: &Inputs<'_>) -> Result<Vec<String>, WorkflowError> {
 /// Fails for a case without geometry.
 pub(super) fn further(inputs: &Inputs<'_>) -> Result<Vec<(usize, Scanned)>, WorkflowError> {
     let further = inputs.further_scanned()?;
-    Ok((OWN + 1..).zip(further).collect())
+    Ok((FIRST + 1..).zip(further).collect())
 }

@@ -57,7 +57,7 @@ struct Named {
 pub(super) fn check_inputs(source: &CaseFile, dir: &Path) -> Result<(), WorkflowError> {
     let root = resolved(dir);
     for Named { key, path: input } in named_by(source) {
-        let place = resolved(&input);
+        let absolute = resolved(&input);
         let refuse = |product: &str| {
             Err(WorkflowError::InputInPlace(Box::new(InputInPlace {
                 case: source.path.clone(),
@@ -67,18 +67,18 @@ pub(super) fn check_inputs(source: &CaseFile, dir: &Path) -> Result<(), Workflow
                 dir: dir.to_owned(),
             })))
         };
-        if place.is_dir() && root.starts_with(&place) {
+        if absolute.is_dir() && root.starts_with(&absolute) {
             return refuse("the results, in the folder of the input");
         }
-        let Ok(name) = place.strip_prefix(&root) else { continue };
+        let Ok(name) = absolute.strip_prefix(&root) else { continue };
         let name = name.to_string_lossy().replace('\\', "/");
         // true if the product's folder is the input folder `name` or is within it
         let lies_within =
             |pattern: &str| format!("{}/", folder(pattern)).starts_with(&format!("{name}/"));
         let is_meant =
-            |pattern: &&str| matches(pattern, &name) || (place.is_dir() && lies_within(pattern));
+            |pattern: &&str| matches(pattern, &name) || (absolute.is_dir() && lies_within(pattern));
         // an input at the path of its own copy is used without copying
-        if !place.is_dir() && OPENING.iter().any(|pattern| matches(pattern, &name)) {
+        if !absolute.is_dir() && OPENING.iter().any(|pattern| matches(pattern, &name)) {
             continue;
         }
         let is_measured = !is_virtual(source);
@@ -119,8 +119,8 @@ fn named_by(source: &CaseFile) -> Vec<Named> {
         let further = image.further_stacks.iter().flatten();
         further.for_each(|stack| add_image("specimen.image.further_stacks", stack));
     }
-    for own in case.simulator.iter().flat_map(SimulatorCase::paths) {
-        add("simulator", own);
+    for program_file in case.simulator.iter().flat_map(SimulatorCase::paths) {
+        add("simulator", program_file);
     }
     case.design.import.iter().for_each(|import| add("design.import", import));
     if let Some(values) = case.experiments.as_ref().and_then(|e| e.values.as_ref()) {
@@ -158,8 +158,8 @@ fn named_by_table(file: &Path) -> Vec<Named> {
 fn resolved(path: &Path) -> PathBuf {
     let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     for front in path.ancestors() {
-        if let (Ok(place), Ok(rest)) = (front.canonicalize(), path.strip_prefix(front)) {
-            return if rest.as_os_str().is_empty() { place } else { place.join(rest) };
+        if let (Ok(canonical), Ok(rest)) = (front.canonicalize(), path.strip_prefix(front)) {
+            return if rest.as_os_str().is_empty() { canonical } else { canonical.join(rest) };
         }
     }
     path

@@ -22,8 +22,8 @@ pub(super) fn write_influence(
     ids: &[String],
     parameters: &[Input],
 ) -> Result<(), WorkflowError> {
-    let found = match result.without_each(sampler, burn_in, task.inputs.calibration().seed) {
-        Ok(found) => found,
+    let posteriors = match result.without_each(sampler, burn_in, task.inputs.calibration().seed) {
+        Ok(posteriors) => posteriors,
         Err(CalibrationError::LeaveOut(error)) => {
             task.warn(&format!("Specimens are not left out: {error}."));
             return Ok(());
@@ -35,7 +35,7 @@ pub(super) fn write_influence(
     };
     let unreliable: Vec<String> = ids
         .iter()
-        .zip(&found)
+        .zip(&posteriors)
         .filter(|(_, one)| !one.is_reliable)
         .map(|(id, one)| format!("{id} (Pareto k = {:.2})", one.pareto_k))
         .collect();
@@ -49,9 +49,9 @@ pub(super) fn write_influence(
     let row = |(id, one): (&String, &WithoutSpecimen)| {
         [id.clone(), one.elpd.to_string(), one.pareto_k.to_string()]
     };
-    let rows = ids.iter().zip(&found).map(row);
+    let rows = ids.iter().zip(&posteriors).map(row);
     task.write_csv("loo.csv", ["specimen", "elpd", "pareto_k"], rows)?;
-    let rows = ids.iter().zip(&found).flat_map(|(id, one)| {
+    let rows = ids.iter().zip(&posteriors).flat_map(|(id, one)| {
         let method = match (one.is_sampled, one.is_reliable) {
             (true, _) => "sampled",
             (false, true) => "weights",

@@ -307,7 +307,7 @@ impl Inputs<'_> {
     /// Images of the further specimens of the design. These images are read and segmented with the settings of the
     /// first image.
     pub(super) fn further_scanned(&self) -> Result<Vec<Scanned>, WorkflowError> {
-        let Some(own) = self.scanned()? else { return Ok(Vec::new()) };
+        let Some(first) = self.scanned()? else { return Ok(Vec::new()) };
         let geometry = self.file.geometry()?;
         let SpecimenGeometry::Image { labels, further, options, .. } = geometry else {
             return Ok(Vec::new());
@@ -318,7 +318,7 @@ impl Inputs<'_> {
         let scanned = |path: PathBuf| {
             self.reads_image(&path);
             let source = Source::in_file(path, options.clone(), labels.clone());
-            Scanned { source, segmentation: own.segmentation.clone(), size_mm: own.size_mm }
+            Scanned { source, segmentation: first.segmentation.clone(), size_mm: first.size_mm }
         };
         Ok(further.into_iter().map(scanned).collect())
     }

@@ -58,10 +58,10 @@ impl<'a> JointWorkflow<'a> {
         for (rank, SingleTest { name, mut file, .. }) in singles.into_iter().enumerate() {
             let draws = folders::from_test(&folders::draws_of(&name));
             file.case.calibration.joint = Some(PathBuf::from(draws));
-            let place = dir.join(folders::of_test(&name));
+            let test_folder = dir.join(folders::of_test(&name));
             // the folders of the tests belong to the folder of the case, whose owner has been checked
             let access = FolderAccess { reuse: true, replace: access.replace.clone() };
-            let workflow = Workflow::open_with(&file, &place, threads, interrupt, &access)?;
+            let workflow = Workflow::open_with(&file, &test_folder, threads, interrupt, &access)?;
             tests.push((name, workflow.among(&cores, rank)));
         }
         Ok(Self { whole: whole.among(&cores, 0), tests })
@@ -101,7 +101,7 @@ impl<'a> JointWorkflow<'a> {
     /// # Errors
     /// The errors of [`Workflow::run`].
     pub fn run(&mut self, stage: &'static Stage) -> Result<(), WorkflowError> {
-        let joint = JOINT_STAGES.iter().find(|own| own.name == stage.name);
+        let joint = JOINT_STAGES.iter().find(|joint_stage| joint_stage.name == stage.name);
         if stage.name == "calibrate" {
             self.in_each(|test| test.check_stages(&BEFORE))?;
             joint.map_or(Ok(()), |joint| self.whole.make(joint))?;

@@ -77,8 +77,9 @@ pub fn simulate_laboratories(
     };
     // use the same seeds as the stage `ensemble`, so that its runs are reused
     let per_run = study.ensemble(&of_design, seeds(&mut rng, design.runs))?;
-    let own = study.packings(Vec::new())?.own_seed();
-    let one_packing = study.ensemble(&of_design, vec![own.unwrap_or_default(); design.runs])?;
+    let case_seed = study.packings(Vec::new())?.case_seed();
+    let one_packing =
+        study.ensemble(&of_design, vec![case_seed.unwrap_or_default(); design.runs])?;
     let at = DesignMethod::Sobol.sample(&study.prior, points, design.seed ^ 1)?;
     let mean_response = study.mean_response(&at, seeds(&mut rng, points))?;
     let laboratories = study.laboratories(laboratories, inner)?;
@@ -112,11 +113,11 @@ impl Study<'_> {
         let names: Vec<String> = self.prior.iter().map(|input| input.name.clone()).collect();
         // the keys of the case do not identify the runs of a laboratory: add the seeds and points
         // of the runs to the manifest
-        let kept = format!("{seeds:?}\n{points:?}\n");
+        let points_and_seeds = format!("{seeds:?}\n{points:?}\n");
         let packings = self.packings(seeds)?;
         let mut levels = Level::all(&self.task.inputs, 0)?;
         let mut level = levels.swap_remove(0);
-        level.manifest += &kept;
+        level.manifest += &points_and_seeds;
         let source = source_of(&self.task.inputs)?;
         let specimens = Some(&packings);
         let runner = Runner { task: self.task, source: &*source, names: &names, specimens };
@@ -177,19 +178,26 @@ impl Study<'_> {
     fn laboratories(&self, count: usize, inner: f64) -> Result<Vec<Laboratory>, WorkflowError> {
         let inputs = &self.task.inputs;
         let (specimens, seed, qoi) = (*inputs.specimens()?, *inputs.seed()?, inputs.qoi());
-        let own = self.packings(Vec::new())?.own_seed();
+        let case_seed = self.packings(Vec::new())?.case_seed();
         let parameters = inputs.parameters()?;
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
         let mut truths: Vec<Vec<f64>> = Vec::new();
         let mut drawn: Vec<VirtualSpecimen> = Vec::new();
         for _ in 0..count {
-            let place = |rng: &mut Xoshiro256PlusPlus| 0.5 + inner * (rng.random::<f64>() - 0.5);
-            let of = |input: &Input| input.lower + place(&mut rng) * (input.upper - input.lower);
-            let truth: Vec<f64> = self.prior.iter().map(of).collect();
+            let position = |rng: &mut Xoshiro256PlusPlus| 0.5 + inner * (rng.random::<f64>() - 0.5);
+            let parameter =
+                |input: &Input| input.lower + position(&mut rng) * (input.upper - input.lower);
+            let truth: Vec<f64> = self.prior.iter().map(parameter).collect();
             let by_name: ByParameter<f64> =
                 parameters.iter().cloned().zip(truth.iter().copied()).collect();
             let scatter = inputs.scatter()?;
-            drawn.extend(VirtualSpecimen::draw(specimens, rng.random(), &by_name, scatter, own));
+            drawn.extend(VirtualSpecimen::draw(
+                specimens,
+                rng.random(),
+                &by_name,
+                scatter,
+                case_seed,
+            ));
             truths.push(truth);
         }
         let points: Vec<Vec<f64>> = drawn.iter().map(|v| v.parameters.clone()).collect();

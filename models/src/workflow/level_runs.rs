@@ -51,7 +51,7 @@ impl Runner<'_> {
     pub(super) fn mesh(&self, level: &Level<'_>, run: usize) -> Result<TetMesh, WorkflowError> {
         match self.specimens {
             Some(specimens) => specimens.mesh(&self.task.inputs, level, run),
-            None => level.mesh(&self.task.inputs, images::OWN),
+            None => level.mesh(&self.task.inputs, images::FIRST),
         }
     }
 }
@@ -60,11 +60,11 @@ impl Runner<'_> {
 pub(super) struct LevelRuns {
     pub(super) records: Vec<RunRecord>,
     /// Quantities of each record, or the reason why the run has no quantities.
-    found: Vec<Result<Found, String>>,
+    results: Vec<Result<RunQuantities, String>>,
 }
 
 /// Quantities of interest of a run.
-struct Found {
+struct RunQuantities {
     quantities: Vec<f64>,
     /// Derivatives of the quantities (rows) with respect to the parameters (columns); empty if no
     /// derivatives were computed.
@@ -74,18 +74,18 @@ struct Found {
 impl LevelRuns {
     /// Computes the quantities of the records, with derivatives if requested.
     pub(super) fn new(records: Vec<RunRecord>, qoi: &QoiCase, derivatives: bool) -> Self {
-        let found = |record| {
+        let result = |record| {
             let jacobian = || if derivatives { jacobian(record, qoi) } else { Ok(Vec::new()) };
-            Ok(Found { quantities: quantities(record, qoi)?, jacobian: jacobian()? })
+            Ok(RunQuantities { quantities: quantities(record, qoi)?, jacobian: jacobian()? })
         };
-        let found = records.iter().map(found).collect();
-        Self { records, found }
+        let results = records.iter().map(result).collect();
+        Self { records, results }
     }
 
     /// Appends the runs of `more`.
     pub(super) fn extend(&mut self, more: Self) {
         self.records.extend(more.records);
-        self.found.extend(more.found);
+        self.results.extend(more.results);
     }
 
     /// Runs with quantities.
@@ -95,16 +95,16 @@ impl LevelRuns {
 
     /// Runs with quantities and their derivatives (quantities × parameters; empty if not requested).
     pub(super) fn differentiated(&self) -> impl Iterator<Item = (&RunRecord, &[f64], &[Vec<f64>])> {
-        let all = self.records.iter().zip(&self.found);
-        all.filter_map(|(record, found)| {
-            let Found { quantities, jacobian } = found.as_ref().ok()?;
+        let all = self.records.iter().zip(&self.results);
+        all.filter_map(|(record, result)| {
+            let RunQuantities { quantities, jacobian } = result.as_ref().ok()?;
             Some((record, &quantities[..], &jacobian[..]))
         })
     }
 
     /// Runs without quantities, each with the reason.
     pub(super) fn failed(&self) -> impl Iterator<Item = (&RunRecord, &str)> {
-        let all = self.records.iter().zip(&self.found);
-        all.filter_map(|(record, found)| Some((record, found.as_ref().err()?.as_str())))
+        let all = self.records.iter().zip(&self.results);
+        all.filter_map(|(record, result)| Some((record, result.as_ref().err()?.as_str())))
     }
 }

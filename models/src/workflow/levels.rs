@@ -36,33 +36,33 @@ impl<'a> Level<'a> {
         // runs on more accurate levels only correct the values, so that derivatives are needed on the first level only
         let derivatives = inputs.design().derivatives;
         let setup = inputs.setup();
-        for image in (images::OWN..).take(meshes) {
+        for image in (images::FIRST..).take(meshes) {
             inputs.file(&images::mesh_file(image, "msh"))?;
         }
         let manifest = inputs.manifest();
         let levels = &inputs.fidelity().levels;
-        let cheaper = levels.iter().enumerate().map(|(place, case)| Level {
+        let cheaper = levels.iter().enumerate().map(|(index, case)| Level {
             manifest: format!("{manifest}{}", described(case)),
             repeats: case.repeats,
             setup: Setup {
                 order: case.order.unwrap_or(setup.order),
                 homogenisation: case.homogenisation.unwrap_or(setup.homogenisation),
                 steps: case.steps,
-                derivatives: derivatives && place == 0,
+                derivatives: derivatives && index == 0,
                 ..setup
             },
             case: Some(case),
             is_made_anew: false,
         });
         let setup_of_own = Setup { derivatives: derivatives && levels.is_empty(), ..setup };
-        let own = Level {
+        let finest = Level {
             manifest: manifest.clone(),
             repeats: 0,
             setup: setup_of_own,
             case: None,
             is_made_anew: false,
         };
-        Ok(cheaper.chain([own]).collect())
+        Ok(cheaper.chain([finest]).collect())
     }
 
     /// Returns this level with another phase field and without derivatives. The changed manifest stores its runs in

@@ -27,7 +27,7 @@ pub(super) fn lock(
     stage: &str,
     interrupt: &AtomicBool,
 ) -> Result<File, WorkflowError> {
-    let path = place(dir, name);
+    let path = lock_path(dir, name);
     let folder = dir.join(FOLDER);
     std::fs::create_dir_all(&folder).map_err(|e| WorkflowError::io(&folder, e))?;
     let mut options = OpenOptions::new();
@@ -38,7 +38,7 @@ pub(super) fn lock(
         .truncate(false)
         .open(&path)
         .map_err(|e| WorkflowError::io(&path, e))?;
-    let mut told = false;
+    let mut is_reported = false;
     loop {
         match file.try_lock() {
             Ok(()) => break,
@@ -46,7 +46,7 @@ pub(super) fn lock(
                 return Err(WorkflowError::Interrupted);
             }
             Err(TryLockError::WouldBlock) => {
-                if !std::mem::replace(&mut told, true) {
+                if !std::mem::replace(&mut is_reported, true) {
                     say(stage, &format!("waiting for {}", holder_of(&mut file)));
                 }
                 std::thread::sleep(WAIT);
@@ -63,7 +63,7 @@ pub(super) fn lock(
 
 /// Returns a description of the process that holds a lock, if there is one. Changes nothing.
 pub(super) fn holder(dir: &Path, name: &str) -> Option<String> {
-    let mut file = File::open(place(dir, name)).ok()?;
+    let mut file = File::open(lock_path(dir, name)).ok()?;
     match file.try_lock_shared() {
         Err(TryLockError::WouldBlock) => Some(holder_of(&mut file)),
         _ => None,
@@ -75,7 +75,7 @@ pub(super) fn has_locks(dir: &Path) -> bool {
     dir.join(FOLDER).is_dir()
 }
 
-fn place(dir: &Path, name: &str) -> PathBuf {
+fn lock_path(dir: &Path, name: &str) -> PathBuf {
     dir.join(FOLDER).join(name)
 }
 

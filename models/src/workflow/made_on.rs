@@ -31,17 +31,17 @@ pub(super) enum MadeOn {
 
 impl MadeOn {
     pub(super) fn of(runs: &Dataset) -> Self {
-        let mut known: Vec<&str> = Vec::new();
+        let mut names: Vec<&str> = Vec::new();
         let mut groups = Vec::with_capacity(runs.len());
         for i in 0..runs.len() {
             let name = specimen_of(runs, i);
-            let place = known.iter().position(|own| *own == name).unwrap_or(known.len());
-            if place == known.len() {
-                known.push(name);
+            let index = names.iter().position(|group| *group == name).unwrap_or(names.len());
+            if index == names.len() {
+                names.push(name);
             }
-            groups.push(place);
+            groups.push(index);
         }
-        match known.len() {
+        match names.len() {
             0 | 1 => Self::One,
             count if count == runs.len() => Self::Each,
             _ => Self::Several(groups),

@@ -31,9 +31,9 @@ pub(super) fn write_fields(
     let mut states = States::new(task.interrupt, moments(curve));
     problem.run(&mut states);
     task.check_interrupt()?;
-    let States { kept, .. } = states;
+    let States { stored, .. } = states;
     let (mut rows, mut steps) = (Vec::new(), Vec::new());
-    for (name, point, fields) in &kept {
+    for (name, point, fields) in &stored {
         let file = format!("map-{name}.vtu");
         task.product(&format!("fields/{file}"), |path| problem.write_vtu(path, fields))?;
         steps.push((point.time_s, file));
@@ -72,20 +72,20 @@ struct States<'a> {
     interrupt: &'a AtomicBool,
     wanted: Vec<(usize, &'static str)>,
     steps: usize,
-    kept: Vec<(&'static str, CurvePoint, Fields)>,
+    stored: Vec<(&'static str, CurvePoint, Fields)>,
     bar: Bar,
 }
 
 impl<'a> States<'a> {
     fn new(interrupt: &'a AtomicBool, wanted: Vec<(usize, &'static str)>) -> Self {
-        Self { interrupt, wanted, steps: 0, kept: Vec::new(), bar: Bar::new("confirm") }
+        Self { interrupt, wanted, steps: 0, stored: Vec::new(), bar: Bar::new("confirm") }
     }
 }
 
 impl Observer for States<'_> {
     fn step(&mut self, point: &CurvePoint, fields: &Fields) -> ControlFlow<()> {
         if let Some((_, name)) = self.wanted.iter().find(|(step, _)| *step == self.steps) {
-            self.kept.push((name, *point, fields.clone()));
+            self.stored.push((name, *point, fields.clone()));
         }
         self.steps += 1;
         let end = self.wanted.last().map_or(0, |(step, _)| step + 1);

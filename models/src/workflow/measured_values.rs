@@ -69,14 +69,14 @@ pub(super) fn check_measured(
         let help = "Scatter between specimens needs at least two.";
         return Err(InputError::new(file, "", "", problem, help));
     }
-    let values: Vec<Vec<f64>> = specimens.iter().map(|own| own.values.clone()).collect();
+    let values: Vec<Vec<f64>> = specimens.iter().map(|specimen| specimen.values.clone()).collect();
     for (m, mean) in column_means(&values).into_iter().enumerate() {
         let largest = values.iter().map(|row| row[m].abs()).fold(0.0, f64::max);
         if mean.abs() <= SMALLEST_MEAN * largest {
-            let place = format!("column {}", quantities[m].column());
+            let location = format!("column {}", quantities[m].column());
             let problem = "has a mean of zero over the specimens, to which the scatter is relative";
             let help = "Add a constant to the quantity, in the results of the runs too.";
-            return Err(InputError::new(file, place, mean.to_string(), problem, help));
+            return Err(InputError::new(file, location, mean.to_string(), problem, help));
         }
     }
     Ok(())
@@ -91,8 +91,9 @@ pub(super) fn write_measured(task: &Task<'_>, file: &Path) -> Result<String, Wor
     let qoi = inputs.qoi();
     let all = read_measured(file, &qoi.quantities)?;
     let chosen = inputs.chosen(without_curves(&all))?;
-    let is_chosen =
-        |own: &MeasuredSpecimen| chosen.specimens.iter().any(|specimen| specimen.id == own.id);
+    let is_chosen = |measured: &MeasuredSpecimen| {
+        chosen.specimens.iter().any(|specimen| specimen.id == measured.id)
+    };
     let specimens: Vec<MeasuredSpecimen> = all.into_iter().filter(is_chosen).collect();
     check_measured(file, &qoi.quantities, &specimens, inputs.least_specimens())?;
     let findings: [[String; 4]; 0] = [];
@@ -101,10 +102,10 @@ pub(super) fn write_measured(task: &Task<'_>, file: &Path) -> Result<String, Wor
     let header = ["id", "group", displacement, force, "slope_fraction"];
     let columns: Vec<_> = qoi.quantities.iter().map(|quantity| quantity.column()).collect();
     let columns = columns.iter().map(AsRef::as_ref);
-    let rows = specimens.iter().map(|own| {
+    let rows = specimens.iter().map(|measured| {
         let scale = [1.0, 1.0, qoi.slope_fraction].map(|x| x.to_string());
-        let values = own.values.iter().map(f64::to_string);
-        let names = [own.id.clone(), own.group.clone()];
+        let values = measured.values.iter().map(f64::to_string);
+        let names = [measured.id.clone(), measured.group.clone()];
         names.into_iter().chain(scale).chain(values).chain([String::new()]).collect::<Vec<_>>()
     });
     let header = header.into_iter().chain(columns).chain([STIFFNESS_RATIO]);
@@ -114,11 +115,11 @@ pub(super) fn write_measured(task: &Task<'_>, file: &Path) -> Result<String, Wor
 
 /// The specimens as a table, for the choice of a group.
 pub(super) fn without_curves(specimens: &[MeasuredSpecimen]) -> SpecimenTable {
-    let specimen = |own: &MeasuredSpecimen| Specimen {
-        id: own.id.clone(),
+    let specimen = |measured: &MeasuredSpecimen| Specimen {
+        id: measured.id.clone(),
         height_mm: f64::NAN,
         radius_mm: f64::NAN,
-        group: own.group.clone(),
+        group: measured.group.clone(),
         test: None,
         slope_fraction: None,
         image: None,
@@ -145,10 +146,10 @@ mod tests {
 
     #[test]
     fn measured_quantities_are_read_by_their_columns() {
-        let found = read("peak_force_N,u_mm,id,group\n10,-2,a,x\n11,3,b,x\n").unwrap();
-        let values: Vec<&[f64]> = found.iter().map(|own| &own.values[..]).collect();
+        let rows = read("peak_force_N,u_mm,id,group\n10,-2,a,x\n11,3,b,x\n").unwrap();
+        let values: Vec<&[f64]> = rows.iter().map(|row| &row.values[..]).collect();
         assert_eq!(values, [[-2.0, 10.0], [3.0, 11.0]]);
-        assert_eq!((found[1].id.as_str(), found[1].group.as_str()), ("b", "x"));
+        assert_eq!((rows[1].id.as_str(), rows[1].group.as_str()), ("b", "x"));
     }
 
     #[test]

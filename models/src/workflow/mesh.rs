@@ -30,16 +30,16 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let (mesh, report, surfaces) = match &geometry {
         SpecimenGeometry::Surfaces { import, radius_mm, height_mm, meshing } => {
             let case = task.inputs.case_path();
-            let found = imported_grains(case, import, [*radius_mm, *height_mm], meshing)?;
-            say("mesh", &found.in_words());
-            found.warnings().iter().for_each(|warning| task.warn(warning));
-            let [radius_mm, height_mm] = found.size_mm();
+            let imported = imported_grains(case, import, [*radius_mm, *height_mm], meshing)?;
+            say("mesh", &imported.in_words());
+            imported.warnings().iter().for_each(|warning| task.warn(warning));
+            let [radius_mm, height_mm] = imported.size_mm();
             task.inputs.check_spacing(meshing.spacing_mm, radius_mm, height_mm)?;
-            let Meshed { mesh, report } = surfaces_mesh(case, &found, meshing)?;
-            (mesh, Some(report), Some(found))
+            let Meshed { mesh, report } = surfaces_mesh(case, &imported, meshing)?;
+            (mesh, Some(report), Some(imported))
         }
         _ => {
-            let (mesh, report) = mesh_with(&task.inputs, images::OWN, &|meshing| *meshing)?;
+            let (mesh, report) = mesh_with(&task.inputs, images::FIRST, &|meshing| *meshing)?;
             (mesh, report, None)
         }
     };
@@ -72,7 +72,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let rows = rows.into_iter().map(|(name, value)| [name, value.to_string()]);
     task.write_csv("mesh.csv", ["quantity", "value"], rows)?;
     drop(simulator);
-    for image in images::OWN + 1..=images::count(&task.inputs)? {
+    for image in images::FIRST + 1..=images::count(&task.inputs)? {
         task.check_interrupt()?;
         further(task, image)?;
     }
@@ -186,22 +186,22 @@ fn quantities(mesh: &TetMesh) -> Vec<(String, f64)> {
 }
 
 /// Rows of `mesh.csv` for a specimen from STL files: changes to the grains, and the position of the cylinder.
-fn of_surfaces(found: &ImportedSurfaces) -> Vec<(String, f64)> {
-    let triangles: usize = found.surfaces.iter().map(|surface| surface.triangles.len()).sum();
-    let shrunk = found.factors.iter().filter(|&&factor| factor < 1.0).count();
-    let [x, y] = found.cylinder.centre_mm;
+fn of_surfaces(imported: &ImportedSurfaces) -> Vec<(String, f64)> {
+    let triangles: usize = imported.surfaces.iter().map(|surface| surface.triangles.len()).sum();
+    let shrunk = imported.factors.iter().filter(|&&factor| factor < 1.0).count();
+    let [x, y] = imported.cylinder.centre_mm;
     let mut rows = vec![
-        ("stl_triangles", found.triangles_read as f64),
-        ("stl_volume_mm3", found.volume_read_mm3),
+        ("stl_triangles", imported.triangles_read as f64),
+        ("stl_volume_mm3", imported.volume_read_mm3),
         ("surface_triangles", triangles as f64),
-        ("surface_volume_mm3", found.volume_mm3()),
-        ("surface_overlap_mm3", found.overlap_mm3),
+        ("surface_volume_mm3", imported.volume_mm3()),
+        ("surface_overlap_mm3", imported.overlap_mm3),
         ("shrunk_grains", shrunk as f64),
         ("centre_x_mm", x),
         ("centre_y_mm", y),
-        ("bottom_mm", found.cylinder.bottom_mm),
+        ("bottom_mm", imported.cylinder.bottom_mm),
     ];
-    rows.extend(found.least_gap_mm.map(|gap| ("least_distance_mm", gap)));
+    rows.extend(imported.least_gap_mm.map(|gap| ("least_distance_mm", gap)));
     rows.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
 }
 

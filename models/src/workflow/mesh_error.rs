@@ -27,7 +27,7 @@ pub(super) fn mesh_errors(
     names: &[String],
     parameters: Vec<Parameter>,
     mode: &RunRecord,
-    own: &[f64],
+    at_spacing: &[f64],
 ) -> Result<Option<Vec<f64>>, WorkflowError> {
     let inputs = &task.inputs;
     let spacing_mm = match inputs.geometry()? {
@@ -38,7 +38,7 @@ pub(super) fn mesh_errors(
     };
     let second_mm = inputs.confirm().second_spacing_mm.unwrap_or(0.5 * spacing_mm);
     let second = |specimen: &Meshing| Meshing { spacing_mm: second_mm, ..*specimen };
-    let mesh = mesh_with(inputs, images::OWN, &second)?.0;
+    let mesh = mesh_with(inputs, images::FIRST, &second)?.0;
     let simulator = Simulator::new(&inputs.setup(), mesh, parameters)?;
     let run = RunInput { id: 1, inputs: mode.inputs.clone() };
     let records =
@@ -58,11 +58,13 @@ pub(super) fn mesh_errors(
         Order::Linear => 1.0,
         Order::Quadratic => 2.0,
     };
-    let errors: Vec<f64> = own
+    let errors: Vec<f64> = at_spacing
         .iter()
         .zip(other)
-        .map(|(&own, other)| {
-            100.0 * (own / extrapolated([spacing_mm, second_mm], [own, other], order) - 1.0)
+        .map(|(&at_spacing, other)| {
+            100.0
+                * (at_spacing / extrapolated([spacing_mm, second_mm], [at_spacing, other], order)
+                    - 1.0)
         })
         .collect();
     Ok(Some(errors))
@@ -83,8 +85,8 @@ mod tests {
         for order in [1.0, 2.0] {
             let at = |h: f64| 7.0 + 0.3 * h.powf(order);
             for other in [0.25, 0.7] {
-                let found = extrapolated([0.5, other], [at(0.5), at(other)], order);
-                assert!((found - 7.0).abs() < 1e-12, "{found}");
+                let limit = extrapolated([0.5, other], [at(0.5), at(other)], order);
+                assert!((limit - 7.0).abs() < 1e-12, "{limit}");
             }
         }
     }

@@ -107,8 +107,8 @@ mod tests {
     fn nominal_stress_and_strain_are_those_of_the_specimen() {
         let mesh = MeshSize::of_cylinder([4.4, 2.5]);
         for (height_mm, radius_mm) in [(4.4, 2.5), (4.95, 2.52), (8.8, 2.4)] {
-            let own = specimen(height_mm, radius_mm, radius_mm * radius_mm);
-            let curve = MeshScale::of(&own, Some(mesh)).apply(&own.curve);
+            let tested = specimen(height_mm, radius_mm, radius_mm * radius_mm);
+            let curve = MeshScale::of(&tested, Some(mesh)).apply(&tested.curve);
             assert!((curve.displacement_mm[1] - 0.44).abs() < 1e-12, "{curve:?}");
             assert!((curve.force_n[1] - 6.25 * 7.0).abs() < 1e-12, "{curve:?}");
         }

@@ -44,7 +44,7 @@ impl Microstructures {
             return Ok(None);
         }
         let images = images::count(inputs)?;
-        if images > images::OWN {
+        if images > images::FIRST {
             let of_run = in_turn(runs, images, design.seed);
             return Ok(Some(Self { of_run, source: Source::Images(images) }));
         }
@@ -57,8 +57,8 @@ impl Microstructures {
                 let of_run = in_turn(runs, packings, design.seed);
                 // generate only the packings that are used: with few runs, some packings are unused
                 let asked: BTreeSet<usize> = of_run.iter().copied().collect();
-                let place = |packing: &usize| asked.iter().position(|own| own == packing);
-                let of_run = of_run.iter().filter_map(place).collect();
+                let index_of = |packing: &usize| asked.iter().position(|other| other == packing);
+                let of_run = of_run.iter().filter_map(index_of).collect();
                 Self::packed(inputs, asked.iter().map(|&packing| seeds[packing]).collect(), of_run)
             }
         }
@@ -96,9 +96,9 @@ impl Microstructures {
     }
 
     /// Seed of the packing of the case; `None` for images.
-    pub(super) fn own_seed(&self) -> Option<u64> {
+    pub(super) fn case_seed(&self) -> Option<u64> {
         match &self.source {
-            Source::Packings(packings) => Some(packings.own_seed()),
+            Source::Packings(packings) => Some(packings.case_seed()),
             Source::Images(_) => None,
         }
     }
@@ -118,10 +118,10 @@ impl Microstructures {
 
     /// Identifier of the specimen of a run, i.e. the entry of the run in the column [`Self::column`].
     pub(super) fn name(&self, run: usize) -> String {
-        let place = self.of_run(run);
+        let specimen = self.of_run(run);
         match &self.source {
-            Source::Packings(packings) => packings.seeds[place].to_string(),
-            Source::Images(_) => (images::OWN + place).to_string(),
+            Source::Packings(packings) => packings.seeds[specimen].to_string(),
+            Source::Images(_) => (images::FIRST + specimen).to_string(),
         }
     }
 
@@ -154,19 +154,19 @@ impl Microstructures {
     ) -> Result<BTreeMap<usize, f64>, WorkflowError> {
         match &self.source {
             Source::Packings(packings) => {
-                let ratio = |&place: &usize| -> Result<(usize, f64), FemError> {
-                    Ok((place, stiffness_ratio(&level.setup, packings.mesh(place, level)?)?))
+                let ratio = |&specimen: &usize| -> Result<(usize, f64), FemError> {
+                    Ok((specimen, stiffness_ratio(&level.setup, packings.mesh(specimen, level)?)?))
                 };
                 let asked: Vec<usize> = asked.iter().copied().collect();
-                let found: Result<_, FemError> = asked.par_iter().map(ratio).collect();
-                Ok(found?)
+                let ratios: Result<_, FemError> = asked.par_iter().map(ratio).collect();
+                Ok(ratios?)
             }
             // computed sequentially, because meshes of images are large
             Source::Images(_) => asked
                 .iter()
-                .map(|&place| {
-                    let mesh = level.mesh(inputs, images::OWN + place)?;
-                    Ok((place, stiffness_ratio(&level.setup, mesh)?))
+                .map(|&specimen| {
+                    let mesh = level.mesh(inputs, images::FIRST + specimen)?;
+                    Ok((specimen, stiffness_ratio(&level.setup, mesh)?))
                 })
                 .collect(),
         }
@@ -189,11 +189,11 @@ impl Microstructures {
         &self,
         inputs: &Inputs<'_>,
         level: &Level<'_>,
-        place: usize,
+        specimen: usize,
     ) -> Result<TetMesh, WorkflowError> {
         match &self.source {
-            Source::Packings(packings) => Ok(packings.mesh(place, level)?),
-            Source::Images(_) => level.mesh(inputs, images::OWN + place),
+            Source::Packings(packings) => Ok(packings.mesh(specimen, level)?),
+            Source::Images(_) => level.mesh(inputs, images::FIRST + specimen),
         }
     }
 
@@ -218,15 +218,15 @@ impl Microstructures {
         level: &Level<'_>,
         runs: &[RunInput],
     ) -> Result<BTreeMap<usize, Simulator>, WorkflowError> {
-        let mut found = BTreeMap::new();
+        let mut simulators = BTreeMap::new();
         for run in runs {
-            let place = self.of_run(run.id);
-            let Entry::Vacant(entry) = found.entry(place) else { continue };
-            let mesh = self.mesh_of(inputs, level, place)?;
+            let specimen = self.of_run(run.id);
+            let Entry::Vacant(entry) = simulators.entry(specimen) else { continue };
+            let mesh = self.mesh_of(inputs, level, specimen)?;
             let simulator = Simulator::new(&level.setup, mesh, inputs.parameters()?)?;
             simulator.check(&level.setup, &run.inputs)?;
             entry.insert(simulator);
         }
-        Ok(found)
+        Ok(simulators)
     }
 }

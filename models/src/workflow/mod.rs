@@ -77,7 +77,6 @@ mod fit;
 mod fitted;
 mod folder_copies;
 mod followed_program;
-mod found;
 mod freshness;
 mod gate;
 mod images;
@@ -124,6 +123,7 @@ mod simulator;
 mod sources;
 mod specimen;
 mod specimen_checks;
+mod specimen_grains;
 mod specimen_images;
 mod specimen_notes;
 mod specimen_quantities;
@@ -261,11 +261,12 @@ impl<'a> Workflow<'a> {
         folder.claim(STAGES_FILE, "run")?;
         copies.write(source, dir, &folder)?;
         let mut validations = Vec::new();
-        for (name, own) in held_out_cases(source)? {
+        for (name, held_out) in held_out_cases(source)? {
             // these folders belong to the folder of the case, whose owner has been checked
             let access = FolderAccess { reuse: true, replace: access.replace.clone() };
-            let place = dir.join(folder_of(&name));
-            let workflow = Self::open_with(&own, &place, threads, interrupt, &access)?;
+            let validation_folder = dir.join(folder_of(&name));
+            let workflow =
+                Self::open_with(&held_out, &validation_folder, threads, interrupt, &access)?;
             validations.push((name, Self { is_held_out: true, ..workflow }));
         }
         let file = CaseFile { path: dir.join("case.toml"), case: copies.case.clone() };
@@ -290,7 +291,8 @@ impl<'a> Workflow<'a> {
     /// free core.
     pub(crate) fn among(self, cores: &Cores, rank: usize) -> Self {
         let validations = self.validations.into_iter();
-        let validations = validations.map(|(name, own)| (name, own.among(cores, rank))).collect();
+        let validations =
+            validations.map(|(name, workflow)| (name, workflow.among(cores, rank))).collect();
         Self { cores: cores.clone(), rank, validations, ..self }
     }
 
@@ -323,7 +325,7 @@ impl<'a> Workflow<'a> {
             let ready = self.file.table().and_then(|_| self.file.check_steps());
             ready.map_err(|e| self.copies.named_by_owner(e.into()))?;
         }
-        self.validations.iter().try_for_each(|(_, own)| own.check_ready())?;
+        self.validations.iter().try_for_each(|(_, workflow)| workflow.check_ready())?;
         let finished = self.finished();
         for stage in self.stages().iter().filter(|stage| !finished.contains_key(stage.name)) {
             let case = &self.file.case;
@@ -341,8 +343,8 @@ impl<'a> Workflow<'a> {
     fn make(&self, stage: &'static Stage) -> Result<(), WorkflowError> {
         if stage.name == VALIDATE {
             let before = STAGES.iter().filter(|stage| PREPARATION.contains(&stage.name));
-            self.validations.iter().try_for_each(|(name, own)| {
-                speaking_for(name, || before.clone().try_for_each(|stage| own.make(stage)))
+            self.validations.iter().try_for_each(|(name, workflow)| {
+                speaking_for(name, || before.clone().try_for_each(|stage| workflow.make(stage)))
             })?;
         }
         let before = self.finished();
@@ -398,11 +400,11 @@ impl<'a> Workflow<'a> {
     ) -> Result<T, WorkflowError> {
         self.freshness.clear();
         let unguarded = self.inputs();
-        let told = RefCell::new(BTreeSet::new());
+        let reported = RefCell::new(BTreeSet::new());
         let guard = |name: &str| {
             let checked = self.freshness.check(name, finished, &unguarded, &self.dir);
             for edited in self.freshness.edited().into_values().flatten() {
-                if told.borrow_mut().insert(edited.clone()) {
+                if reported.borrow_mut().insert(edited.clone()) {
                     say(stage.name, &format!("{edited} was edited and is used as it is"));
                 }
             }

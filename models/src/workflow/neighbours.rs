@@ -131,12 +131,13 @@ mod tests {
             Together { laboratories: names(&["laboratories/L"]), cases: names(&["a", "v/a"]) };
         together.write(root, &ProductFolder::new(root, &[])).unwrap();
         assert_eq!(Together::read(root), Some(together));
-        let of = |name: &str| Neighbours::of(&root.join(name)).map(|found| found.folders);
+        let folders_of =
+            |name: &str| Neighbours::of(&root.join(name)).map(|neighbours| neighbours.folders);
         let at = |names: [&str; 2]| Some(names.map(|name| root.join(name)).to_vec());
-        assert_eq!(of("a"), at(["laboratories/L", "v/a"]));
-        assert_eq!(of("v/a"), at(["laboratories/L", "a"]));
-        assert_eq!(of("laboratories/L"), at(["a", "v/a"]));
-        assert_eq!(of("b"), None);
-        assert_eq!(of("."), None);
+        assert_eq!(folders_of("a"), at(["laboratories/L", "v/a"]));
+        assert_eq!(folders_of("v/a"), at(["laboratories/L", "a"]));
+        assert_eq!(folders_of("laboratories/L"), at(["a", "v/a"]));
+        assert_eq!(folders_of("b"), None);
+        assert_eq!(folders_of("."), None);
     }
 }

@@ -36,8 +36,8 @@ impl Workflow<'_> {
             |name: &str| stages.iter().any(|status| status.stage == name && status.is_done());
         let mut results = report::load_done(&self.inputs(), &is_done)?;
         let row = |status: &StageStatus| {
-            let (state, told) = status.words();
-            [status.stage.to_owned(), state.to_owned(), told]
+            let (state, progress) = status.words();
+            [status.stage.to_owned(), state.to_owned(), progress]
         };
         results.unfinished = stages.iter().map(row).collect();
         let page = crate::report::page(&results);

@@ -34,8 +34,9 @@ impl Workflow<'_> {
     ) -> Result<(), WorkflowError> {
         let is_kept = |name: &str| {
             // keep measured specimens, which are in the same folder as virtual specimens
-            let place = folder(name);
-            let is_read = !place.is_empty() && record.files_read().any(|f| f.starts_with(place));
+            let folder_name = folder(name);
+            let is_read =
+                !folder_name.is_empty() && record.files_read().any(|f| f.starts_with(folder_name));
             is_read || record.has_written(name)
         };
         self.folder.remove_leftovers(stage.products, is_kept)

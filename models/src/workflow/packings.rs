@@ -16,7 +16,7 @@ pub(super) struct Packings {
     grains: Vec<GrainList>,
     size_mm: [f64; 2],
     meshing: Meshing,
-    own: Packing,
+    case_packing: Packing,
 }
 
 impl Packings {
@@ -29,7 +29,7 @@ impl Packings {
         inputs: &Inputs<'_>,
         seeds: Vec<u64>,
     ) -> Result<Option<Self>, WorkflowError> {
-        let (own, size_mm, meshing) = match inputs.geometry()? {
+        let (case_packing, size_mm, meshing) = match inputs.geometry()? {
             SpecimenGeometry::Cylinder {
                 radius_mm,
                 height_mm,
@@ -41,7 +41,7 @@ impl Packings {
         };
         let fill = |&seed: &u64| {
             let [radius_mm, height_mm] = size_mm;
-            let packing = Packing { seed, ..own.clone() };
+            let packing = Packing { seed, ..case_packing.clone() };
             let grains = packing.fill(radius_mm, height_mm).map_err(|source| {
                 let file = inputs.case_path().to_owned();
                 WorkflowError::Packing { file, source }
@@ -49,12 +49,12 @@ impl Packings {
             Ok(GrainList::new(grains, radius_mm, height_mm))
         };
         let grains = seeds.iter().map(fill).collect::<Result<_, WorkflowError>>()?;
-        Ok(Some(Self { seeds, grains, size_mm, meshing, own }))
+        Ok(Some(Self { seeds, grains, size_mm, meshing, case_packing }))
     }
 
     /// Returns the seed of the packing of the case.
-    pub(super) fn own_seed(&self) -> u64 {
-        self.own.seed
+    pub(super) fn case_seed(&self) -> u64 {
+        self.case_packing.seed
     }
 
     /// Checks materials and test of a level on the packing of the case, for the parameter `values`, before the
@@ -69,7 +69,8 @@ impl Packings {
         values: &[f64],
     ) -> Result<(), WorkflowError> {
         let meshing = level.meshing(&self.meshing);
-        let mesh = packed_mesh(level.setup.path, self.size_mm, Some(&self.own), &meshing)?.mesh;
+        let mesh =
+            packed_mesh(level.setup.path, self.size_mm, Some(&self.case_packing), &meshing)?.mesh;
         Simulator::new(&level.setup, mesh, parameters)?.check(&level.setup, values)
     }
 

@@ -33,7 +33,7 @@ pub(super) fn posterior_draws(
         (0..size).map(|a| (0..size).map(|b| correlation(a, b)).collect()).collect();
     let path = inputs.file("posterior.csv")?;
     let table = CsvTable::read(&path, &["chain"])?;
-    let mut found = Vec::new();
+    let mut draws = Vec::new();
     for row in table.rows() {
         let theta = prior.iter().map(|input| row.number(&input.name)).collect::<Result<_, _>>()?;
         let sd = sd.iter().map(|name| row.number(name)).collect::<Result<Vec<_>, InputError>>()?;
@@ -41,7 +41,7 @@ pub(super) fn posterior_draws(
         for (a, b) in (0..size).flat_map(|a| (0..size).map(move |b| (a, b))) {
             scatter[a][b] = sd[a] * sd[b] * row.number(&pairs[a][b])?;
         }
-        found.push(Draw { theta, scatter });
+        draws.push(Draw { theta, scatter });
     }
-    Ok(found)
+    Ok(draws)
 }

@@ -46,8 +46,8 @@ pub(super) fn write_predicted_curves(
     if !has_curves {
         return Ok(None);
     }
-    let found = match predicted(&task.inputs, pce, posterior, evidence) {
-        Ok(found) => found,
+    let curves = match predicted(&task.inputs, pce, posterior, evidence) {
+        Ok(curves) => curves,
         Err(reason) => {
             return Ok(Some(format!("Curves of new specimens are not predicted: {reason}.")));
         }
@@ -55,7 +55,7 @@ pub(super) fn write_predicted_curves(
     let names = QUANTILES.map(|p| format!("force_N_q{:02.0}", 100.0 * p));
     let header = ["displacement_mm"].into_iter().chain(names.iter().map(String::as_str));
     let rows =
-        found.displacement_mm.iter().zip(&found.force_n).map(|(u, forces)| {
+        curves.displacement_mm.iter().zip(&curves.force_n).map(|(u, forces)| {
             [u].into_iter().chain(forces).map(f64::to_string).collect::<Vec<_>>()
         });
     task.write_csv("predictive_curves.csv", header, rows)?;
@@ -92,19 +92,19 @@ fn predicted(
     posterior: &Posterior,
     evidence: &Evidence,
 ) -> Result<PredictedCurves, Reason> {
-    let place = |quantity: Quantity| {
-        let found = pce.outputs().iter().position(|output| *output == quantity.column());
-        found.ok_or(Reason::Quantity(quantity))
+    let index_of = |quantity: Quantity| {
+        let index = pce.outputs().iter().position(|output| *output == quantity.column());
+        index.ok_or(Reason::Quantity(quantity))
     };
-    let size = [place(Quantity::new(PeakForce))?, place(Quantity::new(DisplacementAtPeak))?];
+    let size = [index_of(Quantity::new(PeakForce))?, index_of(Quantity::new(DisplacementAtPeak))?];
     let curves = Curves::read(inputs)?;
     let percent = curves.percentages()?;
     let model = ShapeModel::of(inputs, pce, &curves, evidence, &percent)?;
-    let known = evidence.middle();
+    let known_inputs = evidence.middle();
     let draws: Vec<PredictedSpecimen> = draws(posterior, pce.outputs().len())
         .map(|(theta, predicted)| {
             let [peak_force_n, displacement_at_peak_mm] = size.map(|m| predicted[m]);
-            let shape = model.pce.value(&[theta, &known[..]].concat())?;
+            let shape = model.pce.value(&[theta, &known_inputs[..]].concat())?;
             Ok(PredictedSpecimen { peak_force_n, displacement_at_peak_mm, shape })
         })
         .collect::<Result<_, Reason>>()?;
@@ -174,14 +174,14 @@ impl Curves {
             for row in table.rows() {
                 let (level, run) =
                     (row.number("level").map_err(WorkflowError::from)?, row.text("run"));
-                let Some(place) = (level as usize).checked_sub(2) else { continue };
+                let Some(level_index) = (level as usize).checked_sub(2) else { continue };
                 let Some(i) = (0..runs.len()).find(|&i| runs.note(i, "run") == Some(run)) else {
                     continue;
                 };
-                better.resize_with(better.len().max(place + 1), BTreeMap::new);
+                better.resize_with(better.len().max(level_index + 1), BTreeMap::new);
                 let curve =
                     Named::simulated(inputs, curve_of_level(level as usize, run), &runs, i)?;
-                better[place].insert(run.to_owned(), curve);
+                better[level_index].insert(run.to_owned(), curve);
             }
         }
         let specimens = specimens(inputs)?;
@@ -267,7 +267,7 @@ impl ShapeModel {
         let run = |i: usize| runs.note(i, "run").unwrap_or_default();
         let mut before: BTreeMap<&str, Vec<f64>> =
             (0..runs.len()).map(run).zip(shapes.iter().cloned()).collect();
-        let place: BTreeMap<&str, usize> = (0..runs.len()).map(|i| (run(i), i)).collect();
+        let row_of: BTreeMap<&str, usize> = (0..runs.len()).map(|i| (run(i), i)).collect();
         let mut corrections = Vec::new();
         for level in better {
             let mut now = BTreeMap::new();
@@ -277,7 +277,7 @@ impl ShapeModel {
             let both: Vec<(&[f64], &[f64], &[f64])> = now
                 .iter()
                 .filter_map(|(run, better)| {
-                    let inputs = runs.row(*place.get(run)?).0;
+                    let inputs = runs.row(*row_of.get(run)?).0;
                     Some((inputs, before.get(run)?.as_slice(), better.as_slice()))
                 })
                 .collect();
@@ -296,8 +296,8 @@ impl ShapeModel {
         }
         let mut with_ratio = None;
         if pce.inputs().len() > runs.inputs().len() {
-            let known: Vec<f64> = evidence.known.iter().flatten().flatten().copied().collect();
-            with_ratio = with_stiffness_ratio(&data, &known, evidence.population.as_ref())?;
+            let ratios: Vec<f64> = evidence.known.iter().flatten().flatten().copied().collect();
+            with_ratio = with_stiffness_ratio(&data, &ratios, evidence.population.as_ref())?;
         }
         let made_on = MadeOn::of(runs);
         let options = options_on(inputs.surrogate(), &made_on, with_ratio.as_ref());
@@ -318,7 +318,10 @@ impl ShapeModel {
         };
         if let Some(relative) = error_of_all(&self.corrections, &self.made_on)? {
             for ((row, relative), a) in error.iter_mut().zip(relative).zip(at) {
-                row.iter_mut().zip(relative).zip(at).for_each(|((own, c), b)| *own += a * b * c);
+                row.iter_mut()
+                    .zip(relative)
+                    .zip(at)
+                    .for_each(|((entry, c), b)| *entry += a * b * c);
             }
         }
         Ok(error)

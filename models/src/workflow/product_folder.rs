@@ -357,8 +357,8 @@ impl ProductFolder {
 
 /// Removes a file or a whole folder. A link is removed, but not its target.
 fn remove_tree(path: &Path) -> std::io::Result<()> {
-    let Ok(found) = path.symlink_metadata() else { return Ok(()) };
-    if found.is_dir() { std::fs::remove_dir_all(path) } else { std::fs::remove_file(path) }
+    let Ok(metadata) = path.symlink_metadata() else { return Ok(()) };
+    if metadata.is_dir() { std::fs::remove_dir_all(path) } else { std::fs::remove_file(path) }
 }
 
 /// Creates a file, either completely or not at all; never replaces a file.

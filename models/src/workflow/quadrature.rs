@@ -35,7 +35,7 @@ fn choice(
     let apart = mesh.mean_edge() / f64::from(u8::from(order));
     (field.length_mm < 2.0 * apart).then_some(match field.quadrature {
         Auto | Vertex => [Vertex, Consistent],
-        own @ (Consistent | Eleven) => [own, Vertex],
+        selected @ (Consistent | Eleven) => [selected, Vertex],
     })
 }
 
@@ -52,15 +52,15 @@ fn name(quadrature: DamageQuadrature) -> &'static str {
 /// Returns a note for a single simulation on a mesh for which two quadratures are possible.
 pub(super) fn quadrature_note(case: &Case, mesh: &TetMesh) -> Option<String> {
     let (field, order) = (case.phase_field.as_ref()?, case.specimen.order);
-    let [own, other] = choice(field, order, &case.material, mesh)?.map(name);
+    let [selected, other] = choice(field, order, &case.material, mesh)?.map(name);
     let apart = mesh.mean_edge() / f64::from(u8::from(order));
-    let overshoot = match own {
+    let overshoot = match selected {
         "vertex" => "",
         _ => ", and damage may exceed 1",
     };
     Some(format!(
         "nodes are {apart:.3} mm apart, more than half of the {} mm of a crack: the answer depends on where \
-         damage is integrated (phase_field.quadrature = \"{own}\"){overshoot}; compare with \"{other}\", which \
+         damage is integrated (phase_field.quadrature = \"{selected}\"){overshoot}; compare with \"{other}\", which \
          on meshes of the default case moves the peak force by 4 %, or take a finer mesh",
         field.length_mm
     ))
@@ -86,7 +86,7 @@ pub(super) fn compare_quadratures(
     else {
         return Ok(());
     };
-    let (record, own) = usable[middle];
+    let (record, with_selected) = usable[middle];
     let (setup, mesh) = (&level.setup, runner.mesh(level, record.id)?);
     let Some(choice) = choice(field, setup.order, setup.material, &mesh) else { return Ok(()) };
     let other = PhaseField { quadrature: choice[1], ..*field };
@@ -94,8 +94,8 @@ pub(super) fn compare_quadratures(
     let other_runs = runner.run(&level.with_phase_field(&other), &[run], true)?;
     let qoi = runner.task.inputs.qoi();
     let [own_name, other_name] = choice.map(name);
-    let found = match quantities(&other_runs[0], qoi) {
-        Ok(found) => found,
+    let with_other = match quantities(&other_runs[0], qoi) {
+        Ok(with_other) => with_other,
         Err(reason) => {
             say(
                 "note",
@@ -106,12 +106,15 @@ pub(super) fn compare_quadratures(
             return Ok(());
         }
     };
-    let percent: Vec<f64> =
-        own.iter().zip(&found).map(|(own, other)| 100.0 * (other / own - 1.0)).collect();
+    let percent: Vec<f64> = with_selected
+        .iter()
+        .zip(&with_other)
+        .map(|(with_selected, other)| 100.0 * (other / with_selected - 1.0))
+        .collect();
     let columns = qoi.quantities.iter().map(|quantity| quantity.column());
-    let rows = columns.zip(own.iter().zip(&found)).zip(&percent);
-    let rows = rows.map(|((column, (own, other)), percent)| {
-        [column.into_owned(), own.to_string(), other.to_string(), percent.to_string()]
+    let rows = columns.zip(with_selected.iter().zip(&with_other)).zip(&percent);
+    let rows = rows.map(|((column, (with_selected, other)), percent)| {
+        [column.into_owned(), with_selected.to_string(), other.to_string(), percent.to_string()]
     });
     let header =
         ["qoi".to_owned(), own_name.to_owned(), other_name.to_owned(), "percent".to_owned()];
@@ -151,17 +154,17 @@ mod tests {
         let wide = 2.0 * mesh.mean_edge();
         let mut case = CaseFile::default_case().case;
         let field = |length_mm| PhaseField::new(length_mm);
-        let found = |case: &Case, field, order| choice(&field, order, &case.material, &mesh);
+        let choices = |case: &Case, field, order| choice(&field, order, &case.material, &mesh);
         let both = Some([Vertex, Consistent]);
-        assert_eq!(found(&case, field(0.99 * wide), Order::Linear), both);
-        assert_eq!(found(&case, field(1.01 * wide), Order::Linear), None);
-        assert_eq!(found(&case, field(0.51 * wide), Order::Quadratic), None);
-        assert_eq!(found(&case, field(0.49 * wide), Order::Quadratic), both);
+        assert_eq!(choices(&case, field(0.99 * wide), Order::Linear), both);
+        assert_eq!(choices(&case, field(1.01 * wide), Order::Linear), None);
+        assert_eq!(choices(&case, field(0.51 * wide), Order::Quadratic), None);
+        assert_eq!(choices(&case, field(0.49 * wide), Order::Quadratic), both);
         let gauss = PhaseField { quadrature: Consistent, ..field(0.1) };
-        assert_eq!(found(&case, gauss, Order::Linear), Some([Consistent, Vertex]));
+        assert_eq!(choices(&case, gauss, Order::Linear), Some([Consistent, Vertex]));
         let at1 = PhaseField { model: CrackDensity::At1, ..field(0.1) };
-        assert_eq!(found(&case, at1, Order::Quadratic), None);
-        assert_eq!(found(&case, at1, Order::Linear), both);
+        assert_eq!(choices(&case, at1, Order::Quadratic), None);
+        assert_eq!(choices(&case, at1, Order::Linear), both);
 
         case.phase_field = Some(gauss);
         let note = quadrature_note(&case, &mesh).unwrap();

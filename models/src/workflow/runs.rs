@@ -38,7 +38,7 @@ pub(super) fn run_ensemble<'s>(
 
 /// Returns the folder of the runs that `manifest` identifies. All neighbouring results folders, if there are any, share
 /// this folder.
-pub(super) fn place(
+pub(super) fn folder_of_runs(
     dir: &Path,
     neighbours: Option<&Neighbours>,
     folder: &str,
@@ -98,11 +98,11 @@ pub(super) fn run_jobs(
     job: RunJob<'_>,
 ) -> Result<Vec<RunRecord>, WorkflowError> {
     let NamedRuns { folder, manifest, names, runs, wait } = named;
-    let own = place(&task.path(""), None, folder, manifest);
-    let directory = place(&task.path(""), task.neighbours.as_ref(), folder, manifest);
-    if directory != own {
+    let unshared = folder_of_runs(&task.path(""), None, folder, manifest);
+    let directory = folder_of_runs(&task.path(""), task.neighbours.as_ref(), folder, manifest);
+    if directory != unshared {
         // reuse runs that were computed before the folder had neighbouring folders
-        copy_records(&own, &directory)?;
+        copy_records(&unshared, &directory)?;
     }
     // another version of the program may compute other results: the version is part of the fingerprint, so
     // that the runs of two versions are not mixed
@@ -118,7 +118,7 @@ pub(super) fn run_jobs(
     if let Some(retry) = retry {
         ensemble = ensemble.retry_failed_if(retry);
     }
-    let bar = EnsembleBar { title: task.stage(), of: speaker(), bar: OnceLock::new() };
+    let bar = EnsembleBar { title: task.stage(), part: speaker(), bar: OnceLock::new() };
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let interrupt = task.interrupt;
     let threads = task.threads;
@@ -133,9 +133,9 @@ pub(super) fn run_jobs(
         )
     })?;
     task.check_interrupt()?;
-    if directory != own {
+    if directory != unshared {
         // each results folder keeps a copy of all runs from which its results were computed
-        copy_records(&directory, &own)?;
+        copy_records(&directory, &unshared)?;
     }
     Ok(records)
 }
@@ -145,13 +145,13 @@ struct EnsembleBar {
     title: &'static str,
     /// Name of the part of a study that messages show, if any. The name is stored because any thread may start
     /// the bar.
-    of: Option<String>,
+    part: Option<String>,
     bar: OnceLock<Bar>,
 }
 
 impl EnsembleBar {
     fn bar(&self) -> &Bar {
-        self.bar.get_or_init(|| Bar::of(self.of.clone(), self.title))
+        self.bar.get_or_init(|| Bar::for_part(self.part.clone(), self.title))
     }
 }
 

@@ -4,9 +4,9 @@
 use fem::{Region, StackHeader, VOID, Volume, outlined_slice, tiff};
 
 use super::WorkflowError;
-use super::found::Found;
 use super::images::{self, segmented_file};
 use super::specimen::{Image, Scanned, resize};
+use super::specimen_grains::SpecimenGrains;
 use super::task::Task;
 use crate::progress::{Bar, say};
 use crate::report::{Raster, grain_picture, grain_sizes, side_by_side};
@@ -31,29 +31,29 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
             Image::Stack(_) | Image::Labels(_) => Ok(()),
         }
     };
-    let (grey, found) = scanned.found(inputs.case_path(), &mut look, &mut |name| {
+    let (grey, grains) = scanned.find_grains(inputs.case_path(), &mut look, &mut |name| {
         bar.set(step / STEPS, name);
         step += 1.0;
     })?;
     drop(bar);
-    for warning in found.warnings() {
+    for warning in grains.warnings() {
         task.warn(warning);
     }
-    let fractions = found.fractions();
-    write_found(task, images::OWN, &grey, &found, &fractions)?;
+    let fractions = grains.fractions();
+    write_grains(task, images::FIRST, &grey, &grains, &fractions)?;
     drop(grey);
-    write_picture(task, "grains.png", &grain_picture(found.labels()))?;
+    write_picture(task, "grains.png", &grain_picture(grains.labels()))?;
     let sizes: Vec<(f64, f64)> =
-        found.solid_grains().map(|grain| (grain.diameter_mm(), grain.volume_mm3)).collect();
+        grains.solid_grains().map(|grain| (grain.diameter_mm(), grain.volume_mm3)).collect();
     task.write("grain_sizes.svg", grain_sizes(&sizes))?;
-    let told = in_words(&found, &fractions);
-    let own = *found.cylinder();
-    drop(found);
+    let words = in_words(&grains, &fractions);
+    let first = *grains.cylinder();
+    drop(grains);
     for (image, scanned) in images::further(inputs)? {
         task.check_interrupt()?;
-        further(task, image, &scanned, [own.radius_mm, own.height_mm()])?;
+        further(task, image, &scanned, [first.radius_mm, first.height_mm()])?;
     }
-    Ok(told)
+    Ok(words)
 }
 
 /// Prints the description of an image stack and its warnings.
@@ -64,8 +64,8 @@ fn report_reading(task: &Task<'_>, header: Option<&StackHeader>) {
 }
 
 /// Summarises the segmentation, with the fraction of each phase in the meshed cylinder.
-fn in_words(found: &Found, fractions: &[(String, f64)]) -> String {
-    let (s, part) = (found.statistics(), 100.0 * grain_fraction(fractions));
+fn in_words(result: &SpecimenGrains, fractions: &[(String, f64)]) -> String {
+    let (s, part) = (result.statistics(), 100.0 * grain_fraction(fractions));
     let of_image = 100.0 * s.grain_fraction;
     // the fractions differ if the meshed cylinder is only part of the specimen in the image
     let others = match (part - of_image).abs() > 0.1 {
@@ -114,17 +114,17 @@ fn further(
         report_reading(task, image.header());
         Ok(())
     };
-    let (grey, mut found) = as_fitted.found(path, &mut look, &mut |name| {
+    let (grey, mut grains) = as_fitted.find_grains(path, &mut look, &mut |name| {
         bar.set(step / STEPS, &format!("image {image}: {name}"));
         step += 1.0;
     })?;
     drop(bar);
-    let fitted = [found.cylinder().radius_mm, found.cylinder().height_mm()];
+    let fitted = [grains.cylinder().radius_mm, grains.cylinder().height_mm()];
     let is_given = scanned.size_mm.iter().all(Option::is_some);
     // if the case gives a size, a cylinder of this size can be cut out of any larger specimen
-    let differs = |(fitted, own): (&f64, &f64)| match is_given {
-        true => fitted / own < 1.0 - LARGEST_DIFFERENCE,
-        false => (fitted / own - 1.0).abs() > LARGEST_DIFFERENCE,
+    let differs = |(fitted, of_first): (&f64, &f64)| match is_given {
+        true => fitted / of_first < 1.0 - LARGEST_DIFFERENCE,
+        false => (fitted / of_first - 1.0).abs() > LARGEST_DIFFERENCE,
     };
     if fitted.iter().zip(&size_mm).any(differs) {
         let problem = format!(
@@ -134,34 +134,34 @@ fn further(
         let help = "Give specimen.radius_mm and height_mm of a cylinder that fits into all images, or remove this image.";
         return Err(inputs.refused_image(path, &problem, help));
     }
-    resize(found.cylinder_mut(), size_mm.map(Some));
-    for warning in found.warnings() {
+    resize(grains.cylinder_mut(), size_mm.map(Some));
+    for warning in grains.warnings() {
         task.warn(&format!("{}: {warning}", path.display()));
     }
-    let fractions = found.fractions();
-    write_found(task, image, &grey, &found, &fractions)?;
-    say("segment", &format!("image {image}: {}", in_words(&found, &fractions)));
+    let fractions = grains.fractions();
+    write_grains(task, image, &grey, &grains, &fractions)?;
+    say("segment", &format!("image {image}: {}", in_words(&grains, &fractions)));
     Ok(())
 }
 
 /// Writes the result of the segmentation of an image.
-fn write_found(
+fn write_grains(
     task: &Task<'_>,
     image: usize,
     grey: &Volume<f32>,
-    found: &Found,
+    result: &SpecimenGrains,
     fractions: &[(String, f64)],
 ) -> Result<(), WorkflowError> {
-    let name = |own| segmented_file(image, own);
-    task.product(&name("labels.tif"), |path| tiff::write_labels(path, found.labels()))?;
-    if let Some(solid) = found.solid() {
+    let name = |file| segmented_file(image, file);
+    task.product(&name("labels.tif"), |path| tiff::write_labels(path, result.labels()))?;
+    if let Some(solid) = result.solid() {
         write_16_bits(task, &name("solid.tif"), solid, WHOLE)?;
     }
-    let grains = found.regions().iter().map(|grain| of_grain(found, grain));
+    let grains = result.regions().iter().map(|grain| of_grain(result, grain));
     task.write_csv(&name("grains.csv"), GRAIN_COLUMNS, grains)?;
-    let rows = quantities(found, fractions).into_iter().map(|(name, value)| [name, value]);
+    let rows = quantities(result, fractions).into_iter().map(|(name, value)| [name, value]);
     task.write_csv(&name("segment.csv"), ["quantity", "value"], rows)?;
-    write_picture(task, &name("slices.png"), &slices(grey, found)?)
+    write_picture(task, &name("slices.png"), &slices(grey, result)?)
 }
 
 /// Writes the values, multiplied by a factor and rounded, as a 16-bit image.
@@ -189,12 +189,12 @@ pub(super) fn write_picture(
 
 /// Draws three central slices, one perpendicular to the axis and two along it, with the outline of the meshed
 /// cylinder.
-fn slices(grey: &Volume<f32>, found: &Found) -> Result<Raster, WorkflowError> {
+fn slices(grey: &Volume<f32>, grains: &SpecimenGrains) -> Result<Raster, WorkflowError> {
     let mut pictures = Vec::new();
     for axis in [2, 1, 0] {
         let index = grey.shape[axis] / 2;
-        let mut slice = outlined_slice(grey, found.labels(), axis, index)?;
-        slice.draw_cylinder(found.cylinder(), grey.voxel_mm, axis, index);
+        let mut slice = outlined_slice(grey, grains.labels(), axis, index)?;
+        slice.draw_cylinder(grains.cylinder(), grey.voxel_mm, axis, index);
         pictures.push(Raster::from_bytes(slice.width, &slice.pixels));
     }
     Ok(side_by_side(&pictures))
@@ -218,11 +218,11 @@ const GRAIN_COLUMNS: [&str; 15] = [
     "label",
 ];
 
-fn of_grain(found: &Found, region: &Region) -> [String; 15] {
+fn of_grain(grains: &SpecimenGrains, region: &Region) -> [String; 15] {
     let [x, y, z] = region.centroid_mm.map(|c| c.to_string());
     let [a, b, c] = region.axes_mm.map(|c| c.to_string());
     let neighbours: Vec<String> = region.neighbours.iter().map(u32::to_string).collect();
-    let (phase, label) = found.phase_and_label(region);
+    let (phase, label) = grains.phase_and_label(region);
     [
         region.id.to_string(),
         region.volume_mm3.to_string(),
@@ -243,8 +243,8 @@ fn of_grain(found: &Found, region: &Region) -> [String; 15] {
 }
 
 /// Returns the rows of `segment.csv`: quantities of the whole specimen.
-fn quantities(found: &Found, fractions: &[(String, f64)]) -> Vec<(String, String)> {
-    let (cylinder, s, labels) = (found.cylinder(), found.statistics(), found.labels());
+fn quantities(result: &SpecimenGrains, fractions: &[(String, f64)]) -> Vec<(String, String)> {
+    let (cylinder, s, labels) = (result.cylinder(), result.statistics(), result.labels());
     let number = |x: f64| x.to_string();
     let mut rows = vec![
         ("grains", s.grains.to_string()),
@@ -268,18 +268,18 @@ fn quantities(found: &Found, fractions: &[(String, f64)]) -> Vec<(String, String
         ("d90_mm", number(s.d90_mm)),
         ("median_diameter_mm", number(s.median_diameter_mm)),
         ("coordination", number(s.coordination)),
-        ("block", u8::from(found.is_block()).to_string()),
+        ("block", u8::from(result.is_block()).to_string()),
     ];
-    if let Found::Grey(found) = found {
-        rows.push(("grain_threshold", number(found.grain_threshold)));
-        rows.push(("void_fraction", number(found.void_fraction)));
-        rows.push(("rim_over_centre", number(found.rim_over_centre)));
-        rows.push(("top_over_bottom", number(found.top_over_bottom)));
-        rows.extend(found.void_threshold.map(|grey| ("void_threshold", number(grey))));
+    if let SpecimenGrains::Grey(result) = result {
+        rows.push(("grain_threshold", number(result.grain_threshold)));
+        rows.push(("void_fraction", number(result.void_fraction)));
+        rows.push(("rim_over_centre", number(result.rim_over_centre)));
+        rows.push(("top_over_bottom", number(result.top_over_bottom)));
+        rows.extend(result.void_threshold.map(|grey| ("void_threshold", number(grey))));
     }
     let mut rows: Vec<(String, String)> =
         rows.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
-    if let Found::Labels(_) = found {
+    if let SpecimenGrains::Labels(_) = result {
         let of_phase = |(name, part): &(String, f64)| (format!("fraction_{name}"), number(*part));
         rows.extend(fractions.iter().map(of_phase));
     }

@@ -86,8 +86,8 @@ fn phases(
         };
         of_grains.push((row.number("id")? as u32, phase));
     }
-    let known: BTreeSet<u32> = of_grains.iter().map(|(grain, _)| *grain).collect();
-    let unknown = labels.values.iter().find(|label| **label > 0 && !known.contains(label));
+    let listed: BTreeSet<u32> = of_grains.iter().map(|(grain, _)| *grain).collect();
+    let unknown = labels.values.iter().find(|label| **label > 0 && !listed.contains(label));
     if let Some(label) = unknown {
         let file = segmented_file(image, "labels.tif");
         let message = format!(

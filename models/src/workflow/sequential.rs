@@ -21,7 +21,7 @@ use super::level_runs::{FOLDER, LevelRuns, Runner};
 use super::levels::Level;
 use super::locks::lock;
 use super::neighbours::Neighbours;
-use super::runs::place;
+use super::runs::folder_of_runs;
 use super::specimen_stiffness::of_specimens;
 use super::task::Task;
 use super::uncertainty::{Budget, OF_SURROGATE, SharedError, budget, draws_of};
@@ -94,7 +94,7 @@ impl<'a> Batches<'a> {
         inputs.calibration();
         let level = level.named(&format!("batches of {batch}\n{}", inputs.manifest()));
         let Some(case) = inputs.sequential().clone() else { return Ok(None) };
-        let folder = place(dir, Neighbours::of(dir).as_ref(), FOLDER, &level.manifest);
+        let folder = folder_of_runs(dir, Neighbours::of(dir).as_ref(), FOLDER, &level.manifest);
         Ok(Some(Self { case, level, folder, first: runs + 1 }))
     }
 
@@ -114,7 +114,7 @@ impl<'a> Batches<'a> {
     }
 
     /// Number of runs in batches whose points have been chosen, and the folder of these runs.
-    pub(super) fn known(&self) -> (usize, &PathBuf) {
+    pub(super) fn chosen_runs(&self) -> (usize, &PathBuf) {
         let batches = self.looks().iter().filter(|look| self.goes_on(look)).count();
         ((batches * self.case.batch).min(self.most()), &self.folder)
     }
@@ -165,27 +165,27 @@ impl<'a> Batches<'a> {
         k: usize,
         data: &mut dyn FnMut() -> Result<Learnt, WorkflowError>,
     ) -> Result<Option<Look>, WorkflowError> {
-        if let Some(look) = self.kept(k, task)? {
+        if let Some(look) = self.stored_look(k, task)? {
             return Ok(Some(look));
         }
         let _lock = lock(&self.folder, "looks", task.stage(), task.interrupt)?;
-        if let Some(look) = self.kept(k, task)? {
+        if let Some(look) = self.stored_look(k, task)? {
             return Ok(Some(look));
         }
         let (runs, corrections) = data()?;
-        let found = self.calibrated(task, &runs, corrections)?;
-        if let Some(look) = &found {
+        let new_look = self.calibrated(task, &runs, corrections)?;
+        if let Some(look) = &new_look {
             let (name, folder) = (name_of_look(k), task.folder.with_dir(&self.folder));
             let text = serde_json::to_vec_pretty(look);
             let text = text.map_err(|e| WorkflowError::io(&folder.path(&name), e.into()))?;
             folder.write(&name, task.stage(), &text)?;
             say(task.stage(), &look.words(runs.len()));
         }
-        Ok(found)
+        Ok(new_look)
     }
 
     /// Reads look (intermediate calibration) number `k`, if it is stored. Fails if the user has changed its file.
-    fn kept(&self, k: usize, task: &Task<'_>) -> Result<Option<Look>, WorkflowError> {
+    fn stored_look(&self, k: usize, task: &Task<'_>) -> Result<Option<Look>, WorkflowError> {
         let (name, folder) = (name_of_look(k), task.folder.with_dir(&self.folder));
         folder.claim(&name, task.stage())?;
         Ok(read_look(&folder.path(&name)))
@@ -209,7 +209,7 @@ impl<'a> Batches<'a> {
         }
         let fitted = Fitted::of(runs, &of_specimens(inputs)?, inputs.surrogate(), corrections)?;
         let shared = SharedError::of(&fitted, &settings.discrepancy, &means)?;
-        let evidence = shared.evidence(specimens, &fitted.known);
+        let evidence = shared.evidence(specimens, &fitted.known_stiffness);
         let priors = inputs.priors()?;
         let sampler = Nuts::default()
             .chains(settings.chains)
@@ -229,18 +229,19 @@ impl<'a> Batches<'a> {
             return Err(WorkflowError::Unusable(message.to_owned()));
         };
         let draws = draws_of(&posterior, "theta");
-        let known = evidence.middle();
+        let known_inputs = evidence.middle();
         let some = draws.iter().step_by(draws.len().div_ceil(CANDIDATES).max(1));
-        let places: Vec<Vec<f64>> = some.map(|draw| [&draw[..], &known[..]].concat()).collect();
+        let places: Vec<Vec<f64>> =
+            some.map(|draw| [&draw[..], &known_inputs[..]].concat()).collect();
         let size = fitted.unknown().len();
-        let chosen = fitted.open.placement(&places, self.case.batch)?;
+        let chosen = fitted.coefficients.placement(&places, self.case.batch)?;
         let next = chosen.into_iter().map(|i| places[i][..size].to_vec()).collect();
         let Budget { parameters, contractions, .. } = &budget;
         Ok(Some(Look {
             runs: runs.len(),
             parameters: parameters.clone(),
             contractions: contractions.clone(),
-            shares: budget.of(OF_SURROGATE),
+            shares: budget.shares_of(OF_SURROGATE),
             largest: budget.largest_share().map_or(0.0, |(_, share)| share),
             next,
         }))

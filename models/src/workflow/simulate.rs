@@ -178,11 +178,11 @@ fn run(
 }
 
 /// Returns `own` if all ranks succeeded; otherwise returns the error of the first failing rank.
-fn agreed<T>(ranks: &Ranks, own: Result<T, WorkflowError>) -> Result<T, WorkflowError> {
-    let error = own.as_ref().err().map(ToString::to_string);
+fn agreed<T>(ranks: &Ranks, result: Result<T, WorkflowError>) -> Result<T, WorkflowError> {
+    let error = result.as_ref().err().map(ToString::to_string);
     match ranks.first_text(error.as_deref())? {
-        None => own,
-        Some((rank, message)) => own.and(Err(WorkflowError::Rank { rank, message })),
+        None => result,
+        Some((rank, message)) => result.and(Err(WorkflowError::Rank { rank, message })),
     }
 }
 

@@ -11,7 +11,7 @@ use super::WorkflowError;
 use super::inputs::Inputs;
 use super::run_source::RequestedRuns;
 use super::run_sources::source_of;
-use super::runs::{NamedRuns, place};
+use super::runs::{NamedRuns, folder_of_runs};
 use super::simulator::quantities;
 use super::stage::Stage;
 use super::task::Task;
@@ -56,11 +56,11 @@ pub(super) fn simulate_outside(
         return Err(WorkflowError::Unusable(format!("the run failed: {reason}")));
     }
     let qoi = task.inputs.qoi();
-    let found = quantities(&records[0], qoi)
+    let computed = quantities(&records[0], qoi)
         .map_err(|reason| WorkflowError::Unusable(format!("the run is {reason}")))?;
-    for (quantity, value) in qoi.quantities.iter().zip(found) {
+    for (quantity, value) in qoi.quantities.iter().zip(computed) {
         say("simulate", &format!("{} = {value}", quantity.column()));
     }
     say("simulate", &format!("{:.1} s", records[0].seconds));
-    Ok(place(dir, None, FOLDER, &manifest))
+    Ok(folder_of_runs(dir, None, FOLDER, &manifest))
 }

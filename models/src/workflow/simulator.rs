@@ -114,11 +114,13 @@ impl Simulator {
             return Err(WorkflowError::Unusable(message));
         }
         let is_outside = |p: &&Parameter| {
-            p.region().is_some_and(|own| mesh.regions.iter().all(|region| region != own))
+            p.region().is_some_and(|calibrated_region| {
+                mesh.regions.iter().all(|region| region != calibrated_region)
+            })
         };
         if let Some(p) = parameters.iter().find(is_outside) {
-            let known = mesh.regions.join(", ");
-            let message = format!("{p} is calibrated, but the mesh's regions are: {known}");
+            let region_names = mesh.regions.join(", ");
+            let message = format!("{p} is calibrated, but the mesh's regions are: {region_names}");
             return Err(WorkflowError::Unusable(message));
         }
         let parts = SimulationParts {
@@ -132,8 +134,9 @@ impl Simulator {
         for name in parts.interface.keys().filter(is_idle) {
             let table = format!("interface.{name}.");
             if let Some(p) = parameters.iter().find(|p| p.path().starts_with(&table)) {
-                let known = mesh.regions.join(", ");
-                let message = format!("{p} is calibrated, but the mesh's regions are: {known}");
+                let region_names = mesh.regions.join(", ");
+                let message =
+                    format!("{p} is calibrated, but the mesh's regions are: {region_names}");
                 return Err(WorkflowError::Unusable(message));
             }
         }
@@ -323,7 +326,9 @@ fn regions_of<'a>(
     regions: &[String],
 ) -> Option<[&'a str; 2]> {
     let pair = InterfaceCase::regions(name, &parts.material)?;
-    pair.iter().all(|region| regions.iter().any(|own| own == region)).then_some(pair)
+    pair.iter()
+        .all(|region| regions.iter().any(|known_region| known_region == region))
+        .then_some(pair)
 }
 
 /// Interfaces between regions of a mesh.
@@ -351,8 +356,8 @@ fn reported(record: &RunRecord, qoi: &QoiCase) -> Result<Vec<f64>, String> {
     let value = |quantity: &Quantity| {
         let column = quantity.column();
         record.values.get(&*column).copied().ok_or_else(|| {
-            let known: Vec<&str> = record.values.keys().map(String::as_str).collect();
-            format!("unusable: there is no {column} among the results {}", known.join(", "))
+            let names: Vec<&str> = record.values.keys().map(String::as_str).collect();
+            format!("unusable: there is no {column} among the results {}", names.join(", "))
         })
     };
     qoi.quantities.iter().map(value).collect()
@@ -361,22 +366,22 @@ fn reported(record: &RunRecord, qoi: &QoiCase) -> Result<Vec<f64>, String> {
 /// Derivatives of the quantities of interest with respect to the parameters of the force derivatives (quantities ×
 /// parameters), or the reason why the run has no derivatives.
 pub(super) fn jacobian(record: &RunRecord, qoi: &QoiCase) -> Result<Vec<Vec<f64>>, String> {
-    let (curve, found) = (recorded_run(record), &record.sensitivities);
-    if found.force_n.len() < record.curve.len() {
+    let (curve, derivatives) = (recorded_run(record), &record.sensitivities);
+    if derivatives.force_n.len() < record.curve.len() {
         return Err(format!(
             "without derivatives from {} mm on: {}",
-            record.curve[found.force_n.len()].displacement_mm,
-            found.lost.as_deref().unwrap_or("the run was made by another version")
+            record.curve[derivatives.force_n.len()].displacement_mm,
+            derivatives.lost.as_deref().unwrap_or("the run was made by another version")
         ));
     }
     let column = |parameter: usize| {
         // the force at the unloaded start does not depend on the parameters
-        let rates = found.force_n.iter().map(|row| row[parameter]);
+        let rates = derivatives.force_n.iter().map(|row| row[parameter]);
         let rates: Vec<f64> = iter::once(0.0).chain(rates).collect();
         Qois::rates_of(&curve, qoi.slope_fraction, &qoi.quantities, &rates)
             .map_err(|error| format!("without derivatives: {error}"))
     };
-    let columns = (0..found.names.len()).map(column).collect::<Result<Vec<_>, _>>()?;
+    let columns = (0..derivatives.names.len()).map(column).collect::<Result<Vec<_>, _>>()?;
     let row = |quantity: usize| columns.iter().map(|column| column[quantity]).collect();
     Ok((0..qoi.quantities.len()).map(row).collect())
 }
@@ -406,16 +411,16 @@ mod tests {
             let outcome = simulator.run(&values, &mut ())?;
             Ok::<_, FemError>(outcome.curve.iter().map(|p| p.force_n).collect::<Vec<f64>>())
         };
-        let own = case(&text);
+        let base = case(&text);
         for (path, written, key, value) in [
             ("phase_field.length_mm", "length_mm = 0.06", "length_mm", 0.12),
             ("test.friction", "friction = 0.0", "friction", 0.4),
         ] {
             let other = case(&text.replacen(written, &format!("{key} = {value}"), 1));
-            let found = forces(&own, Some((path, value)), false).unwrap();
-            assert_eq!(found, forces(&other, None, false).unwrap(), "{path}");
-            assert_ne!(found, forces(&own, None, false).unwrap(), "{path}");
-            let refused = forces(&own, Some((path, value)), true).unwrap_err().to_string();
+            let computed = forces(&base, Some((path, value)), false).unwrap();
+            assert_eq!(computed, forces(&other, None, false).unwrap(), "{path}");
+            assert_ne!(computed, forces(&base, None, false).unwrap(), "{path}");
+            let refused = forces(&base, Some((path, value)), true).unwrap_err().to_string();
             assert!(refused.contains(path), "{refused}");
         }
     }
@@ -446,28 +451,28 @@ mod tests {
             let values: Vec<f64> = value.into_iter().collect();
             simulator.run(&values, &mut ()).unwrap()
         };
-        let own = case(&text);
+        let base = case(&text);
         let other = case(&text.replacen(
             "toughness_n_per_mm = 0.001\nw",
             "toughness_n_per_mm = 0.002\nw",
             1,
         ));
-        let found = outcome(&own, Some(0.002));
+        let computed = outcome(&base, Some(0.002));
         let difference = |other: &Outcome| {
-            let pairs = found.curve.iter().zip(&other.curve);
+            let pairs = computed.curve.iter().zip(&other.curve);
             pairs.map(|(a, b)| (a.force_n / b.force_n - 1.0).abs()).fold(0.0, f64::max)
         };
         assert!(difference(&outcome(&other, None)) < 1e-6);
-        assert!(difference(&outcome(&own, None)) > 1e-4);
-        assert_eq!(found.sensitivities.names, [path]);
-        assert!(found.sensitivities.force_n.iter().any(|row| row[0] > 0.0));
+        assert!(difference(&outcome(&base, None)) > 1e-4);
+        assert_eq!(computed.sensitivities.names, [path]);
+        assert!(computed.sensitivities.force_n.iter().any(|row| row[0] > 0.0));
 
         let matrix = TetMesh {
             regions: vec!["matrix".into()],
             region_of: vec![0; mesh.tets.len()],
             ..mesh.clone()
         };
-        let setup = Setup::from(&own);
+        let setup = Setup::from(&base);
         assert!(Simulator::new(&setup, matrix.clone(), Vec::new()).is_ok());
         let refused = Simulator::new(&setup, matrix, vec![path.parse().unwrap()]).unwrap_err();
         assert!(refused.to_string().contains(path), "{refused}");

@@ -10,7 +10,7 @@ use fem::{
 };
 
 use super::WorkflowError;
-use super::found::{Found, GrainPhases};
+use super::specimen_grains::{GrainPhases, SpecimenGrains};
 use crate::case::{CaseFile, SpecimenGeometry};
 use crate::progress::say;
 
@@ -94,35 +94,35 @@ impl Scanned {
     /// Segments the image. Returns the grey values and the grains. For an image of labels, the grey value of a voxel is
     /// a brightness that is assigned to its phase. `look` is called with the image before the segmentation, and
     /// `progress` with the name of each step.
-    pub(super) fn found(
+    pub(super) fn find_grains(
         &self,
         case: &Path,
         look: &mut dyn FnMut(&Image) -> Result<(), WorkflowError>,
         progress: &mut dyn FnMut(&str),
-    ) -> Result<(Volume<f32>, Found), WorkflowError> {
+    ) -> Result<(Volume<f32>, SpecimenGrains), WorkflowError> {
         let failed = |source| WorkflowError::Segmentation { file: case.to_owned(), source };
         let image = self.image(case)?;
         look(&image)?;
-        let (grey, mut found) = match (image, &self.source) {
+        let (grey, mut grains) = match (image, &self.source) {
             (Image::Labels(reading), Source::Labels { rules, .. }) => {
-                let mut found = rules.run(&reading.volume, progress).map_err(failed)?;
+                let mut grains = rules.run(&reading.volume, progress).map_err(failed)?;
                 let nothing = Volume { shape: [0; 3], voxel_mm: 1.0, values: Vec::new() };
-                let shades = std::mem::replace(&mut found.shades, nothing);
-                (shades, Found::Labels(found))
+                let shades = std::mem::replace(&mut grains.shades, nothing);
+                (shades, SpecimenGrains::Labels(grains))
             }
             (image, _) => {
                 let grey = image.into_grey()?;
                 let mask = self.mask(grey.voxel_mm)?;
-                let found = self.segmentation.run_masked(&grey, mask.as_ref(), progress);
-                let found = found.map_err(failed)?;
+                let grains = self.segmentation.run_masked(&grey, mask.as_ref(), progress);
+                let grains = grains.map_err(failed)?;
                 if matches!(self.source, Source::Stack { .. }) {
-                    checked_size(&found.cylinder, self.size_mm, grey.voxel_mm).map_err(failed)?;
+                    checked_size(&grains.cylinder, self.size_mm, grey.voxel_mm).map_err(failed)?;
                 }
-                (grey, Found::Grey(found))
+                (grey, SpecimenGrains::Grey(grains))
             }
         };
-        resize(found.cylinder_mut(), self.size_mm);
-        Ok((grey, found))
+        resize(grains.cylinder_mut(), self.size_mm);
+        Ok((grey, grains))
     }
 
     /// Reads the mask of `[specimen.image.region]`. The mask gets the voxel size of the image; the tags of its file are
@@ -279,14 +279,14 @@ pub(super) fn labelled_mesh(
 }
 
 /// Builds the mesh of a specimen directly from the result of its segmentation.
-pub(super) fn found_mesh(
+pub(super) fn grains_mesh(
     case: &Path,
-    found: &Found,
+    grains: &SpecimenGrains,
     meshing: &Meshing,
 ) -> Result<Meshed, WorkflowError> {
-    let volumes_mm3 = found.volumes_mm3();
-    let measured = found.solid().map(|solid| Measured { solid, volumes_mm3 });
-    labelled_mesh(case, found.labels(), measured, found.phases(), found.cylinder(), meshing)
+    let volumes_mm3 = grains.volumes_mm3();
+    let measured = grains.solid().map(|solid| Measured { solid, volumes_mm3 });
+    labelled_mesh(case, grains.labels(), measured, grains.phases(), grains.cylinder(), meshing)
 }
 
 /// Reads a mesh file. The result includes the notes of the reader.
@@ -320,19 +320,19 @@ pub(super) fn imported_grains(
         let file = case.to_owned();
         WorkflowError::Surfaces { file, source: Box::new(source) }
     };
-    let found = import.read(size_mm).map_err(failed)?;
-    found.check_unit(meshing.spacing_mm, import.unit_mm).map_err(failed)?;
-    Ok(found)
+    let imported = import.read(size_mm).map_err(failed)?;
+    imported.check_unit(meshing.spacing_mm, import.unit_mm).map_err(failed)?;
+    Ok(imported)
 }
 
 /// Meshes the grains of STL files.
 pub(super) fn surfaces_mesh(
     case: &Path,
-    found: &ImportedSurfaces,
+    imported: &ImportedSurfaces,
     meshing: &Meshing,
 ) -> Result<Meshed, WorkflowError> {
-    let grains = found.grains().map_err(|e| WorkflowError::Unusable(e.to_string()))?;
-    let [radius_mm, height_mm] = found.size_mm();
+    let grains = imported.grains().map_err(|e| WorkflowError::Unusable(e.to_string()))?;
+    let [radius_mm, height_mm] = imported.size_mm();
     let built = meshing.build(radius_mm, height_mm, &grains);
     built.map_err(|source| WorkflowError::Meshing { file: case.to_owned(), source })
 }
@@ -352,8 +352,8 @@ pub(super) fn direct_mesh(
             Ok((mesh, Some(report)))
         }
         SpecimenGeometry::Surfaces { import, radius_mm, height_mm, meshing } => {
-            let found = imported_grains(case, import, [*radius_mm, *height_mm], meshing)?;
-            let Meshed { mesh, report } = surfaces_mesh(case, &found, meshing)?;
+            let imported = imported_grains(case, import, [*radius_mm, *height_mm], meshing)?;
+            let Meshed { mesh, report } = surfaces_mesh(case, &imported, meshing)?;
             Ok((mesh, Some(report)))
         }
         SpecimenGeometry::Image { .. } => {
@@ -370,10 +370,10 @@ pub(super) fn direct_mesh(
 pub(super) fn mesh_of(file: &CaseFile) -> Result<TetMesh, WorkflowError> {
     let geometry = file.geometry()?;
     if let Some((scanned, meshing)) = Scanned::of(&geometry) {
-        let (_, found) = scanned.found(&file.path, &mut |_| Ok(()), &mut |_| ())?;
-        let size = [found.cylinder().radius_mm, found.cylinder().height_mm()];
+        let (_, grains) = scanned.find_grains(&file.path, &mut |_| Ok(()), &mut |_| ())?;
+        let size = [grains.cylinder().radius_mm, grains.cylinder().height_mm()];
         file.check_spacing("specimen.spacing_mm", meshing.spacing_mm, size[0], size[1])?;
-        return Ok(found_mesh(&file.path, &found, &meshing)?.mesh);
+        return Ok(grains_mesh(&file.path, &grains, &meshing)?.mesh);
     }
     if let SpecimenGeometry::Mesh { file: mesh_file, regions, surfaces } = &geometry {
         let imported = imported_mesh(mesh_file, regions, surfaces)?;
@@ -382,12 +382,12 @@ pub(super) fn mesh_of(file: &CaseFile) -> Result<TetMesh, WorkflowError> {
     }
     if let SpecimenGeometry::Surfaces { import, radius_mm, height_mm, meshing } = &geometry {
         let size = [*radius_mm, *height_mm];
-        let found = imported_grains(&file.path, import, size, meshing)?;
-        let [radius_mm, height_mm] = found.size_mm();
+        let imported = imported_grains(&file.path, import, size, meshing)?;
+        let [radius_mm, height_mm] = imported.size_mm();
         file.check_spacing("specimen.spacing_mm", meshing.spacing_mm, radius_mm, height_mm)?;
-        say("grains", &found.in_words());
-        found.warnings().iter().for_each(|warning| say("warning", warning));
-        return Ok(surfaces_mesh(&file.path, &found, meshing)?.mesh);
+        say("grains", &imported.in_words());
+        imported.warnings().iter().for_each(|warning| say("warning", warning));
+        return Ok(surfaces_mesh(&file.path, &imported, meshing)?.mesh);
     }
     Ok(direct_mesh(&file.path, &geometry)?.0)
 }

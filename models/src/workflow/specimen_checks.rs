@@ -75,7 +75,7 @@ pub(super) fn inspect(
     let mut notes = Notes::default();
     let are_virtual = inputs.are_specimens_virtual()?;
     if let Some(mesh) = mesh {
-        mistakes.extend(table.specimens.iter().flat_map(|own| far_sizes(own, mesh, names.table)));
+        mistakes.extend(table.specimens.iter().flat_map(|row| far_sizes(row, mesh, names.table)));
         mistakes.extend(check_rates(
             inputs.test(),
             &table,
@@ -155,15 +155,15 @@ fn far_sizes(
         ("height_mm", specimen.height_mm, mesh.height_mm, HEIGHTS),
         ("radius_mm", specimen.radius_mm, mesh.radius_mm, RADII),
     ];
-    let mistakes = sizes.map(|(column, own, mesh, most)| {
-        if (1.0 / most..=most).contains(&(own / mesh)) {
+    let mistakes = sizes.map(|(column, size, mesh, most)| {
+        if (1.0 / most..=most).contains(&(size / mesh)) {
             return None;
         }
-        let place = format!("specimen {}, column {column}", specimen.id);
+        let location = format!("specimen {}, column {column}", specimen.id);
         let what = column.trim_end_matches("_mm");
         let problem = format!("is far from the mesh's {what} of {mesh:.4} mm");
         let help = format!("Write it in mm, or mesh a specimen of this {what}.");
-        Some(InputError::new(table, place, own.to_string(), problem, help))
+        Some(InputError::new(table, location, size.to_string(), problem, help))
     });
     mistakes.into_iter().flatten()
 }

@@ -9,7 +9,7 @@ use super::files::SPECIMENS;
 use super::images;
 use super::levels::Level;
 use super::segment::write_16_bits;
-use super::specimen::{Scanned, Source, found_mesh};
+use super::specimen::{Scanned, Source, grains_mesh};
 use super::stiffness::stiffness_ratio;
 use super::task::Task;
 use crate::case::SpecimenGeometry;
@@ -87,9 +87,9 @@ pub(super) fn stiffness_ratios(
         bar.set(0.0, &format!("the image of {}", specimen.id));
         // the image is also an image of the design: use the mesh of the runs, so that run and specimen have the same
         // stiffness ratio
-        let place = of_design.iter().position(|path| *path == canonical(&image));
-        if let Some(place) = place.filter(|_| of_design.len() > images::OWN) {
-            let mesh = level.mesh(inputs, images::OWN + place)?;
+        let index = of_design.iter().position(|path| *path == canonical(&image));
+        if let Some(index) = index.filter(|_| of_design.len() > images::FIRST) {
+            let mesh = level.mesh(inputs, images::FIRST + index)?;
             return Ok(Some(stiffness_ratio(&level.setup, mesh)?));
         }
         let scanned = Scanned {
@@ -99,9 +99,9 @@ pub(super) fn stiffness_ratios(
         };
         // errors name this image, because image 1, which the case names in `specimen.image`, may be
         // correct
-        let (grey, found) = scanned.found(&image, &mut |_| Ok(()), &mut |_| ())?;
+        let (grey, grains) = scanned.find_grains(&image, &mut |_| Ok(()), &mut |_| ())?;
         drop(grey);
-        let mesh = found_mesh(&image, &found, &meshing)?.mesh;
+        let mesh = grains_mesh(&image, &grains, &meshing)?.mesh;
         Ok(Some(stiffness_ratio(&setup, mesh)?))
     };
     // computed sequentially: an image may fill the memory, and its segmentation uses all processors

@@ -92,9 +92,9 @@ pub(super) fn note_sizes(table: &SpecimenTable, mesh: MeshSize, notes: &mut Note
             );
             notes.say("height", &format!("{} {text}", specimen.id));
         }
-        let (own, radius_mm) = (specimen.radius_mm, mesh.radius_mm);
-        let difference = (own / radius_mm - 1.0).abs();
-        let text = format!("has a radius of {own} mm, the mesh {radius_mm:.4} mm");
+        let (specimen_radius_mm, radius_mm) = (specimen.radius_mm, mesh.radius_mm);
+        let difference = (specimen_radius_mm / radius_mm - 1.0).abs();
+        let text = format!("has a radius of {specimen_radius_mm} mm, the mesh {radius_mm:.4} mm");
         if scale.force != 1.0 {
             let text = format!("{text}: its forces are scaled by {:.4}", scale.force);
             if difference > RADIUS {
@@ -103,20 +103,20 @@ pub(super) fn note_sizes(table: &SpecimenTable, mesh: MeshSize, notes: &mut Note
                      (specimen.radius_mm), or correct the table"
                 );
                 notes.warn("radius", format!("{} {text}", specimen.id));
-                notes.list(&specimen.id, "radius", own, text);
+                notes.list(&specimen.id, "radius", specimen_radius_mm, text);
             } else {
                 notes.say("radius", &format!("{} {text}", specimen.id));
-                notes.list(&specimen.id, "radius", own, text);
+                notes.list(&specimen.id, "radius", specimen_radius_mm, text);
             }
         } else if difference > UNSCALED {
-            let percent = 100.0 * ((own / radius_mm).powi(2) - 1.0);
+            let percent = 100.0 * ((specimen_radius_mm / radius_mm).powi(2) - 1.0);
             let text = format!(
                 "{text}: the mesh is no cylinder, so that forces are not scaled; sections of circles of these radii \
                  differ by {percent:+.2} %. Write the radius of the circle around the mesh into the table if the \
                  specimen has the shape of the mesh"
             );
             notes.warn("radius", format!("{} {text}", specimen.id));
-            notes.list(&specimen.id, "radius", own, text);
+            notes.list(&specimen.id, "radius", specimen_radius_mm, text);
         }
     }
 }
@@ -185,7 +185,7 @@ pub(super) fn check_rates(
         notes.say("rate", &text);
         notes.list("all", "rate", rate, text);
     }
-    table.specimens.iter().filter_map(|own| case.other_rate(own, curve)).collect()
+    table.specimens.iter().filter_map(|row| case.other_rate(row, curve)).collect()
 }
 
 /// The test of the case: displacement, duration, and height of the mesh. The strain rate follows
@@ -221,9 +221,9 @@ impl CaseRate {
             scaled / case_rate,
             self.displacement_mm / scaled
         );
-        let place = format!("specimen {}, rate", specimen.id);
+        let location = format!("specimen {}, rate", specimen.id);
         let value = format!("{rate:.3e}");
-        Some(InputError::new(&curve(&specimen.id), place, value, problem, help))
+        Some(InputError::new(&curve(&specimen.id), location, value, problem, help))
     }
 }
 
@@ -253,7 +253,8 @@ mod tests {
         let case = CaseRate { displacement_mm: 0.22, duration_s: 1.0, height_mm: 4.4 };
         let curve = |id: &str| PathBuf::from(format!("curves/{id}.csv"));
         let table = table(&[Some(0.44), Some(0.45), None, Some(0.44 / 264.0)]);
-        let mistakes = table.specimens.iter().filter_map(|own| case.other_rate(own, &curve));
+        let mistakes =
+            table.specimens.iter().filter_map(|specimen| case.other_rate(specimen, &curve));
         let mistakes: Vec<String> = mistakes.map(|mistake| mistake.to_string()).collect();
         assert_eq!(mistakes.len(), 1, "{mistakes:?}");
         for part in ["curves/S-3.csv", "rate = 1.667e-3", "duration_s = 264.0", "factor of 0.0038"]

@@ -53,7 +53,7 @@ pub(super) struct KnownStiffness {
     /// Distribution of the unknown ratios.
     pub(super) population: Option<Population>,
     /// Note for the user about specimens whose ratio is unknown or not used.
-    pub(super) told: Option<String>,
+    pub(super) note: Option<String>,
     pub(super) warning: Option<String>,
 }
 
@@ -61,11 +61,11 @@ impl KnownStiffness {
     /// Collects the stiffness ratios of the specimens for `pce`, a surrogate of the runs.
     pub(super) fn of(pce: &DynPce, runs: &Dataset, specimens: &[Option<f64>]) -> Self {
         if pce.inputs().last().is_none_or(|input| input.name != STIFFNESS_RATIO) {
-            return Self { told: left_out(runs, specimens), ..Self::default() };
+            return Self { note: left_out(runs, specimens), ..Self::default() };
         }
         let population = population(runs, specimens);
         Self {
-            told: population.as_ref().and_then(|p| in_words(specimens, p)),
+            note: population.as_ref().and_then(|p| in_words(specimens, p)),
             warning: unlike_design(runs, specimens),
             population,
             ratios: specimens.to_vec(),
@@ -142,14 +142,14 @@ pub(super) fn knowing_stiffness(
     runs: &Dataset,
     specimens: &[Option<f64>],
 ) -> Result<Option<Dataset>, SurrogateError> {
-    let known: Vec<f64> = specimens.iter().flatten().copied().collect();
+    let ratios: Vec<f64> = specimens.iter().flatten().copied().collect();
     let population = population(runs, specimens);
-    let are_all_known = known.len() == specimens.len();
+    let are_all_known = ratios.len() == specimens.len();
     let are_too_few = MadeOn::of(runs).are_too_few_for_stiffness();
-    if known.is_empty() || are_too_few || (!are_all_known && population.is_none()) {
+    if ratios.is_empty() || are_too_few || (!are_all_known && population.is_none()) {
         return Ok(None);
     }
-    with_stiffness_ratio(runs, &known, population.as_ref())
+    with_stiffness_ratio(runs, &ratios, population.as_ref())
 }
 
 /// Returns the runs with the stiffness ratio of their microstructure as an additional input; `None` if a run has no

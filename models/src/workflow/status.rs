@@ -80,7 +80,7 @@ pub fn status(dir: &Path) -> Result<Vec<StageStatus>, WorkflowError> {
     let records = finished_in(dir);
     let inputs = || Inputs::new(&file, dir, Stage::that_writes);
     let freshness = Freshness::default();
-    let of = |stage: &'static Stage| {
+    let status_of = |stage: &'static Stage| {
         let runs = match stage.share {
             // the number of runs is unknown until the inputs of the runs exist
             Some(_) => {
@@ -93,7 +93,7 @@ pub fn status(dir: &Path) -> Result<Vec<StageStatus>, WorkflowError> {
         let state = state(stage, &records, &inputs(), &freshness, dir, runs.as_ref());
         StageStatus { stage: stage.name, state, runs }
     };
-    Ok(stages_of(&file.case).iter().map(of).collect())
+    Ok(stages_of(&file.case).iter().map(status_of).collect())
 }
 
 fn check_results(dir: &Path) -> Result<(), WorkflowError> {
@@ -152,7 +152,7 @@ fn state(
 /// Sums the counts of all levels. The remaining time is estimated from the mean time of ended runs and the number of
 /// runs under way; clocks of other machines are not used.
 fn counts(levels: &[Progress]) -> RunCounts {
-    let sum = |of: fn(&Progress) -> usize| levels.iter().map(of).sum::<usize>();
+    let sum = |count: fn(&Progress) -> usize| levels.iter().map(count).sum::<usize>();
     let under_way = sum(|level| level.under_way);
     let mean = |level: &Progress| (level.ended > 0).then(|| level.seconds / level.ended as f64);
     let left = |level: &&Progress| level.ended < level.total;
@@ -163,7 +163,7 @@ fn counts(levels: &[Progress]) -> RunCounts {
         .filter(left)
         .map(|level| mean(level).map(|seconds| (level.total - level.ended) as f64 / pace(seconds)))
         .collect();
-    let known: f64 = rest.iter().flatten().sum();
+    let remaining: f64 = rest.iter().flatten().sum();
     RunCounts {
         ended: sum(|level| level.ended),
         total: sum(|level| level.total),
@@ -172,7 +172,7 @@ fn counts(levels: &[Progress]) -> RunCounts {
         damaged: sum(|level| level.damaged),
         edited: sum(|level| level.edited),
         per_hour: at.and_then(mean).map(|seconds| 3600.0 * pace(seconds)),
-        seconds_left: at.map(|_| known),
+        seconds_left: at.map(|_| remaining),
         is_at_least: rest.contains(&None),
     }
 }
@@ -180,9 +180,9 @@ fn counts(levels: &[Progress]) -> RunCounts {
 impl StageStatus {
     /// Returns the status of a folder in which no stage has been started.
     pub fn none() -> Vec<StageStatus> {
-        let of =
+        let no_status =
             |stage: &Stage| StageStatus { stage: stage.name, state: StageState::ToDo, runs: None };
-        STAGES.iter().map(of).collect()
+        STAGES.iter().map(no_status).collect()
     }
 
     /// Whether the stage is running, stopped or not started.
@@ -199,7 +199,7 @@ impl StageStatus {
 impl StageStatus {
     /// The state as one word, and details.
     pub(super) fn words(&self) -> (&'static str, String) {
-        let (word, mut told) = match &self.state {
+        let (word, mut notes) = match &self.state {
             StageState::Done => ("done", vec![]),
             StageState::Running(at_it) => ("running", at_it.iter().cloned().collect()),
             StageState::Stale(change) => ("stale", vec![change.clone()]),
@@ -207,16 +207,16 @@ impl StageStatus {
             StageState::ToDo => ("to do", vec![]),
         };
         if let Some(runs) = self.runs.filter(|_| self.state != StageState::ToDo) {
-            told.insert(0, runs.to_string());
+            notes.insert(0, runs.to_string());
         }
-        (word, told.join("; "))
+        (word, notes.join("; "))
     }
 }
 
 impl fmt::Display for StageStatus {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (word, told) = self.words();
-        write!(f, "{:<12} {word:<8} {told}", self.stage)
+        let (word, notes) = self.words();
+        write!(f, "{:<12} {word:<8} {notes}", self.stage)
     }
 }
 

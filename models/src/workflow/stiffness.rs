@@ -20,9 +20,9 @@ const SMALL: f64 = 1e-4;
 /// # Errors
 /// Fails if the materials do not fit the mesh or if a solve fails.
 pub(super) fn stiffness_ratio(setup: &Setup<'_>, mesh: TetMesh) -> Result<f64, FemError> {
-    let own: Vec<&str> = mesh.regions.iter().map(String::as_str).collect();
-    let grainless: Vec<&str> = own.iter().map(|_| "matrix").collect();
-    let with_grains = stiffness(setup, mesh.clone(), &own)?;
+    let names: Vec<&str> = mesh.regions.iter().map(String::as_str).collect();
+    let grainless: Vec<&str> = names.iter().map(|_| "matrix").collect();
+    let with_grains = stiffness(setup, mesh.clone(), &names)?;
     Ok(with_grains / stiffness(setup, mesh, &grainless)?)
 }
 
@@ -95,9 +95,9 @@ mod tests {
         let homogenisation = Homogenisation::Reuss;
         for order in [Order::Linear, Order::Quadratic] {
             let setup = Setup { order, homogenisation, solver, ..Setup::from(&file) };
-            let found = stiffness_ratio(&setup, mesh.clone()).unwrap();
+            let computed = stiffness_ratio(&setup, mesh.clone()).unwrap();
             let expected = 1.0 / (0.75 + 0.25 * 275.0 / 22_000.0);
-            assert!((found / expected - 1.0).abs() < 1e-6, "{found} {expected}");
+            assert!((computed / expected - 1.0).abs() < 1e-6, "{computed} {expected}");
         }
     }
 }

@@ -67,14 +67,15 @@ impl Workflow<'_> {
         {
             self.run(segment)?;
         }
-        let found = grain_surfaces(&inputs).map_err(|error| self.copies.named_by_owner(error))?;
-        let count = found.len();
-        let mut grains = worked(found, options);
+        let unworked =
+            grain_surfaces(&inputs).map_err(|error| self.copies.named_by_owner(error))?;
+        let count = unworked.len();
+        let mut grains = worked(unworked, options);
         let surfaces = grains.iter().map(|grain| grain.surface.clone()).collect();
         let Separated { surfaces, factors } = match options.least_distance_mm > 0.0 {
             true => separated(surfaces, options.least_distance_mm).map_err(|source| {
                 // errors contain positions in the list of surfaces: replace them by the numbers of the grains
-                let number = |place: usize| grains[place - 1].number as usize;
+                let number = |label: usize| grains[label - 1].number as usize;
                 let (first, second) = (number(source.first), number(source.second));
                 let source = fem::SeparateError { first, second, ..source };
                 let file = self.file.path.clone();
@@ -173,13 +174,16 @@ fn grain_surfaces(inputs: &Inputs<'_>) -> Result<Vec<GrainSurface>, WorkflowErro
         GrainSurface { number, phase, surface }
     };
     if let Some(scanned) = inputs.scanned()? {
-        let found = SegmentedGrains::read(inputs, images::OWN, &scanned)?;
-        let measured = found.measured();
+        let segmented = SegmentedGrains::read(inputs, images::FIRST, &scanned)?;
+        let measured = segmented.measured();
         let solid = measured.as_ref().map(|measured| measured.solid);
         let volumes = measured.as_ref().map(|measured| measured.volumes_mm3.clone());
-        let grains = VoxelGrains::new(&found.labels, solid, &found.cylinder)
+        let grains = VoxelGrains::new(&segmented.labels, solid, &segmented.cylinder)
             .with_volumes(volumes.unwrap_or_default())
-            .with_phases(found.phases.names.clone(), found.phases.of_grains.iter().copied());
+            .with_phases(
+                segmented.phases.names.clone(),
+                segmented.phases.of_grains.iter().copied(),
+            );
         let names = grains.phases();
         let of_grain = |number: u32| {
             let phase = names[grains.phase_of(number)].clone();
@@ -191,8 +195,8 @@ fn grain_surfaces(inputs: &Inputs<'_>) -> Result<Vec<GrainSurface>, WorkflowErro
     let geometry = inputs.geometry()?;
     match &geometry {
         SpecimenGeometry::Surfaces { import, radius_mm, height_mm, meshing } => {
-            let found = imported_grains(case, import, [*radius_mm, *height_mm], meshing)?;
-            Ok((1..).zip(found.surfaces).map(of_one_phase).collect())
+            let imported = imported_grains(case, import, [*radius_mm, *height_mm], meshing)?;
+            Ok((1..).zip(imported.surfaces).map(of_one_phase).collect())
         }
         SpecimenGeometry::Cylinder { radius_mm, height_mm, grains, .. } => {
             let list: GrainList = packed(case, grains.as_ref(), *radius_mm, *height_mm)?;

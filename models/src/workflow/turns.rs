@@ -49,8 +49,9 @@ mod tests {
         let input = surrogate::Input::new("x", 0.0, 1.0).unwrap();
         let points = surrogate::DesignMethod::Sobol.sample(&[input], 64, 1).unwrap();
         let in_lower_half = |turns: &[usize], specimen: usize| {
-            let own = points.iter().zip(turns).filter(|(_, turn)| **turn == specimen);
-            own.filter(|(x, _)| x[0] < 0.5).count()
+            let points_of_specimen =
+                points.iter().zip(turns).filter(|(_, turn)| **turn == specimen);
+            points_of_specimen.filter(|(x, _)| x[0] < 0.5).count()
         };
         let fixed: Vec<usize> = (0..64).map(|i| i % 4).collect();
         let drawn = in_turn(64, 4, 1);

@@ -33,7 +33,7 @@ struct OfRuns {
     /// Covariance of the constant part.
     constant: Option<Vec<Vec<f64>>>,
     /// The part that depends on the parameters, and its covariance averaged over the box.
-    open: Option<(CoefficientPosterior, Vec<Vec<f64>>)>,
+    varying: Option<(CoefficientPosterior, Vec<Vec<f64>>)>,
 }
 
 impl SharedError {
@@ -52,24 +52,27 @@ impl SharedError {
         discrepancy: &DiscrepancyCase,
         means: &[f64],
     ) -> Result<Self, WorkflowError> {
-        let open = |open: CoefficientPosterior| -> Result<_, WorkflowError> {
-            let mean = relative_covariance(open.mean_error(means)?, means);
-            Ok(Some((open, mean)))
+        let with_error = |with_error: CoefficientPosterior| -> Result<_, WorkflowError> {
+            let mean = relative_covariance(with_error.mean_error(means)?, means);
+            Ok(Some((with_error, mean)))
         };
         let (surrogate, specimens) = match (&fitted.specimens, &fitted.made_on) {
             (Some(specimens), _) => {
                 let misses = relative_covariance(specimens.within.scatter(means)?, means);
-                let within = open(specimens.within.clone())?;
-                let of_few = OfRuns { constant: None, open: open(of_few(specimens))? };
-                (OfRuns { constant: Some(misses), open: within }, Some(of_few))
+                let within = with_error(specimens.within.clone())?;
+                let of_few = OfRuns { constant: None, varying: with_error(of_few(specimens))? };
+                (OfRuns { constant: Some(misses), varying: within }, Some(of_few))
             }
             (None, MadeOn::One) => {
                 let misses = relative_covariance(fitted.report.lack_of_fit(means)?, means);
-                (OfRuns { constant: Some(misses), open: None }, None)
+                (OfRuns { constant: Some(misses), varying: None }, None)
             }
             (None, _) => {
                 let mean = relative_covariance(fitted.report.mean_error(means)?, means);
-                (OfRuns { constant: None, open: Some((fitted.open.clone(), mean)) }, None)
+                (
+                    OfRuns { constant: None, varying: Some((fitted.coefficients.clone(), mean)) },
+                    None,
+                )
             }
         };
         let mesh = error_of_all(&fitted.corrections, &fitted.made_on)?;
@@ -84,8 +87,9 @@ impl SharedError {
     /// Sum of the covariances of all errors, with the parameter-dependent parts averaged over the box. Used if there is
     /// no posterior.
     pub(super) fn total(&self) -> Vec<Vec<f64>> {
-        let open = self.of_runs().filter_map(|part| part.open.as_ref().map(|(_, mean)| mean));
-        sum(self.constants().chain(open))
+        let errors_of_coefficients =
+            self.of_runs().filter_map(|part| part.varying.as_ref().map(|(_, mean)| mean));
+        sum(self.constants().chain(errors_of_coefficients))
     }
 
     /// Sum of the covariances of all errors, with the parameter-dependent parts averaged over the draws of a posterior.
@@ -111,14 +115,18 @@ impl SharedError {
 
     /// Returns the evidence for a calibration: the quantities `qois` of the specimens, the errors in `self`, and
     /// the known stiffness ratios.
-    pub(super) fn evidence(&self, qois: Vec<Vec<f64>>, known: &KnownStiffness) -> Evidence {
+    pub(super) fn evidence(
+        &self,
+        qois: Vec<Vec<f64>>,
+        known_stiffness: &KnownStiffness,
+    ) -> Evidence {
         let size = qois.first().map_or(0, Vec::len);
         let zeros = vec![vec![0.0; size]; size];
         let shared = sum([&zeros].into_iter().chain(self.constants()));
-        let open = self.of_runs().filter_map(|part| part.open.as_ref());
-        let open = open.map(|(open, _)| open.clone()).collect();
-        let population = known.population.clone();
-        Evidence { qois, known: known.rows(), population, shared, open }
+        let coefficients = self.of_runs().filter_map(|part| part.varying.as_ref());
+        let coefficients = coefficients.map(|(coefficients, _)| coefficients.clone()).collect();
+        let population = known_stiffness.population.clone();
+        Evidence { qois, known: known_stiffness.rows(), population, shared, open: coefficients }
     }
 }
 
@@ -129,19 +137,19 @@ impl OfRuns {
         posterior: &Posterior,
         evidence: &Evidence,
     ) -> Result<Vec<Vec<f64>>, WorkflowError> {
-        let Some((open, _)) = &self.open else { return Ok(sum(&self.constant)) };
-        let known = evidence.middle();
+        let Some((coefficients, _)) = &self.varying else { return Ok(sum(&self.constant)) };
+        let known_inputs = evidence.middle();
         let draws = draws_of(posterior, "theta");
         let some = draws.iter().step_by(draws.len().div_ceil(MOST_DRAWS).max(1));
         let leverages: Vec<f64> = some
-            .map(|theta| open.leverage(&[&theta[..], &known[..]].concat()))
+            .map(|theta| coefficients.leverage(&[&theta[..], &known_inputs[..]].concat()))
             .collect::<Result<_, _>>()?;
         let mean = leverages.iter().sum::<f64>() / leverages.len().max(1) as f64;
         let means = column_means(&evidence.qois);
-        let scatter = relative_covariance(open.scatter(&means)?, &means);
+        let scatter = relative_covariance(coefficients.scatter(&means)?, &means);
         let row = |row: Vec<f64>| row.into_iter().map(|s| s * mean).collect();
-        let open: Vec<Vec<f64>> = scatter.into_iter().map(row).collect();
-        Ok(sum(self.constant.iter().chain([&open])))
+        let coefficients: Vec<Vec<f64>> = scatter.into_iter().map(row).collect();
+        Ok(sum(self.constant.iter().chain([&coefficients])))
     }
 }
 
@@ -224,11 +232,11 @@ pub(super) fn sources_of_test(
     sources.extend(shared.mesh.as_ref().map(|mesh| ("mesh", shared_by_all(mesh))));
     sources.extend(shared.discrepancy.as_ref().map(|model| ("discrepancy", shared_by_all(model))));
     let mut geometry: Option<DMatrix<f64>> = None;
-    let mut own = scatter.clone();
+    let mut remaining = scatter.clone();
     if let Some(packings) = fitted.between_microstructures(&means)? {
         let packings = matrix(&packings);
         let packings = &packings * largest_part(&scatter, &packings);
-        own -= &packings;
+        remaining -= &packings;
         geometry = Some(of_each(&packings));
     }
     if let Some(of_few) = &shared.specimens {
@@ -240,8 +248,8 @@ pub(super) fn sources_of_test(
     for (g, group) in groups.iter().enumerate() {
         // inputs that are known from the specimens (the stiffness ratio) are not parameters: fix them at their group
         // means
-        let place = [&means_of_draws[..], &group.inputs].concat();
-        let (_, slopes) = fitted.pce.value_and_jacobian(&place)?;
+        let mean_point = [&means_of_draws[..], &group.inputs].concat();
+        let (_, slopes) = fitted.pce.value_and_jacobian(&mean_point)?;
         let relative = |(row, mean): (&Vec<f64>, &f64)| row.iter().map(|s| s / mean).collect();
         let slopes: Vec<Vec<f64>> = slopes.iter().zip(&means).map(relative).collect();
         jacobian.extend(slopes.iter().map(|row| row[..unknown.len()].to_vec()));
@@ -260,12 +268,12 @@ pub(super) fn sources_of_test(
             let zero = DMatrix::zeros(means.len(), means.len());
             let of_group =
                 |a: usize, b: usize| if (a, b) == (g, g) { spread.clone() } else { zero.clone() };
-            let own = blocks(&groups, of_group);
-            geometry = Some(geometry.map_or_else(|| own.clone(), |all| all + &own));
+            let of_geometry = blocks(&groups, of_group);
+            geometry = Some(geometry.map_or_else(|| of_geometry.clone(), |all| all + &of_geometry));
         }
     }
     sources.extend(geometry.map(|geometry| ("geometry", geometry)));
-    sources.push(("specimens", of_each(&own)));
+    sources.push(("specimens", of_each(&of_geometry)));
 
     Ok(Some(TestSources { jacobian, sources, of_runs }))
 }
@@ -303,16 +311,17 @@ pub(super) fn budget(
 
 impl Budget {
     /// Share of a source in the posterior variance of each parameter.
-    pub(super) fn of(&self, source: &str) -> Vec<f64> {
-        let place = self.sources.iter().position(|own| *own == source);
-        self.shares.iter().map(|shares| place.map_or(0.0, |place| shares[place])).collect()
+    pub(super) fn shares_of(&self, source: &str) -> Vec<f64> {
+        let index = self.sources.iter().position(|known_source| *known_source == source);
+        self.shares.iter().map(|shares| index.map_or(0.0, |index| shares[index])).collect()
     }
 
     /// Returns the identified parameter with the largest share of the surrogate, and this share. Parameters that are
     /// not identified have the width of the prior, even with an exact surrogate. If no parameter is identified, all
     /// parameters are compared, because an inaccurate surrogate may be the cause.
     pub(super) fn largest_share(&self) -> Option<(&str, f64)> {
-        let all = || self.parameters.iter().zip(self.of(OF_SURROGATE)).zip(&self.contractions);
+        let all =
+            || self.parameters.iter().zip(self.shares_of(OF_SURROGATE)).zip(&self.contractions);
         let any = all().any(|(_, contraction)| *contraction >= IDENTIFIED);
         all()
             .filter(|(_, contraction)| !any || **contraction >= IDENTIFIED)
@@ -377,12 +386,15 @@ struct Group<'a> {
 
 /// Splits the specimens into a group with known inputs and a group with unknown inputs. Empty groups are omitted.
 fn groups(evidence: &Evidence) -> Vec<Group<'_>> {
-    let known: Vec<Vec<f64>> = evidence.known.iter().flatten().cloned().collect();
-    let unknown = evidence.known.len() - known.len();
+    let known_inputs: Vec<Vec<f64>> = evidence.known.iter().flatten().cloned().collect();
+    let unknown = evidence.known.len() - known_inputs.len();
     let all = evidence.qois.len();
     let population = evidence.population.as_ref().filter(|_| unknown > 0);
-    let of_known =
-        Group { size: (all - unknown) as f64, inputs: column_means(&known), population: None };
+    let of_known = Group {
+        size: (all - unknown) as f64,
+        inputs: column_means(&known_inputs),
+        population: None,
+    };
     let of_unknown = population.map(|population| Group {
         size: unknown as f64,
         inputs: population.mean().to_vec(),
@@ -407,8 +419,8 @@ fn blocks(groups: &[Group<'_>], block: impl Fn(usize, usize) -> DMatrix<f64>) ->
 /// R.
 pub(super) fn mean_scatter(posterior: &Posterior, size: usize) -> Option<DMatrix<f64>> {
     let group = &posterior.posterior;
-    let of = |name: &str| group.variables.iter().find(|v| v.name == name).map(|v| &v.data);
-    let (sd, corr) = (of("sd")?, of("corr")?);
+    let values_of = |name: &str| group.variables.iter().find(|v| v.name == name).map(|v| &v.data);
+    let (sd, corr) = (values_of("sd")?, values_of("corr")?);
     let draws = group.chains * group.draws;
     let mut mean = DMatrix::zeros(size, size);
     for (sd, corr) in sd.chunks(size).zip(corr.chunks(size * size)) {

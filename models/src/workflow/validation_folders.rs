@@ -31,13 +31,13 @@ pub(super) fn folder_of(name: &str) -> String {
 /// Fails if a validation has a mistake or uses a specimen of the calibration.
 pub(super) fn held_out_cases(source: &CaseFile) -> Result<Vec<(String, CaseFile)>, WorkflowError> {
     let mut cases = Vec::new();
-    for (place, entry) in source.case.validation.iter().enumerate() {
-        let own = validation_case(source, entry, place).map_err(|errors| {
+    for (index, entry) in source.case.validation.iter().enumerate() {
+        let held_out = validation_case(source, entry, index).map_err(|errors| {
             let mistakes = || WorkflowError::Unusable(format!("{}: mistakes", entry.name));
             errors.into_iter().next().map_or_else(mistakes, WorkflowError::from)
         })?;
-        refuse_calibrated(source, &own)?;
-        cases.push((entry.name.clone(), own));
+        refuse_calibrated(source, &held_out)?;
+        cases.push((entry.name.clone(), held_out));
     }
     Ok(cases)
 }
@@ -55,9 +55,10 @@ pub(super) fn refuse_calibrated(
         let problem = format!("has the data of {other}, which the calibration uses");
         Err(InputError::new(path, "specimen", id, problem, HOLD_OUT))
     };
-    if let (Some((_, calibrated)), Some((path, own))) = (measured(calibration), measured(held_out))
+    if let (Some((_, calibrated)), Some((path, measured_specimens))) =
+        (measured(calibration), measured(held_out))
     {
-        for specimen in &own {
+        for specimen in &measured_specimens {
             let is_same = |other: &&Specimen| other.curve == specimen.curve;
             if let Some(other) = calibrated.iter().find(is_same) {
                 return refuse(&path, &specimen.id, &other.id);
@@ -69,12 +70,16 @@ pub(super) fn refuse_calibrated(
         // tables of other quantities cannot be compared
         let rows = read_measured(&path, &held_out.case.qoi.quantities).ok()?;
         let group = file.case.experiments.as_ref()?.group.clone();
-        let is_chosen = move |own: &str| group.as_deref().is_none_or(|group| group == own);
+        let is_chosen = move |specimen_group: &str| {
+            group.as_deref().is_none_or(|group| group == specimen_group)
+        };
         let rows = rows.into_iter().filter(move |row| is_chosen(&row.group));
         Some((path, rows.collect::<Vec<_>>()))
     };
-    if let (Some((_, calibrated)), Some((path, own))) = (values(calibration), values(held_out)) {
-        for specimen in &own {
+    if let (Some((_, calibrated)), Some((path, measured_specimens))) =
+        (values(calibration), values(held_out))
+    {
+        for specimen in &measured_specimens {
             let is_same = calibrated
                 .iter()
                 .any(|other| other.id == specimen.id && other.values == specimen.values);

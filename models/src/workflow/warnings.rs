@@ -14,11 +14,11 @@ pub(super) fn of_rules(
     inputs: &Inputs<'_>,
     is_done: &dyn Fn(&str) -> bool,
 ) -> Result<Vec<Warning>, WorkflowError> {
-    let mut found = Vec::new();
+    let mut warnings = Vec::new();
     for rule in RULES.iter().filter(|rule| rule.reads.iter().all(|stage| is_done(stage))) {
-        found.extend((rule.check)(inputs)?);
+        warnings.extend((rule.check)(inputs)?);
     }
-    Ok(found)
+    Ok(warnings)
 }
 
 /// Returns the warnings that the finished stages have written.
@@ -29,7 +29,7 @@ pub(super) fn of_stages(
     inputs: &Inputs<'_>,
     is_done: &dyn Fn(&str) -> bool,
 ) -> Result<Vec<Warning>, WorkflowError> {
-    let mut found = Vec::new();
+    let mut warnings = Vec::new();
     for stage in WARNING_STAGES.iter().filter(|stage| is_done(stage)) {
         let name = warnings_of(stage);
         if inputs.file_if_there(&name).is_none() {
@@ -37,7 +37,7 @@ pub(super) fn of_stages(
         }
         let text = inputs.text(&name)?;
         let warning = |line: &str| Warning { text: line.to_owned(), qualifier: None };
-        found.extend(text.lines().map(warning));
+        warnings.extend(text.lines().map(warning));
     }
-    Ok(found)
+    Ok(warnings)
 }

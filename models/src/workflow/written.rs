@@ -56,7 +56,7 @@ impl Written {
     /// # Errors
     /// Fails if the record cannot be read.
     pub(super) fn names(&self, name: &str) -> Result<bool, WorkflowError> {
-        self.with_known(|known| known.files.contains_key(name))
+        self.with_known(|written| written.files.contains_key(name))
     }
 
     /// Names of all files that the program has written.
@@ -64,7 +64,7 @@ impl Written {
     /// # Errors
     /// The errors of [`Self::names`].
     pub(super) fn all(&self) -> Result<Vec<String>, WorkflowError> {
-        self.with_known(|known| known.files.keys().cloned().collect())
+        self.with_known(|written| written.files.keys().cloned().collect())
     }
 
     /// Whether the program has written this content to the file. Any content counts if the program was killed while the
@@ -73,8 +73,8 @@ impl Written {
     /// # Errors
     /// The errors of [`Self::names`].
     pub(super) fn has(&self, name: &str, content: ContentHash) -> Result<bool, WorkflowError> {
-        self.with_known(|known| {
-            let contents = known.files.get(name);
+        self.with_known(|written| {
+            let contents = written.files.get(name);
             contents.is_some_and(|c| c.is_growing || c.hashes.contains(&content.to_string()))
         })
     }
@@ -84,8 +84,8 @@ impl Written {
     /// # Errors
     /// Fails if the record cannot be written.
     pub(super) fn add(&self, name: &str, content: ContentHash) -> Result<(), WorkflowError> {
-        let is_recorded = self.with_known(|known| {
-            let contents = known.files.get(name);
+        let is_recorded = self.with_known(|written| {
+            let contents = written.files.get(name);
             let content = content.to_string();
             contents.is_some_and(|c| !c.is_growing && c.hashes.contains(&content))
         })?;
@@ -135,9 +135,9 @@ impl Written {
 
     /// Reads the lines that were added to the record since the last call, and calls `look` with the complete record.
     fn with_known<T>(&self, look: impl FnOnce(&Known) -> T) -> Result<T, WorkflowError> {
-        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
-        known.refresh(&self.path)?;
-        Ok(look(&known))
+        let mut written = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        written.refresh(&self.path)?;
+        Ok(look(&written))
     }
 }
 

@@ -32,15 +32,15 @@ pub(super) fn spikes(curve: &TestCurve) -> Vec<Finding> {
         if is_spike { before.signum() * before.abs().min(after.abs()) } else { 0.0 }
     };
     let inner = 1..force.len().saturating_sub(1);
-    let mut found: Vec<(usize, f64)> =
+    let mut outliers: Vec<(usize, f64)> =
         inner.map(|i| (i, height(i))).filter(|(_, height)| height.abs() > limit).collect();
-    found.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+    outliers.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
     let weight = |i: usize| if i == top { Weight::Error } else { Weight::Warning };
-    let mut findings: Vec<Finding> = found
+    let mut findings: Vec<Finding> = outliers
         .iter()
         .enumerate()
         // a spike at the highest reading is an error and is always listed
-        .filter(|(place, (i, _))| *place < EXAMPLES || *i == top)
+        .filter(|(rank, (i, _))| *rank < EXAMPLES || *i == top)
         .map(|(_, &(i, height))| Finding {
             name: "spike",
             value: force[i],
@@ -53,7 +53,7 @@ pub(super) fn spikes(curve: &TestCurve) -> Vec<Finding> {
             weight: weight(i),
         })
         .collect();
-    if let Some(further) = found.len().checked_sub(findings.len()).filter(|&count| count > 0) {
+    if let Some(further) = outliers.len().checked_sub(findings.len()).filter(|&count| count > 0) {
         findings.push(Finding {
             name: "spike",
             value: further as f64,

@@ -31,14 +31,14 @@ fn nested(
     let (truths, others) = draws.split_at(TRUTHS);
     // whitened, so that the components of the data are independent with unit variance
     let whitened = |x: &Vec<f64>| factor.solve_lower(&quantities(x)).unwrap();
-    let known: Vec<Vec<f64>> = others.iter().map(whitened).collect();
+    let others_whitened: Vec<Vec<f64>> = others.iter().map(whitened).collect();
     let variance = (prior[1] - prior[0]).powi(2) / 12.0;
     let mut losses = Vec::new();
     for truth in truths {
         let mut noise = || -> f64 { Normal(0.0, 1.0).draw(&mut rng) };
         let y: Vec<f64> = whitened(truth).iter().map(|m| m + noise()).collect();
         let square = |m: &Vec<f64>| m.iter().zip(&y).map(|(m, y)| (m - y).powi(2)).sum::<f64>();
-        let weights: Vec<f64> = known.iter().map(|m| (-0.5 * square(m)).exp()).collect();
+        let weights: Vec<f64> = others_whitened.iter().map(|m| (-0.5 * square(m)).exp()).collect();
         let sum: f64 = weights.iter().sum();
         let mean = weights.iter().zip(others).map(|(w, x)| w * x[parameter]).sum::<f64>() / sum;
         losses.push((truth[parameter] - mean).powi(2) / variance);
@@ -81,12 +81,12 @@ fn a_normal_belief_is_contracted_as_emulated_data_do_it() {
             (0..2).map(|m| (0..2).map(|n| entry(m, n)).collect()).collect();
         let expected = test.expected(&belief, specimens).unwrap();
         for (i, expected) in expected.iter().enumerate() {
-            let found = nested(prior[i], i, &draws, &quantities, &covariance);
-            let gap = (expected.contraction - found.contraction).abs();
-            assert!(gap < 4.0 * found.error, "{specimens} {i}: {gap} ± {}", found.error);
+            let estimate = nested(prior[i], i, &draws, &quantities, &covariance);
+            let gap = (expected.contraction - estimate.contraction).abs();
+            assert!(gap < 4.0 * estimate.error, "{specimens} {i}: {gap} ± {}", estimate.error);
             let gained = expected.contraction - belief.now()[i].contraction;
             assert!(
-                gained > 8.0 * found.error || i == 0,
+                gained > 8.0 * estimate.error || i == 0,
                 "the test has hardly any information: {gained}"
             );
         }
@@ -120,10 +120,12 @@ fn a_belief_that_fills_its_box_is_contracted_a_little_more_than_is_promised() {
         };
         let promised = test.expected(&belief, specimens).unwrap()[1].contraction;
         let covariance = [vec![scatter * scatter / specimens as f64]];
-        let found = nested(prior[1], 1, &draws, &ln_peak, &covariance);
-        let more = found.contraction - promised;
-        let told =
-            format!("{scatter} {specimens}: {promised} {} ± {}", found.contraction, found.error);
-        assert!(more > -4.0 * found.error && more < 0.06 + 4.0 * found.error, "{told}");
+        let estimate = nested(prior[1], 1, &draws, &ln_peak, &covariance);
+        let more = estimate.contraction - promised;
+        let text = format!(
+            "{scatter} {specimens}: {promised} {} ± {}",
+            estimate.contraction, estimate.error
+        );
+        assert!(more > -4.0 * estimate.error && more < 0.06 + 4.0 * estimate.error, "{text}");
     }
 }

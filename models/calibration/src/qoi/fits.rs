@@ -27,7 +27,7 @@ impl Polynomial {
     pub(super) fn of(points: &[(f64, f64)], degree: usize) -> Self {
         let n = points.len();
         let (mut before, mut now) = (vec![0.0; n], vec![1.0; n]);
-        let mut found =
+        let mut polynomials =
             Self { recurrence: Vec::new(), norms: Vec::new(), coefficients: Vec::new() };
         for k in 0..=degree {
             let (mut norm, mut centre, mut projection) = (0.0, 0.0, 0.0);
@@ -36,18 +36,18 @@ impl Polynomial {
                 centre += x * phi * phi;
                 projection += y * phi;
             }
-            let b = found.norms.last().map_or(0.0, |previous| norm / previous);
+            let b = polynomials.norms.last().map_or(0.0, |previous| norm / previous);
             let a = centre / norm;
-            found.norms.push(norm);
-            found.coefficients.push(projection / norm);
+            polynomials.norms.push(norm);
+            polynomials.coefficients.push(projection / norm);
             if k < degree {
-                found.recurrence.push([a, b]);
+                polynomials.recurrence.push([a, b]);
                 for ((x, _), (before, now)) in points.iter().zip(before.iter_mut().zip(&mut now)) {
                     (*before, *now) = (*now, (x - a) * *now - b * *before);
                 }
             }
         }
-        found
+        polynomials
     }
 
     /// Values and derivatives of φ₀ … φ_degree at x.

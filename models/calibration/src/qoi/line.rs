@@ -176,11 +176,11 @@ mod tests {
                 to_mm: WINDOW.to_mm + shift + ends[1],
             };
             let slope = |ends| Line::of(&u, &y, window(ends)).unwrap().slope;
-            let found = Line::of(&u, &y, window([0.0; 2])).unwrap().slope_by_ends;
+            let computed = Line::of(&u, &y, window([0.0; 2])).unwrap().slope_by_ends;
             let exact = [[reach, 0.0], [0.0, reach]]
                 .map(|e| (slope(e) - slope(e.map(|e| -e))) / (2.0 * reach));
-            for (found, exact) in found.iter().zip(exact) {
-                assert_relative_eq!(found, &exact, max_relative = 1e-6, epsilon = 1e-5);
+            for (computed, exact) in computed.iter().zip(exact) {
+                assert_relative_eq!(computed, &exact, max_relative = 1e-6, epsilon = 1e-5);
             }
         }
     }
@@ -229,8 +229,8 @@ mod tests {
                     .zip(y.iter().copied())
                     .filter(|p| (WINDOW.from_mm..=WINDOW.to_mm).contains(&p.0))
                     .collect();
-                let own = Line::of(&u, &y, WINDOW).unwrap().slope;
-                squares += (own - line_of_points(&inside)).powi(2) / f64::from(trials);
+                let noisy_slope = Line::of(&u, &y, WINDOW).unwrap().slope;
+                squares += (noisy_slope - line_of_points(&inside)).powi(2) / f64::from(trials);
             }
             // gaps between readings in random order vary by as much as their mean length, which at most doubles the
             // variance of the slope; the line through the readings accounts for half of the doubled variance

@@ -50,12 +50,12 @@ fn difference(x: &[f64], y: &[f64]) -> f64 {
     /// Separation of two neighbours at the same displacement, as a fraction of the range of the five readings.
     const LEAST_GAP: f64 = 1e-6;
     let span = x.iter().fold(0.0_f64, |span, other| span.max((other - x[0]).abs()));
-    let place = |i: usize| match span > 0.0 {
+    let position = |i: usize| match span > 0.0 {
         true => (x[i] - x[0]) / span + LEAST_GAP * i as f64,
         false => i as f64,
     };
     let gap = |i: usize, j: usize| {
-        let gap = place(i) - place(j);
+        let gap = position(i) - position(j);
         if gap == 0.0 { 1e-12 } else { gap }
     };
     let (mut sum, mut squares) = (0.0, 0.0);
@@ -111,8 +111,8 @@ mod tests {
             x.iter_mut().for_each(|x| *x *= 0.7 + 0.3 * *x);
             x[4] = x[5];
             let y: Vec<f64> = x.iter().map(|x| 150.0 * (3.0 * x).sin()).collect();
-            let found = standard_deviation(&x, &y);
-            assert!(found < 2e-5 * 150.0, "{n}: {found}");
+            let estimate = standard_deviation(&x, &y);
+            assert!(estimate < 2e-5 * 150.0, "{n}: {estimate}");
         }
         assert_eq!(standard_deviation(&[0.0; 4], &[1.0; 4]), 0.0);
         assert!(standard_deviation(&[0.3; 40], &[1.0; 40]).abs() < 1e-9);
@@ -124,8 +124,8 @@ mod tests {
         let (x, _) = readings(20_000, 0.1, 0);
         let shared = readings(2000, 1.0, 5).1;
         let y: Vec<f64> = (0..20_000).map(|i| shared[i / 10]).collect();
-        let found = standard_deviation(&x, &y);
-        assert!((2.4..4.0).contains(&found), "{found}");
+        let estimate = standard_deviation(&x, &y);
+        assert!((2.4..4.0).contains(&estimate), "{estimate}");
         assert!(of_single_readings(&x, &y) < 0.5);
     }
 }

@@ -44,14 +44,14 @@ impl Peak {
             return Err(QoiError::NoPeak { end, displacement_mm: u[top] });
         }
         let noise_n = noise_around(u, force, u[top]);
-        let found = if noise_n <= NOISE_FREE * force[top] {
+        let peak = if noise_n <= NOISE_FREE * force[top] {
             Self::of_top_readings(u, force, top)
         } else {
             best_fit(u, force, u[top], noise_n).map(|Fit { at_mm, force_n, readings, degree }| {
                 Self { at_mm, force_n, readings, degree }
             })
         };
-        found.ok_or(QoiError::Unresolved { displacement_mm: u[top] })
+        peak.ok_or(QoiError::Unresolved { displacement_mm: u[top] })
     }
 
     fn of_top_readings(u: &[f64], force: &[f64], top: usize) -> Option<Self> {
@@ -81,9 +81,9 @@ impl Peak {
             let points: Vec<_> = self.readings.iter().map(|&i| (u[i] - self.at_mm, y[i])).collect();
             Polynomial::of(&points, self.degree).jet(0.0)
         };
-        let (own, change) = (fit(force), fit(force_rates));
+        let (of_force, change) = (fit(force), fit(force_rates));
         // the slope is zero at the peak, so that the shift does not change the force
-        [-change.slope / own.curvature, change.value]
+        [-change.slope / of_force.curvature, change.value]
     }
 }
 

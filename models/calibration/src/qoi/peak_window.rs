@@ -203,9 +203,9 @@ impl NoisyCurve<'_> {
             [&|t| bundle.deviation(t), &|t| cubic * (t - 1.0).powi(3)];
         for shape in references {
             let reference = points.iter().map(|p| (p.0, peak.value * shape(1.0 + (p.0 - x) / way)));
-            let found = Polynomial::of(&reference.collect::<Vec<_>>(), degree).jet(*x);
-            value += found.value * found.value;
-            slope += found.slope * found.slope;
+            let fitted = Polynomial::of(&reference.collect::<Vec<_>>(), degree).jet(*x);
+            value += fitted.value * fitted.value;
+            slope += fitted.slope * fitted.slope;
         }
         let freedom = (points.len() - degree - 1) as f64;
         let residuals = points.iter().map(|p| (p.1 - polynomial.at(p.0)).powi(2)).sum::<f64>();

@@ -115,11 +115,11 @@ impl<'de> Deserialize<'de> for Quantity {
         let name = String::deserialize(deserializer)?;
         let registry = QoiRegistry::current();
         registry.named(&name).ok_or_else(|| {
-            let known: Vec<String> =
+            let names: Vec<String> =
                 registry.entries.iter().map(|entry| format!("`{}`", entry.example)).collect();
             D::Error::custom(format!(
                 "unknown variant `{name}`, expected one of {}",
-                known.join(", ")
+                names.join(", ")
             ))
         })
     }

@@ -80,8 +80,8 @@ mod tests {
             assert_eq!(quantity.label(), column);
         }
         for name in ["column:", "column:a,b", "column:a b", "deflection_mm"] {
-            let found: Result<Quantity, _> = toml::Value::from(name).try_into();
-            let error = found.unwrap_err().to_string();
+            let parsed: Result<Quantity, _> = toml::Value::from(name).try_into();
+            let error = parsed.unwrap_err().to_string();
             assert!(error.contains("`column:deflection_mm`"), "{error}");
         }
         let quantity: Quantity = toml::Value::from("peak_force").try_into().unwrap();

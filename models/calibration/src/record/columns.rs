@@ -133,8 +133,8 @@ impl Role<'_> {
             {
                 Ok(Column { index, name, dimension, factor, unit })
             }
-            found => {
-                let problem = match found {
+            other_unit => {
+                let problem = match other_unit {
                     Some(_) => format!("has a unit that is not a unit of {}", self.key),
                     None => "has an unknown unit".to_owned(),
                 };
@@ -153,8 +153,8 @@ impl Role<'_> {
     /// Index of the column with this name, which may include the unit.
     fn named(&self, file: &Path, layout: &Layout, name: &str) -> Result<usize, InputError> {
         let is_same = |written: &str| written.trim().eq_ignore_ascii_case(name.trim());
-        let place = layout.names.iter().position(|n| is_same(&n.written) || is_same(&n.name));
-        place.ok_or_else(|| {
+        let index = layout.names.iter().position(|n| is_same(&n.written) || is_same(&n.name));
+        index.ok_or_else(|| {
             let written = || layout.names.iter().map(|n| n.written.as_str());
             let meant = closest(name, written().filter(|name| !name.is_empty()));
             let meant = meant.map(|m| format!("Did you mean {m:?}? ")).unwrap_or_default();
@@ -174,25 +174,25 @@ impl Role<'_> {
         for &dimension in self.dimensions {
             // a column with a missing or unknown unit is matched by name only, as a column of the preferred dimension
             let fits = |index: &usize| match unit(*index) {
-                Some(Some(own)) => own == dimension,
+                Some(Some(column_dimension)) => column_dimension == dimension,
                 None | Some(None) => dimension == self.dimensions[0],
             };
             let has_word = |i: &usize| {
                 let name = layout.names[*i].name.to_lowercase();
                 self.words.iter().any(|word| name.contains(word))
             };
-            let found: Vec<usize> = columns().filter(fits).filter(has_word).collect();
-            match found[..] {
+            let matches: Vec<usize> = columns().filter(fits).filter(has_word).collect();
+            match matches[..] {
                 [] => {}
                 [only] => return Ok(only),
-                _ => return Err(self.ambiguous(file, layout, &found)),
+                _ => return Err(self.ambiguous(file, layout, &matches)),
             }
             let by_unit = |i: &usize| unit(*i) == Some(Some(dimension));
-            let found: Vec<usize> = columns().filter(by_unit).collect();
-            match found[..] {
+            let matches: Vec<usize> = columns().filter(by_unit).collect();
+            match matches[..] {
                 [] => {}
                 [only] => return Ok(only),
-                _ => return Err(self.ambiguous(file, layout, &found)),
+                _ => return Err(self.ambiguous(file, layout, &matches)),
             }
         }
         let help = format!(
@@ -200,12 +200,12 @@ impl Role<'_> {
             self.key,
             layout.listed()
         );
-        let place = format!("line {}", layout.names_line);
-        Err(InputError::new(file, place, "", format!("no column is a {}", self.key), help))
+        let location = format!("line {}", layout.names_line);
+        Err(InputError::new(file, location, "", format!("no column is a {}", self.key), help))
     }
 
-    fn ambiguous(&self, file: &Path, layout: &Layout, found: &[usize]) -> InputError {
-        let names = found.iter().map(|&i| format!("{:?}", layout.names[i].written));
+    fn ambiguous(&self, file: &Path, layout: &Layout, matches: &[usize]) -> InputError {
+        let names = matches.iter().map(|&i| format!("{:?}", layout.names[i].written));
         let names: Vec<String> = names.collect();
         let help = format!(
             "Choose one: {} = {} under [experiments.read].",
@@ -213,7 +213,7 @@ impl Role<'_> {
             names.first().map_or("\"…\"", String::as_str)
         );
         let problem =
-            format!("{} columns may contain the {}: {}", found.len(), self.key, names.join(", "));
+            format!("{} columns may contain the {}: {}", matches.len(), self.key, names.join(", "));
         InputError::new(file, format!("line {}", layout.names_line), "", problem, help)
     }
 

@@ -67,19 +67,25 @@ impl Layout {
         let names = if options.skip.is_some() { above.first().or(names) } else { names };
         let Some(header) = names.filter(|names| names.cells.iter().any(|cell| !cell.is_empty()))
         else {
-            let place = format!("line {}", rows[first].line);
+            let location = format!("line {}", rows[first].line);
             let help = "Write a line with the names of the columns above the readings, as displacement_mm,force_N.";
-            return Err(InputError::new(file, place, "", "has no names of columns above it", help));
+            return Err(InputError::new(
+                file,
+                location,
+                "",
+                "has no names of columns above it",
+                help,
+            ));
         };
         let width =
             rows[first].cells.iter().rposition(|cell| !cell.is_empty()).map_or(0, |i| i + 1);
         let named = header.cells.iter().rposition(|cell| !cell.is_empty()).map_or(0, |i| i + 1);
         if named < width {
-            let place = format!("line {}", rows[first].line);
+            let location = format!("line {}", rows[first].line);
             let problem = format!("has {width} fields, line {} has {named} names", header.line);
             let help = "If commas are both decimal signs and separators, export with another separator; otherwise state \
                         separator, decimal and skip under [experiments.read].";
-            return Err(InputError::new(file, place, "", problem, help));
+            return Err(InputError::new(file, location, "", problem, help));
         }
         let names = header.cells.iter().enumerate().map(|(i, written)| {
             let (name, own_unit) = name_and_unit(written);
@@ -114,9 +120,9 @@ impl Layout {
         let number = |row: &Row| {
             let cell = row.cells.get(index).map_or("", String::as_str);
             sheet.decimal.number(cell).ok_or_else(|| {
-                let place = format!("line {}, column {}", row.line, self.names[index].written);
+                let location = format!("line {}, column {}", row.line, self.names[index].written);
                 let help = "Remove rows that are not readings, or state separator and decimal under [experiments.read].";
-                InputError::new(file, place, cell, "is not a finite number", help)
+                InputError::new(file, location, cell, "is not a finite number", help)
             })
         };
         sheet.rows[self.first..].iter().map(number).collect()
@@ -137,8 +143,8 @@ impl Layout {
         problem: impl Into<String>,
         help: impl Into<String>,
     ) -> InputError {
-        let place = format!("line {}, column {name}", self.names_line);
-        InputError::new(file, place, value, problem, help)
+        let location = format!("line {}, column {name}", self.names_line);
+        InputError::new(file, location, value, problem, help)
     }
 }
 
@@ -152,8 +158,9 @@ fn is_of_units(row: &Row) -> bool {
 /// Splits a column name such as `Load (kN)`, `Load [kN]`, `Load / kN`, `load in kN` or `force_kN` into name and unit.
 fn name_and_unit(written: &str) -> (String, Option<String>) {
     let both = |name: &str, unit: &str| (name.trim().to_owned(), Some(unit.trim().to_owned()));
-    for (open, close) in [('(', ')'), ('[', ']'), ('{', '}')] {
-        let inner = written.trim_end().strip_suffix(close).and_then(|rest| rest.rsplit_once(open));
+    for (opening, close) in [('(', ')'), ('[', ']'), ('{', '}')] {
+        let inner =
+            written.trim_end().strip_suffix(close).and_then(|rest| rest.rsplit_once(opening));
         if let Some((name, unit)) = inner {
             return both(name, unit);
         }

@@ -52,8 +52,8 @@ impl Sheet {
             .filter(|(_, line)| !line.trim().is_empty() && !line.trim_start().starts_with('#'))
             .collect();
         let is_possible = |(separator, decimal): &(Separator, Decimal)| {
-            options.separator.is_none_or(|own| own == *separator)
-                && options.decimal.is_none_or(|own| own == *decimal)
+            options.separator.is_none_or(|stated| stated == *separator)
+                && options.decimal.is_none_or(|stated| stated == *decimal)
         };
         let mut best = None;
         for format in FORMATS.into_iter().filter(is_possible) {

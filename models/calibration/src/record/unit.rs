@@ -70,8 +70,8 @@ impl Unit {
 impl Dimension {
     /// Lists one name of each unit of the dimension.
     pub(super) fn units(self) -> String {
-        let own = UNITS.iter().filter(|(_, dimension, _)| *dimension == self);
-        own.map(|(names, ..)| names[0]).collect::<Vec<_>>().join(", ")
+        let of_dimension = UNITS.iter().filter(|(_, dimension, _)| *dimension == self);
+        of_dimension.map(|(names, ..)| names[0]).collect::<Vec<_>>().join(", ")
     }
 }
 

@@ -109,7 +109,7 @@ pub(crate) fn read_engineering_curves(file: &Path) -> Result<Vec<NamedCurve>, In
             return Err(row.error(strain, "must lie between -0.1 and 5", help));
         }
         let name = row.text("specimen");
-        match curves.iter_mut().find(|(known, _)| known == name) {
+        match curves.iter_mut().find(|(specimen, _)| specimen == name) {
             Some((_, readings)) => readings.push(reading),
             None => curves.push((name.to_owned(), vec![reading])),
         }
@@ -198,9 +198,9 @@ mod tests {
         let converted = |readings: &[(f64, f64)], unloading| {
             TensionTest::of_readings("A", readings, young, unloading)
         };
-        let (straight, kept) =
+        let (straight, with_unloading) =
             (converted(&curve, Unloading::Kept), converted(&readings, Unloading::Kept));
-        assert_eq!(kept.points.len(), straight.points.len() + 4);
+        assert_eq!(with_unloading.points.len(), straight.points.len() + 4);
         let left = converted(&readings, Unloading::default());
         assert_eq!(left.unloading.len(), 4);
         assert_eq!(TensionTest { unloading: Vec::new(), ..left }, straight);
@@ -248,8 +248,8 @@ mod tests {
             (format!("{header}A,0.1,60\nA,0.2,70\n"), "specimen A: has 2 points"),
             (header.to_owned(), "has no readings"),
         ] {
-            let found = message(&text);
-            assert!(found.contains(expected) && found.contains("tension.csv"), "{found}");
+            let error = message(&text);
+            assert!(error.contains(expected) && error.contains("tension.csv"), "{error}");
         }
     }
 }

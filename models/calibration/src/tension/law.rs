@@ -87,8 +87,8 @@ mod tests {
         let load = |strain: f64| L::stress_mpa(&parameters, strain) * (-strain).exp();
         let strains = (0..=100_000).map(|i| 1e-5 * f64::from(i));
         let largest = strains.max_by(|a, b| load(*a).total_cmp(&load(*b))).unwrap();
-        let found: f64 = L::uniform_strain(&parameters);
-        assert!((found - largest).abs() < 1.1e-5, "{found} {largest}");
+        let computed: f64 = L::uniform_strain(&parameters);
+        assert!((computed - largest).abs() < 1.1e-5, "{computed} {largest}");
     }
 
     #[test]
@@ -107,10 +107,10 @@ mod tests {
         let parameters_of =
             |law: &dyn Fn(f64) -> f64, shape: f64| [law(0.0), law(0.3) - law(0.0), shape];
         for strain in [0.0, 0.01, 0.2, 0.6] {
-            let found: f64 = Voce::stress_mpa(&parameters_of(&voce, 2.5), strain);
-            approx::assert_relative_eq!(found, voce(strain), max_relative = 1e-13);
-            let found: f64 = Swift::stress_mpa(&parameters_of(&swift, 0.5), strain);
-            approx::assert_relative_eq!(found, swift(strain), max_relative = 1e-13);
+            let stress: f64 = Voce::stress_mpa(&parameters_of(&voce, 2.5), strain);
+            approx::assert_relative_eq!(stress, voce(strain), max_relative = 1e-13);
+            let stress: f64 = Swift::stress_mpa(&parameters_of(&swift, 0.5), strain);
+            approx::assert_relative_eq!(stress, swift(strain), max_relative = 1e-13);
         }
     }
 }

@@ -72,13 +72,13 @@ pub(super) fn populations(posterior: &Posterior) -> Result<Vec<Population>, Doma
     let (means, scatters) =
         (draws_of("ln_mean").chunks_exact(3), draws_of("scatter").chunks_exact(3));
     let draws = means.zip(scatters).zip(draws_of("corr").chunks_exact(9)).zip(draws_of("sd"));
-    let mut found = Vec::new();
+    let mut all = Vec::new();
     for (((mean, scatter), corr), &sd_mpa) in draws {
         let rows = std::array::from_fn(|i| std::array::from_fn(|j| scatter[i] * corr[3 * i + j]));
         let mean = [mean[0], mean[1], mean[2]];
-        found.push(Population { mean, factor: CholeskyFactor::new(rows)?, sd_mpa });
+        all.push(Population { mean, factor: CholeskyFactor::new(rows)?, sd_mpa });
     }
-    Ok(found)
+    Ok(all)
 }
 
 /// Fits a curve by the Gauss–Newton method, starting from the posterior mean of specimen `k`.
@@ -89,9 +89,9 @@ pub(super) fn fit_of<L: HardeningLaw>(
 ) -> Result<CurveFit, DomainError> {
     const STEPS: usize = 20;
     const DIFFERENCE: f64 = 1e-5;
-    let own = posterior.values("ln_own");
-    let size = own.map_or(1, |values| values.size().max(1));
-    let draws = own.map_or(&[][..], |values| &values.data[..]).chunks_exact(size);
+    let ln_parameters = posterior.values("ln_own");
+    let size = ln_parameters.map_or(1, |values| values.size().max(1));
+    let draws = ln_parameters.map_or(&[][..], |values| &values.data[..]).chunks_exact(size);
     let n = draws.len() as f64;
     let mut ln_own: [f64; 3] =
         std::array::from_fn(|i| draws.clone().map(|row| row[3 * k + i]).sum::<f64>() / n);
@@ -143,10 +143,11 @@ fn inverse(factor: &DynCholeskyFactor<f64>) -> Result<Vec<Vec<f64>>, DomainError
 /// parameters θ̂ in the population. J is the Jacobian of the law.
 pub(super) fn ln_density(fit: &CurveFit, population: &Population) -> Result<f64, DomainError> {
     let variance = population.sd_mpa.powi(2);
-    let own = fit.unit.covariance();
+    let unit_covariance = fit.unit.covariance();
     let scatter = population.factor.covariance();
-    let both: Vec<Vec<f64>> =
-        (0..3).map(|i| (0..3).map(|j| scatter[i][j] + variance * own[i][j]).collect()).collect();
+    let both: Vec<Vec<f64>> = (0..3)
+        .map(|i| (0..3).map(|j| scatter[i][j] + variance * unit_covariance[i][j]).collect())
+        .collect();
     let about =
         MvNormalCholesky(population.mean.to_vec(), DynCholeskyFactor::of_covariance(&both)?);
     let volume: f64 = (0..3).map(|i| fit.unit.get(i, i).ln()).sum();

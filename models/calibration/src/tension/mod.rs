@@ -55,9 +55,9 @@ ppl::model! {
         #[dims(specimen)]
         for test in tests {
             #[dims(parameter)] let ln_own ~ MvNormalCholesky(mean, chol);
-            let own = ln_own.map(|x| x.exp());
+            let parameters = ln_own.map(|x| x.exp());
             for point in &test.points {
-                point.true_stress_mpa ~ Normal(L::stress_mpa(&own, point.plastic_strain), sd);
+                point.true_stress_mpa ~ Normal(L::stress_mpa(&parameters, point.plastic_strain), sd);
             }
         }
         #[dims(parameter)] #[predict] let ln_new ~ MvNormalCholesky(mean, chol);

@@ -73,8 +73,8 @@ mod tests {
             (format!("{header}1,-40\n"), "line 2, column yield_ksi = -40"),
             (header.to_owned(), "has no tests"),
         ] {
-            let found = message(&text);
-            assert!(found.contains(expected), "{found}");
+            let error = message(&text);
+            assert!(error.contains(expected), "{error}");
         }
     }
 }

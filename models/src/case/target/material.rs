@@ -113,10 +113,10 @@ impl Target for MaterialConstant {
         let Self { region, property } = self;
         let error = |problem: String, help| Err(TargetError { problem, help });
         let has_phase_field = parts.phase_field.is_some();
-        let known: Vec<&str> = parts.material.keys().map(String::as_str).collect();
-        let known = format!("Choose one of: {}.", known.join(", "));
+        let names: Vec<&str> = parts.material.keys().map(String::as_str).collect();
+        let names = format!("Choose one of: {}.", names.join(", "));
         let Some(material) = parts.material.get_mut(region) else {
-            return error(format!("there is no material {region:?}"), known);
+            return error(format!("there is no material {region:?}"), names);
         };
         let has_damage = has_phase_field && material.toughness_n_per_mm.is_some();
         if property.is_of_damage() && !has_damage {

@@ -13,7 +13,7 @@ pub(super) struct CaseNumber {
     label: &'static str,
     unit: &'static str,
     /// Returns the number within a case; `None` if the case does not have the table of this number.
-    place: fn(&mut SimulationParts) -> Option<&mut f64>,
+    number: fn(&mut SimulationParts) -> Option<&mut f64>,
 }
 
 /// All numbers outside `[material]` that can be calibrated.
@@ -22,43 +22,43 @@ pub(super) const NUMBERS: [CaseNumber; 7] = [
         path: "phase_field.length_mm",
         label: "l₀",
         unit: "mm",
-        place: |parts| Some(&mut parts.phase_field.as_mut()?.length_mm),
+        number: |parts| Some(&mut parts.phase_field.as_mut()?.length_mm),
     },
     CaseNumber {
         path: "test.friction",
         label: "μ",
         unit: "1",
-        place: |parts| Some(&mut parts.test.friction),
+        number: |parts| Some(&mut parts.test.friction),
     },
     CaseNumber {
         path: "test.drag_mpa_s_per_mm",
         label: "drag",
         unit: "MPa s/mm",
-        place: |parts| Some(&mut parts.test.drag_mpa_s_per_mm),
+        number: |parts| Some(&mut parts.test.drag_mpa_s_per_mm),
     },
     CaseNumber {
         path: "test.slip_velocity_mm_per_s",
         label: "slip velocity",
         unit: "mm/s",
-        place: |parts| Some(&mut parts.test.slip_velocity_mm_per_s),
+        number: |parts| Some(&mut parts.test.slip_velocity_mm_per_s),
     },
     CaseNumber {
         path: "test.temperature_celsius",
         label: "T",
         unit: "°C",
-        place: |parts| Some(parts.test.temperature_celsius.get_or_insert_default()),
+        number: |parts| Some(parts.test.temperature_celsius.get_or_insert_default()),
     },
     CaseNumber {
         path: MachineCase::COMPLIANCE,
         label: "C",
         unit: "mm/N",
-        place: |parts| Some(parts.machine.compliance_mm_per_n.get_or_insert_default()),
+        number: |parts| Some(parts.machine.compliance_mm_per_n.get_or_insert_default()),
     },
     CaseNumber {
         path: MachineCase::FORCE_OFFSET,
         label: "F₀",
         unit: "N",
-        place: |parts| Some(parts.machine.force_offset_n.get_or_insert_default()),
+        number: |parts| Some(parts.machine.force_offset_n.get_or_insert_default()),
     },
 ];
 
@@ -76,14 +76,14 @@ impl Target for CaseNumber {
     }
 
     fn set(&self, parts: &mut SimulationParts, value: f64) -> Result<(), TargetError> {
-        let place = (self.place)(parts).ok_or_else(|| {
+        let number = (self.number)(parts).ok_or_else(|| {
             let table = self.path.split('.').next().unwrap_or_default();
             TargetError {
                 problem: format!("the case has no table [{table}]"),
                 help: format!("Add [{table}], or leave the parameter out."),
             }
         })?;
-        *place = value;
+        *number = value;
         Ok(())
     }
 }

@@ -163,11 +163,11 @@ impl TargetRegistry {
         if interface::is_table(table) {
             return vec![interface::TOUGHNESS];
         }
-        let own = self.targets.iter().map(Parameter::table_and_key);
-        let own: Vec<&str> = own.filter(|own| own.0 == table).map(|own| own.1).collect();
-        match own.is_empty() {
+        let keys = self.targets.iter().map(Parameter::table_and_key);
+        let keys: Vec<&str> = keys.filter(|keys| keys.0 == table).map(|keys| keys.1).collect();
+        match keys.is_empty() {
             true => Property::ALL.into_iter().map(Property::key).collect(),
-            false => own,
+            false => keys,
         }
     }
 }

@@ -94,10 +94,10 @@ impl CaseFile {
             let key = format!("calibration.{key}");
             mistakes.note(self.within(&key, value, lower, upper, unit, help));
         }
-        let kept = c.chains as f64 * c.draws as f64;
-        if c.draws <= 10_000_000 && kept > 1e7 {
+        let all_draws = c.chains as f64 * c.draws as f64;
+        if c.draws <= 10_000_000 && all_draws > 1e7 {
             let (unit, help) = ("draws of all chains together", "All draws are kept in memory.");
-            mistakes.note(self.within("calibration.draws", kept, 20.0, 1e7, unit, help));
+            mistakes.note(self.within("calibration.draws", all_draws, 20.0, 1e7, unit, help));
         }
     }
 
@@ -209,8 +209,8 @@ impl CaseFile {
         for (quantity, &percent) in &discrepancy.percent {
             let key = format!("calibration.discrepancy.percent.{quantity}");
             if !compared.contains(quantity) {
-                let known: Vec<String> = compared.iter().map(Quantity::to_string).collect();
-                let help = format!("The compared quantities are: {}.", known.join(", "));
+                let names: Vec<String> = compared.iter().map(Quantity::to_string).collect();
+                let help = format!("The compared quantities are: {}.", names.join(", "));
                 return Err(self.error(&key, percent.to_string(), "is not compared", help));
             }
             let help = "It is the standard deviation of the model's error in %: 3.0 for an error of 3 %. \

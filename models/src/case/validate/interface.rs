@@ -25,9 +25,9 @@ pub(super) fn check_interface(
         Err(WrongInterface { key, value, problem, help })
     };
     let Some(regions) = InterfaceCase::regions(name, &case.material) else {
-        let known = case.material.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
+        let materials = case.material.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
         let help = format!(
-            "Write [interface.matrix-grain]: two materials joined by a hyphen. The materials are: {known}."
+            "Write [interface.matrix-grain]: two materials joined by a hyphen. The materials are: {materials}."
         );
         return wrong(table, String::new(), "does not name two materials".into(), help);
     };

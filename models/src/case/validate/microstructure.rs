@@ -26,7 +26,7 @@ impl CaseFile {
                 "Remove one of the two: with microstructure = \"one\" there is only one packing.";
             return refuse("cannot be combined with design.microstructure = \"one\"", help);
         }
-        let is_packing = |geometry: &SpecimenGeometry| matches!(geometry, SpecimenGeometry::Cylinder { grains: Some(own), .. } if own.fraction > 0.0);
+        let is_packing = |geometry: &SpecimenGeometry| matches!(geometry, SpecimenGeometry::Cylinder { grains: Some(packing), .. } if packing.fraction > 0.0);
         if !is_packing(geometry) {
             let help = "Leave it out. Images of several specimens are named in specimen.image.further_stacks.";
             return refuse("needs a specimen that is described by a packing", help);

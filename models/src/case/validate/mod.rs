@@ -80,8 +80,8 @@ impl CaseFile {
             }
             self.check_test(&mut mistakes);
         }
-        for (name, own) in &self.case.interface {
-            if let Err(wrong) = check_interface(&self.case, name, own) {
+        for (name, interface_case) in &self.case.interface {
+            if let Err(wrong) = check_interface(&self.case, name, interface_case) {
                 let WrongInterface { key, value, problem, help } = wrong;
                 mistakes.note(Err(self.error(&key, value, problem, help)));
             }
@@ -124,12 +124,12 @@ impl CaseFile {
     /// material although the specimen does not have the region.
     fn check_used(&self, regions: &[String], waiting: &[&str]) -> Result<(), InputError> {
         let regions_and_waiting = regions.iter().map(String::as_str).chain(waiting.iter().copied());
-        let known: Vec<&str> = regions_and_waiting.collect();
+        let names: Vec<&str> = regions_and_waiting.collect();
         let mut given = self.case.material.keys();
-        let Some(unknown) = given.find(|region| !known.contains(&region.as_str())) else {
+        let Some(unknown) = given.find(|region| !names.contains(&region.as_str())) else {
             return Ok(());
         };
-        let hint = closest(unknown, known.iter().copied())
+        let hint = closest(unknown, names.iter().copied())
             .map(|region| format!("Did you mean material.{region}? "))
             .unwrap_or_default();
         Err(self.error(

@@ -146,7 +146,7 @@ fn check_columns(file: &CaseFile) -> Result<(), InputError> {
     }
     let columns = || compared.iter().map(|quantity| quantity.column());
     if let Some((i, _)) =
-        columns().enumerate().find(|(i, own)| columns().take(*i).any(|c| c == *own))
+        columns().enumerate().find(|(i, name)| columns().take(*i).any(|c| c == *name))
     {
         return refuse(&compared[i], "is a column that is named twice", "Name each once.");
     }
@@ -184,12 +184,12 @@ fn check_values(file: &CaseFile) -> Result<(), InputError> {
 }
 
 fn check_file(file: &CaseFile, key: &str, path: &Path) -> Result<(), InputError> {
-    let place = file.beside(path);
-    if place.is_file() {
+    let absolute = file.beside(path);
+    if absolute.is_file() {
         return Ok(());
     }
-    let help = format!("It is sought at {}.", place.display());
-    Err(file.error(key, path.display().to_string(), absence(&place), help))
+    let help = format!("It is sought at {}.", absolute.display());
+    Err(file.error(key, path.display().to_string(), absence(&absolute), help))
 }
 
 fn check_simulator(file: &CaseFile, mistakes: &mut Mistakes) {
@@ -207,18 +207,18 @@ fn check_simulator(file: &CaseFile, mistakes: &mut Mistakes) {
         mistakes.note(Err(file.error("simulator.input", "", "is missing", help)));
     }
     let mut names = vec![simulator.result.clone()];
-    for (key, own) in simulator
+    for (key, source) in simulator
         .input
         .iter()
-        .map(|own| ("simulator.input", own))
-        .chain(simulator.files.iter().map(|own| ("simulator.files", own)))
+        .map(|source| ("simulator.input", source))
+        .chain(simulator.files.iter().map(|source| ("simulator.files", source)))
     {
-        let name = own.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let name = source.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let is_taken = names.contains(&name);
-        mistakes.note(match check_file(file, key, own) {
+        mistakes.note(match check_file(file, key, source) {
             Ok(()) if is_taken => Err(file.error(
                 key,
-                own.display().to_string(),
+                source.display().to_string(),
                 "has the name of another file of the run",
                 "All files of a run lie in one folder: give each another name.",
             )),
@@ -272,9 +272,9 @@ fn check_placeholders(file: &CaseFile) -> Result<(), InputError> {
         return Ok(());
     };
     let parameters: Vec<String> = prior.names().collect();
-    let known = || parameters.iter().map(String::as_str).chain(["run"]);
+    let allowed = || parameters.iter().map(String::as_str).chain(["run"]);
     let words: Vec<Template> = simulator.command.iter().map(|word| Template::parse(word)).collect();
-    let in_command: Vec<&str> = known().chain(["input"]).collect();
+    let in_command: Vec<&str> = allowed().chain(["input"]).collect();
     for (word, written) in words.iter().zip(&simulator.command) {
         word.check(&in_command).map_err(|bad| {
             let help = format!("Placeholders are: {}.", in_command.join(", "));
@@ -297,22 +297,27 @@ fn check_placeholders(file: &CaseFile) -> Result<(), InputError> {
             InputError::unreadable(&path, &e, "The template of the input file is text, UTF-8.")
         })?;
         let template = Template::parse(&text);
-        let in_input: Vec<&str> = known().collect();
+        let in_input: Vec<&str> = allowed().collect();
         template.check(&in_input).map_err(|bad| {
-            let place = format!("line {}", bad.line);
+            let location = format!("line {}", bad.line);
             let help = format!(
                 "Placeholders are: {}; formats are :e, :.6e and :.4f. Doubled braces, as in {{{{name}}}}, write \
                  the name in braces.",
                 in_input.join(", ")
             );
-            InputError::new(&path, place, bad.written, bad.problem, help)
+            InputError::new(&path, location, bad.written, bad.problem, help)
         })?;
         templates.push(template);
     }
-    let is_used = |name: &str| templates.iter().any(|t| t.names().any(|own| own == name));
+    let is_used =
+        |name: &str| templates.iter().any(|t| t.names().any(|placeholder| placeholder == name));
     // `check_machine_outside` refuses properties of the machine
     let is_of_program = |parameter: &&Parameter| !MachineCase::is_path(&parameter.to_string());
-    match prior.parameters().filter(is_of_program).find(|own| !is_used(&own.to_string())) {
+    match prior
+        .parameters()
+        .filter(is_of_program)
+        .find(|parameter| !is_used(&parameter.to_string()))
+    {
         Some(unused) => {
             let problem = "has no placeholder, so that no run depends on it";
             let help = format!("Write {{{unused}}} in simulator.input or in simulator.command.");

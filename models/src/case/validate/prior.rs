@@ -21,8 +21,8 @@ impl CaseFile {
             self.within(&format!("{key}.runs"), extension.runs as f64, 1.0, 1e6, "runs", help)?;
             let mut mistakes = Mistakes::default();
             for (parameter, bounds) in extension.prior.iter() {
-                let place = format!("{key}.prior.{parameter}");
-                mistakes.note(self.check_bounds(&place, parameter, bounds));
+                let key_of_bounds = format!("{key}.prior.{parameter}");
+                mistakes.note(self.check_bounds(&key_of_bounds, parameter, bounds));
             }
             mistakes.into_vec().into_iter().next().map_or(Ok(()), Err)?;
             let refuse =
@@ -33,21 +33,25 @@ impl CaseFile {
                 let help = "Write a table [[extend]] for each parameter.";
                 return refuse(&format!("{key}.prior"), "extends several parameters or none", help);
             };
-            let place = format!("{key}.prior.{parameter}");
+            let key_of_bounds = format!("{key}.prior.{parameter}");
             let whole = case.whole_prior();
             let before = whole.as_ref().and_then(|prior| prior.get(parameter));
             let Some(before) = before else {
-                return refuse(&place, "is not calibrated", "Extend a parameter of [prior].");
+                return refuse(
+                    &key_of_bounds,
+                    "is not calibrated",
+                    "Extend a parameter of [prior].",
+                );
             };
             let ([low, high], value) = (before.range(), format!("[{lower:?}, {upper:?}]"));
             if lower > high || upper < low || (lower >= low && upper <= high) {
                 let help = format!("The range is [{low:?}, {high:?}]: begin at one of its ends.");
                 let problem = "does not adjoin the range of the prior";
-                return Err(self.error(&place, value, problem, help));
+                return Err(self.error(&key_of_bounds, value, problem, help));
             }
             if let Err(error) = before.within(low.min(lower), high.max(upper)).validate() {
                 let help = "Extend the range only as far as the distribution has a density.";
-                return Err(self.error(&place, value, error.to_string(), help));
+                return Err(self.error(&key_of_bounds, value, error.to_string(), help));
             }
             case.extend.push(extension.clone());
         }
@@ -153,15 +157,17 @@ impl CaseFile {
             }
         }
         // a shift depends on constants of its material and on the temperature of the test
-        for series in parts.material.values().filter_map(|own| own.viscoelastic.as_ref()) {
+        for series in parts.material.values().filter_map(|m| m.viscoelastic.as_ref()) {
             if let (Some(shift), Some(celsius)) = (&series.shift, parts.test.temperature_celsius)
                 && let Err(error) = shift.validate("test", celsius)
             {
                 return refuse(error.to_string(), "Choose another value.");
             }
         }
-        let changed =
-            parts.interface.iter().filter(|(name, own)| self.case.interface[*name] != **own);
+        let changed = parts
+            .interface
+            .iter()
+            .filter(|(name, interface)| self.case.interface[*name] != **interface);
         for (name, interface) in changed {
             if let Err(WrongInterface { problem, help, .. }) =
                 check_interface(&self.case, name, interface)
@@ -192,10 +198,10 @@ impl CaseFile {
             return Ok(());
         };
         let mut parts = self.case.parts();
-        for (parameter, own) in prior.iter() {
+        for (parameter, parameter_prior) in prior.iter() {
             let path = parameter.to_string();
             if path.contains(".viscoelastic.") && path.ends_with(".fraction") {
-                let [_, upper] = own.range();
+                let [_, upper] = parameter_prior.range();
                 // `check_parameter` reports a parameter that cannot be set
                 let _ = parameter.set(&mut parts, upper);
             }
@@ -225,9 +231,9 @@ impl CaseFile {
         };
         let mut parts = self.case.parts();
         let mut names = Vec::new();
-        for (parameter, own) in prior.iter() {
+        for (parameter, parameter_prior) in prior.iter() {
             let path = parameter.to_string();
-            let [lower, upper] = own.range();
+            let [lower, upper] = parameter_prior.range();
             let is_of = |key: &str| path.ends_with(key);
             let value = if is_of(".strength.tensile_mpa") || path == "phase_field.length_mm" {
                 upper
@@ -243,7 +249,7 @@ impl CaseFile {
             let _ = parameter.set(&mut parts, value);
             names.push(format!("{path} = {value}"));
         }
-        for (region, material) in parts.material.iter().filter(|(_, own)| own.strength.is_some()) {
+        for (region, material) in parts.material.iter().filter(|(_, m)| m.strength.is_some()) {
             let checked = material
                 .in_fem()
                 .and_then(|material| material.validate(region, parts.phase_field.as_ref()));

@@ -63,8 +63,8 @@ fn rank_histograms(chains: &[Vec<f64>], bins: usize) -> Vec<Vec<f64>> {
     let mut before = 0.0;
     for equal in all.chunk_by(|a, b| a.0 == b.0) {
         let count = equal.len() as f64;
-        let place = (before + 0.5 * count) / total;
-        let bin = ((place * bins as f64) as usize).min(bins - 1);
+        let rank = (before + 0.5 * count) / total;
+        let bin = ((rank * bins as f64) as usize).min(bins - 1);
         for &(_, chain) in equal {
             spread[chain][bin] += 1.0;
         }

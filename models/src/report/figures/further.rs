@@ -9,11 +9,11 @@ use crate::report::style::{PRIOR, SERIES, framed, panel, single};
 /// Expected contraction of a parameter against the number of further specimens, one line per test; dashed: the present
 /// contraction.
 pub(in crate::report) fn further(parameter: &FurtherParameter) -> String {
-    let of = |f: fn(usize, usize) -> usize, first: usize| {
+    let extreme = |f: fn(usize, usize) -> usize, first: usize| {
         let tests = parameter.tests.iter().flat_map(|test| &test.expected);
         tests.map(|expected| expected.specimens).filter(|&n| n > 0).fold(first, f) as f64
     };
-    let range = match (of(usize::min, usize::MAX), of(usize::max, 1)) {
+    let range = match (extreme(usize::min, usize::MAX), extreme(usize::max, 1)) {
         (first, last) if first < last => (first, last),
         (only, _) => (0.5 * only, 2.0 * only),
     };

@@ -64,13 +64,13 @@ fn matrix(
     let mut panels = Vec::new();
     for (row, y) in parameters.iter().enumerate() {
         for (column, x) in parameters.iter().enumerate() {
-            let place = match row.cmp(&column) {
+            let position = match row.cmp(&column) {
                 std::cmp::Ordering::Less => Place::Above,
                 std::cmp::Ordering::Equal => Place::Diagonal,
                 std::cmp::Ordering::Greater => Place::Below,
             };
             let pairs = || samples[column].iter().copied().zip(samples[row].iter().copied());
-            let (plots, range, label) = match place {
+            let (plots, range, label) = match position {
                 Place::Diagonal => {
                     let (plots, range) = marginal(x, &samples[column], look, marks);
                     (plots, range, "density")
@@ -80,15 +80,15 @@ fn matrix(
             };
             let mut plots = plots;
             if let (true, true, Some(a), Some(b)) =
-                (marks, place != Place::Diagonal, x.truth, y.truth)
+                (marks, position != Place::Diagonal, x.truth, y.truth)
             {
                 let truth = ScatterPlot::new().with_data([(a, b)]).with_color(TRUTH);
                 plots.push(truth.with_size(5.0).into());
             }
-            let range = if place == Place::Diagonal { range } else { axis(range) };
+            let range = if position == Place::Diagonal { range } else { axis(range) };
             let layout =
                 framed(panel(&plots, &x.label, label), axis(x.range()), range).with_ticks(3);
-            panels.push((place, single(plots, layout, 300.0, 260.0)));
+            panels.push((position, single(plots, layout, 300.0, 260.0)));
         }
     }
     panels
@@ -172,12 +172,12 @@ mod tests {
         let parameters = ["E (MPa)", "Gc (N/mm)", "ξ (MPa s)"].map(parameter);
         for panels in [design(&parameters), posterior(&parameters)] {
             assert_eq!(panels.len(), 9);
-            let places: Vec<Place> = panels.iter().map(|(place, _)| *place).collect();
+            let places: Vec<Place> = panels.iter().map(|(position, _)| *position).collect();
             assert_eq!(places[..4], [Place::Diagonal, Place::Above, Place::Above, Place::Below]);
-            for (i, (place, svg)) in panels.iter().enumerate() {
+            for (i, (position, svg)) in panels.iter().enumerate() {
                 assert!(svg.contains(&parameters[i % 3].label), "column of panel {i}");
                 let row =
-                    if *place == Place::Diagonal { "density" } else { &parameters[i / 3].label };
+                    if *position == Place::Diagonal { "density" } else { &parameters[i / 3].label };
                 assert!(svg.contains(row), "row of panel {i}");
             }
         }

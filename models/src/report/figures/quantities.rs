@@ -67,9 +67,10 @@ fn beside<'a>(
         plots.push(Histogram::new().with_precomputed(edges, heights).with_color(colour).into());
     }
     if !qoi.experiments.is_empty() {
-        let own = round_range(qoi.experiments.iter().copied());
-        let own = (own.0.max(range.0), own.1.min(range.1));
-        let edges = edges(own, few(qoi.experiments.len()));
+        let experiments_range = round_range(qoi.experiments.iter().copied());
+        let experiments_range =
+            (experiments_range.0.max(range.0), experiments_range.1.min(range.1));
+        let edges = edges(experiments_range, few(qoi.experiments.len()));
         let heights = densities(&edges, &qoi.experiments);
         top = heights.iter().copied().fold(top, f64::max);
         // only the outline, so that histograms behind it are visible

@@ -15,14 +15,19 @@ const MARGIN: f64 = 0.7;
 /// One panel per quantity: the measurements as points, one per specimen, over the predicted 50 and 90 % intervals and the
 /// median.
 pub(in crate::report) fn validated(result: &ValidationResult) -> Vec<String> {
-    result.quantities.iter().filter(|own| !own.specimens.is_empty()).map(quantity).collect()
+    result
+        .quantities
+        .iter()
+        .filter(|compared| !compared.specimens.is_empty())
+        .map(quantity)
+        .collect()
 }
 
-fn quantity(own: &ValidatedQuantity) -> String {
-    let count = own.specimens.len() as f64;
+fn quantity(validated: &ValidatedQuantity) -> String {
+    let count = validated.specimens.len() as f64;
     let ends = [1.0 - MARGIN, count + MARGIN];
     let mut plots: Vec<Plot> = Vec::new();
-    let [q05, q25, median, q75, q95] = own.quantiles;
+    let [q05, q25, median, q75, q95] = validated.quantiles;
     for (low, high, colour) in [(q05, q95, DRAWS_FILL), (q25, q75, DRAWS)] {
         if let (Some(low), Some(high)) = (low, high) {
             let band = BandPlot::new(ends, [low, low], [high, high]);
@@ -32,12 +37,12 @@ fn quantity(own: &ValidatedQuantity) -> String {
     if let Some(median) = median {
         plots.push(line(ends.map(|x| (x, median)), POSTERIOR, 2.0).into());
     }
-    let points = (1..).zip(&own.specimens).map(|(k, (_, y))| (f64::from(k), *y));
+    let points = (1..).zip(&validated.specimens).map(|(k, (_, y))| (f64::from(k), *y));
     let points: Vec<(f64, f64)> = points.collect();
     plots.push(ScatterPlot::new().with_data(points).with_color(MEASURED).with_size(4.0).into());
-    let values = own.specimens.iter().map(|(_, y)| *y);
-    let range = round_range(values.chain(own.quantiles.into_iter().flatten()));
-    let layout = panel(&plots, "specimen", &own.label);
+    let values = validated.specimens.iter().map(|(_, y)| *y);
+    let range = round_range(values.chain(validated.quantiles.into_iter().flatten()));
+    let layout = panel(&plots, "specimen", &validated.label);
     let layout = framed(layout, (ends[0], ends[1]), range).with_ticks(4);
     single(plots, layout, SIZE.0, SIZE.1)
 }
@@ -59,16 +64,18 @@ mod tests {
 
     #[test]
     fn each_quantity_has_a_panel_with_its_intervals() {
-        let known = ValidatedQuantity {
+        let judged = ValidatedQuantity {
             label: "peak force (N)".into(),
             quantiles: [90.0, 97.0, 100.0, 103.0, 110.0].map(Some),
             specimens: vec![("H-1".into(), 99.0), ("H-2".into(), 104.0)],
             ..Default::default()
         };
-        let unknown =
-            ValidatedQuantity { quantiles: [None, None, Some(100.0), None, None], ..known.clone() };
+        let unknown = ValidatedQuantity {
+            quantiles: [None, None, Some(100.0), None, None],
+            ..judged.clone()
+        };
         let mut result =
-            ValidationResult { quantities: vec![known, unknown], ..Default::default() };
+            ValidationResult { quantities: vec![judged, unknown], ..Default::default() };
         let [with, without] = &validated(&result)[..] else { panic!("two panels") };
         assert!(with.contains("peak force (N)") && with.contains(DRAWS_FILL));
         assert!(without.contains(MEASURED) && !without.contains(DRAWS_FILL));

@@ -68,16 +68,16 @@ pub(super) fn show(Budget { sources, parameters, is_outside }: &Budget<'_>) -> M
 
 /// Sources that occur in the budget, in the order of [`SOURCES`]; other sources follow.
 fn sources(budget: &[(String, Vec<(String, f64)>)]) -> Vec<&str> {
-    let mut found: Vec<&str> = Vec::new();
+    let mut ordered: Vec<&str> = Vec::new();
     for (source, _) in budget.iter().flat_map(|(_, parts)| parts) {
-        if !found.contains(&source.as_str()) {
-            found.push(source);
+        if !ordered.contains(&source.as_str()) {
+            ordered.push(source);
         }
     }
-    let place =
+    let rank =
         |source: &&str| SOURCES.iter().position(|s| *s == kind(source)).unwrap_or(SOURCES.len());
-    found.sort_by_key(place);
-    found
+    ordered.sort_by_key(rank);
+    ordered
 }
 
 fn share(parts: &[(String, f64)], source: &str) -> Option<f64> {
@@ -107,8 +107,8 @@ fn bar(parts: &[(String, f64)]) -> Markup {
     let names: Vec<String> =
         parts.iter().map(|(source, share)| format!("{source} {}", percent(*share))).collect();
     let mut ordered: Vec<&(String, f64)> = parts.iter().collect();
-    let place = |part: &&(String, f64)| SOURCES.iter().position(|s| *s == kind(&part.0));
-    ordered.sort_by_key(|part| place(part).unwrap_or(SOURCES.len()));
+    let rank = |part: &&(String, f64)| SOURCES.iter().position(|s| *s == kind(&part.0));
+    ordered.sort_by_key(|part| rank(part).unwrap_or(SOURCES.len()));
     let ends = ordered.iter().scan(0.0, |end, part| {
         *end += 100.0 * part.1;
         Some(*end)

@@ -78,9 +78,12 @@ mod tests {
             parameter("ξ", [[1.0, -1.0], [-1.0, 1.0]]),
         ];
         let results = Results { parameters, ..Results::default() };
-        let found = collect(&results).expect("there are three parameters");
-        assert!((found.matrix[0][1] + 1.0).abs() < 1e-12 && found.matrix[0][2].abs() < 1e-12);
-        let html = show(&found).into_string();
+        let correlations = collect(&results).expect("there are three parameters");
+        assert!(
+            (correlations.matrix[0][1] + 1.0).abs() < 1e-12
+                && correlations.matrix[0][2].abs() < 1e-12
+        );
+        let html = show(&correlations).into_string();
         assert!(html.contains("<strong>-1.00</strong>") && html.contains("+0.00"), "{html}");
         assert!(collect(&Results::default()).is_none());
     }

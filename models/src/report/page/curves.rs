@@ -73,11 +73,11 @@ struct Kind<'a> {
 fn kinds(findings: &[Finding]) -> Vec<Kind<'_>> {
     let mut kinds: Vec<Kind<'_>> = Vec::new();
     for Finding { specimen, finding, help } in findings {
-        let (own, advice) = help.split_once(". ").unwrap_or((help, ""));
-        let told = format!("{specimen} {}", own.trim_end_matches('.'));
+        let (action, advice) = help.split_once(". ").unwrap_or((help, ""));
+        let text = format!("{specimen} {}", action.trim_end_matches('.'));
         match kinds.iter_mut().find(|kind| kind.finding == finding && kind.advice == advice) {
-            Some(kind) => kind.specimens.push(told),
-            None => kinds.push(Kind { finding, specimens: vec![told], advice }),
+            Some(kind) => kind.specimens.push(text),
+            None => kinds.push(Kind { finding, specimens: vec![text], advice }),
         }
     }
     kinds

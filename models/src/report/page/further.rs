@@ -23,7 +23,7 @@ pub(super) fn show(parameters: &[FurtherParameter]) -> Markup {
                  (contraction " (IDENTIFIED) ") or its 90 % interval to be as narrow as stated. A further \
                  quantity of the present curves may increase the contraction without any further specimen."
             }
-            @for parameter in parameters { (of(parameter)) }
+            @for parameter in parameters { (parameter_section(parameter)) }
             p.caption {
                 "Linear and Gaussian approximation at draws of the posterior, averaged over the draws. Specimens of another \
                  test have the relative scatter of the present specimens, or the scatter that the case states. More \
@@ -33,7 +33,7 @@ pub(super) fn show(parameters: &[FurtherParameter]) -> Markup {
     }
 }
 
-fn of(parameter: &FurtherParameter) -> Markup {
+fn parameter_section(parameter: &FurtherParameter) -> Markup {
     let numbers: Vec<usize> = parameter
         .tests
         .first()

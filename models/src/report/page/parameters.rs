@@ -71,7 +71,7 @@ mod tests {
     #[test]
     fn a_qualified_verdict_is_not_green() {
         let draws: Vec<f64> = (0..100).map(|i| 40.0 + 0.2 * f64::from(i)).collect();
-        let of = |qualifiers: &[Qualifier]| {
+        let shown = |qualifiers: &[Qualifier]| {
             let parameter = CalibratedParameter {
                 prior: Prior::uniform(0.0, 100.0),
                 map: 50.0,
@@ -82,8 +82,8 @@ mod tests {
             };
             show(&Results { parameters: vec![parameter], ..Results::default() }).into_string()
         };
-        assert!(of(&[]).contains("<span class=\"verdict good\">identified</span>"));
-        let poor = of(&[Qualifier::PoorFit]);
+        assert!(shown(&[]).contains("<span class=\"verdict good\">identified</span>"));
+        let poor = shown(&[Qualifier::PoorFit]);
         assert!(
             poor.contains("<span class=\"verdict weak\">identified, fit poor</span>"),
             "{poor}"

@@ -80,15 +80,15 @@ pub(super) fn facts(pairs: &[(String, String)]) -> Markup {
 
 /// A matrix of panels. A narrow page omits the panels above the diagonal and shows one panel per row.
 pub(super) fn pairs(matrix: &[(Place, String)], shown: Markup, if_wrong: &str) -> Markup {
-    let columns = matrix.iter().filter(|(place, _)| *place == Place::Diagonal).count();
-    let class = |place: Place| match place {
+    let columns = matrix.iter().filter(|(position, _)| *position == Place::Diagonal).count();
+    let class = |position: Place| match position {
         Place::Above => "above",
         Place::Diagonal | Place::Below => "kept",
     };
     html! {
         figure {
             div.pairs style={ "--columns: " (columns) } {
-                @for (place, svg) in matrix { div class=(class(*place)) { (PreEscaped(svg)) } }
+                @for (position, svg) in matrix { div class=(class(*position)) { (PreEscaped(svg)) } }
             }
             (caption(shown, if_wrong))
         }

@@ -23,8 +23,8 @@ pub(super) fn show(results: &Results) -> Markup {
                 code { "breccia report" } " writes the page again." }
             (table(
                 html! { th { "stage" } th.text { "state" } th.text {} },
-                html! { @for [stage, state, told] in &results.unfinished { tr {
-                    td.name { (stage) } td.name { (state) } td.text { (told) }
+                html! { @for [stage, state, progress] in &results.unfinished { tr {
+                    td.name { (stage) } td.name { (state) } td.text { (progress) }
                 } } },
             ))
             @if results.parameters.is_empty() && !results.notes.is_empty() {

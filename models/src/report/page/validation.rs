@@ -22,7 +22,7 @@ pub(super) fn show(results: &Results) -> Markup {
                  specimens and the error that all specimens share."
             }
             (coverage(&results.validation_coverage))
-            @for result in &results.validations { (of(result)) }
+            @for result in &results.validations { (validation_section(result)) }
         }
     }
 }
@@ -47,7 +47,7 @@ fn percent(fraction: f64) -> String {
     format!("{:.0} %", 100.0 * fraction)
 }
 
-fn of(result: &ValidationResult) -> Markup {
+fn validation_section(result: &ValidationResult) -> Markup {
     let method = match result.method.as_str() {
         "surrogate" => format!("the surrogate at {} posterior draws", result.draws),
         _ => format!("simulations at {} posterior draws", result.draws),
@@ -59,7 +59,7 @@ fn of(result: &ValidationResult) -> Markup {
                 th { "quantity" } th { "measured mean" } th { "predicted mean" } th { "difference, sd" }
                 th { "inside 50 %" } th { "inside 90 %" } th { "mean CRPS" } th.text { "verdict" }
             },
-            html! { @for own in &result.quantities { (row(own)) } },
+            html! { @for compared in &result.quantities { (row(compared)) } },
         ))
         (panels(&figures::validated(result), html! {
             "Points: held-out specimens. Bands: predicted 50 and 90 % intervals of a new specimen; line: predicted median. \
@@ -75,19 +75,20 @@ fn of(result: &ValidationResult) -> Markup {
     }
 }
 
-fn row(own: &ValidatedQuantity) -> Markup {
-    let total = own.specimens.len();
-    let inside =
-        |k: usize| own.inside.map_or_else(String::new, |all| format!("{} of {total}", all[k]));
+fn row(validated: &ValidatedQuantity) -> Markup {
+    let total = validated.specimens.len();
+    let inside = |k: usize| {
+        validated.inside.map_or_else(String::new, |all| format!("{} of {total}", all[k]))
+    };
     html! { tr {
-        td.name { (own.label) }
-        td { (number(own.means[0])) }
-        td { (number(own.means[1])) }
-        td { @if let Some(deviation) = own.deviation { (format!("{deviation:+.1}")) } }
+        td.name { (validated.label) }
+        td { (number(validated.means[0])) }
+        td { (number(validated.means[1])) }
+        td { @if let Some(deviation) = validated.deviation { (format!("{deviation:+.1}")) } }
         td { (inside(0)) }
         td { (inside(1)) }
-        td { @if let Some(crps) = own.crps { (number(crps)) } }
-        td.text { (words(own.verdict)) }
+        td { @if let Some(crps) = validated.crps { (number(crps)) } }
+        td.text { (words(validated.verdict)) }
     } }
 }
 
@@ -106,7 +107,7 @@ mod tests {
 
     #[test]
     fn quantities_coverage_and_verdicts_are_shown() {
-        let known = ValidatedQuantity {
+        let judged = ValidatedQuantity {
             label: "peak force (N)".into(),
             quantiles: [90.0, 97.0, 100.0, 103.0, 110.0].map(Some),
             specimens: vec![("H-1".into(), 120.0), ("H-2".into(), 104.0)],
@@ -122,13 +123,13 @@ mod tests {
             crps: None,
             deviation: None,
             verdict: ValidationVerdict::NotJudged,
-            ..known.clone()
+            ..judged.clone()
         };
         let validation = ValidationResult {
             name: "slow".into(),
             method: "simulations".into(),
             draws: 24,
-            quantities: vec![known, unknown],
+            quantities: vec![judged, unknown],
             ..Default::default()
         };
         let coverage = ValidationCoverage { level: 0.9, counts: [1, 2], interval: [0.01, 0.99] };

@@ -36,7 +36,7 @@ pub(super) fn conclusions(results: &StudyResults) -> Markup {
                 html! { @for conclusion in &results.conclusions { tr {
                     td.name.wrapped.claim { (conclusion.claim) }
                     td.text data-is=(results.title) {
-                        span { @if let Some((found, _)) = conclusion.found.first() { (found) } }
+                        span { @if let Some((evidence, _)) = conclusion.evidence.first() { (evidence) } }
                     }
                     @for (k, variant) in results.variants.iter().enumerate() {
                         td.text data-is=(variant.title) { span {
@@ -44,7 +44,7 @@ pub(super) fn conclusions(results: &StudyResults) -> Markup {
                             span class=(if survives { "verdict good" } else { "verdict weak" }) {
                                 @if survives { "survives" } @else { "does not survive" }
                             }
-                            " " @if let Some((found, _)) = conclusion.found.get(k + 1) { (found) }
+                            " " @if let Some((evidence, _)) = conclusion.evidence.get(k + 1) { (evidence) }
                         } }
                     }
                 } } },
@@ -64,7 +64,7 @@ pub(super) fn conclusions(results: &StudyResults) -> Markup {
 
 /// Whether the variant with this number confirms a conclusion.
 fn holds(conclusion: &Conclusion, variant: usize) -> bool {
-    conclusion.found.get(variant + 1).is_some_and(|(_, holds)| *holds)
+    conclusion.evidence.get(variant + 1).is_some_and(|(_, holds)| *holds)
 }
 
 /// Section with the intervals under all settings, side by side.

@@ -59,7 +59,7 @@ fn parameters(cases: &[ComparedCase]) -> Markup {
     let published = cases.iter().flat_map(|case| &case.reference).any(Option::is_some);
     let inside = |p: &CalibratedParameter| p.truth.map(|t| (p.q05.0..=p.q95.0).contains(&t));
     let identified = all().filter(|p| p.verdict().is_identified());
-    let known: Vec<bool> = identified.filter_map(inside).collect();
+    let inside_truths: Vec<bool> = identified.filter_map(inside).collect();
     html! {
         section {
             h2 { "Which parameters are identified?" }
@@ -99,9 +99,9 @@ fn parameters(cases: &[ComparedCase]) -> Markup {
                     } }
                 } },
             )) }
-            @if !known.is_empty() {
-                p { "Of " (known.len()) " identified parameters with a known truth "
-                    (known.iter().filter(|inside| **inside).count()) " have 90 % intervals that include the truth." }
+            @if !inside_truths.is_empty() {
+                p { "Of " (inside_truths.len()) " identified parameters with a known truth "
+                    (inside_truths.iter().filter(|inside| **inside).count()) " have 90 % intervals that include the truth." }
             }
         }
     }
@@ -116,11 +116,11 @@ fn overlays(cases: &[ComparedCase]) -> Markup {
         }
     }
     let figure = |label: &&str| {
-        let of = |case: &'_ ComparedCase| {
+        let curve = |case: &'_ ComparedCase| {
             let p = case.parameters.iter().find(|p| p.label == **label)?;
             Some((case.name.clone(), p.clone()))
         };
-        overlaid(label, &cases.iter().filter_map(of).collect::<Vec<_>>())
+        overlaid(label, &cases.iter().filter_map(curve).collect::<Vec<_>>())
     };
     html! {
         section {
@@ -263,11 +263,11 @@ mod tests {
             conclusions: vec![
                 Conclusion {
                     claim: "E is identified in every case".into(),
-                    found: vec![("2 of 2".into(), true), ("1 of 2".into(), false)],
+                    evidence: vec![("2 of 2".into(), true), ("1 of 2".into(), false)],
                 },
                 Conclusion {
                     claim: "A and B agree".into(),
-                    found: vec![("overlap 25 %".into(), true), ("overlap 31 %".into(), true)],
+                    evidence: vec![("overlap 25 %".into(), true), ("overlap 31 %".into(), true)],
                 },
             ],
         };

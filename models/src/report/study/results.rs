@@ -88,7 +88,7 @@ pub(crate) struct Conclusion {
     /// The conclusion as a sentence.
     pub(crate) claim: String,
     /// For each setting: the result as text, and whether it confirms the conclusion.
-    pub(crate) found: Vec<(String, bool)>,
+    pub(crate) evidence: Vec<(String, bool)>,
 }
 
 /// Largest difference from the experimental mean, in per cent, at which a simulation counts as reproducing the

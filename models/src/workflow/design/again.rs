@@ -29,7 +29,7 @@ use crate::table::CsvTable;
 pub(super) fn test(
     task: &Task<'_>,
     case: &CandidateCase,
-    place: usize,
+    number: usize,
 ) -> Result<(Belief, FurtherTest), WorkflowError> {
     let inputs = &task.inputs;
     // read exactly the inputs that the stage `ensemble` reads, because these inputs identify the
@@ -43,7 +43,7 @@ pub(super) fn test(
         plan.make(&ensemble)?.into_iter().map(|level| with_quantities(level, &further)).collect();
     let (data, corrections) = plan.learnt(&ensemble.inputs, &quantities, &done)?;
     inputs.reads_with(&ensemble.inputs);
-    let name = format!("design/candidate-{place}.csv");
+    let name = format!("design/candidate-{number}.csv");
     let table = data.to_csv().map_err(|e| WorkflowError::io(&task.path(&name), e))?;
     task.write(&name, table)?;
     let corrections: Vec<_> = corrections.iter().map(|one| one.report().clone()).collect();
@@ -53,7 +53,7 @@ pub(super) fn test(
     let means = column_means(&qois);
     let shared = SharedError::of(&fit, &inputs.calibration().discrepancy, &means)?;
     let seen = qois.len();
-    let evidence = shared.evidence(qois, &fit.known);
+    let evidence = shared.evidence(qois, &fit.known_stiffness);
     let (middle, shared) = (evidence.middle(), shared.total());
     let settings = inputs.calibration();
     let sampler = Nuts::default()
@@ -111,15 +111,15 @@ fn read_again(
 /// Converts a posterior in memory to draws.
 fn draws(posterior: &Posterior, pce: &DynPce) -> Vec<Draw> {
     let group = &posterior.posterior;
-    let of = |name: &str| {
-        let found = group.variables.iter().find(|variable| variable.name == name);
-        found.map_or(&[][..], |variable| &variable.data)
+    let values_of = |name: &str| {
+        let values = group.variables.iter().find(|variable| variable.name == name);
+        values.map_or(&[][..], |variable| &variable.data)
     };
     let (size, count) = (pce.outputs().len(), group.chains * group.draws);
-    let theta = of("theta");
+    let theta = values_of("theta");
     let width = theta.len() / count.max(1);
-    let rows = theta.chunks(width.max(1)).zip(of("sd").chunks(size));
-    rows.zip(of("correlation").chunks(size * size))
+    let rows = theta.chunks(width.max(1)).zip(values_of("sd").chunks(size));
+    rows.zip(values_of("correlation").chunks(size * size))
         .map(|((theta, sd), correlation)| {
             let entry = |a: usize, b: usize| sd[a] * sd[b] * correlation[a * size + b];
             let scatter = (0..size).map(|a| (0..size).map(|b| entry(a, b)).collect()).collect();

@@ -34,14 +34,14 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let belief = present.belief().map_err(|error| named(PRESENT, error))?;
     let test = present.test()?;
     let mut candidates = vec![Candidate { name: PRESENT.to_owned(), belief, test }];
-    for (place, case) in (1..).zip(&further.candidate) {
+    for (number, case) in (1..).zip(&further.candidate) {
         task.check_interrupt()?;
         say("design", &case.name);
         let made = match case.is_another_test() {
             // before a new test is carried out, the belief is the posterior of the calibration
-            true => other::test(task, &present, case, place)
+            true => other::test(task, &present, case, number)
                 .map(|test| (candidates[0].belief.clone(), test)),
-            false => again::test(task, case, place),
+            false => again::test(task, case, number),
         };
         let (belief, test) = made.map_err(|error| match error {
             WorkflowError::Interrupted => error,
@@ -62,16 +62,17 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
             rows.extend(parameters.iter().zip(expected).map(|(parameter, expected)| {
                 let Expected { contraction, range: [low, high], width90 } = expected;
                 let numbers = [contraction, low, high, width90].map(|x| x.to_string());
-                let place = [name.clone(), (*parameter).to_owned(), specimens.to_string()];
-                place.into_iter().chain(numbers).collect::<Vec<_>>()
+                let key = [name.clone(), (*parameter).to_owned(), specimens.to_string()];
+                key.into_iter().chain(numbers).collect::<Vec<_>>()
             }));
         }
         for (i, parameter) in parameters.iter().enumerate() {
             let mut goals = vec![Goal::Contraction(IDENTIFIED)];
-            let width = further.width90.iter().find(|(own, _)| own.to_string() == **parameter);
+            let width = further.width90.iter().find(|(path, _)| path.to_string() == **parameter);
             goals.extend(width.map(|(_, &width)| Goal::Width90(width)));
             for goal in goals {
-                let found = test.specimens_for(belief, i, goal).map_err(|e| named(name, e))?;
+                let requirement =
+                    test.specimens_for(belief, i, goal).map_err(|e| named(name, e))?;
                 let (what, value) = match goal {
                     Goal::Contraction(value) => ("contraction", value),
                     Goal::Width90(value) => ("width90", value),
@@ -81,8 +82,8 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
                     (*parameter).to_owned(),
                     what.to_owned(),
                     value.to_string(),
-                    found.specimens.map(|n| n.to_string()).unwrap_or_default(),
-                    found.limit.to_string(),
+                    requirement.specimens.map(|n| n.to_string()).unwrap_or_default(),
+                    requirement.limit.to_string(),
                 ]);
             }
         }

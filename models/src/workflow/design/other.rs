@@ -27,20 +27,20 @@ pub(super) fn test(
     task: &Task<'_>,
     present: &Present,
     case: &CandidateCase,
-    place: usize,
+    number: usize,
 ) -> Result<FurtherTest, WorkflowError> {
     let file = task.inputs.candidate(case)?;
-    let own = task.with(task.inputs.of(&file));
+    let test_task = task.with(task.inputs.of(&file));
     // the runs depend on the candidate's geometry: reading the geometry adds the geometry to the identity
     // of the runs
-    own.inputs.geometry()?;
-    let mut plan = Plan::of(&own.inputs, usize::MAX)?;
+    test_task.inputs.geometry()?;
+    let mut plan = Plan::of(&test_task.inputs, usize::MAX)?;
     let quantities = file.case.qoi.quantities.clone();
-    let runs = plan.make_cheap(&own)?;
+    let runs = plan.make_cheap(&test_task)?;
     let failed: Vec<String> =
         runs.failed().map(|(record, why)| format!("run {}: {why}", record.id)).collect();
-    let (data, _) = plan.learnt(&own.inputs, &quantities, &[runs])?;
-    task.inputs.reads_with(&own.inputs);
+    let (data, _) = plan.learnt(&test_task.inputs, &quantities, &[runs])?;
+    task.inputs.reads_with(&test_task.inputs);
     if data.len() < LEAST_RUNS {
         return Err(WorkflowError::Unusable(format!(
             "{} of {} runs are usable, which is too few; {}",
@@ -53,22 +53,22 @@ pub(super) fn test(
         let all = data.len() + failed.len();
         say("note", &format!("{} of {all} runs have no quantities: {first}", failed.len()));
     }
-    let name = format!("design/candidate-{place}.csv");
+    let name = format!("design/candidate-{number}.csv");
     let table = data.to_csv().map_err(|e| WorkflowError::io(&task.path(&name), e))?;
     task.write(&name, table)?;
     let specimens = of_specimens(&task.inputs)?;
     let fit = Fitted::of(&data, &specimens, task.inputs.surrogate(), Vec::new())?;
     let data = knowing_stiffness(&data, &specimens)?.unwrap_or(data);
     // the stiffness ratio, if it is an input, will be known for further specimens too: use its mean over the runs
-    let known: Vec<f64> =
+    let known_inputs: Vec<f64> =
         (present.prior.len()..data.inputs().len()).map(|i| mean_of(&data, i)).collect();
-    let means = fit.pce.value(&[present.mean(), known.clone()].concat())?;
+    let means = fit.pce.value(&[present.mean(), known_inputs.clone()].concat())?;
     let discrepancy = &task.inputs.calibration().discrepancy;
     let shared = SharedError::of(&fit, discrepancy, &means)?;
     let mut shared = shared.total();
     add_error_of_meshes(task, data.outputs(), &mut shared)?;
     let scatter = |draw: &Draw| scatter(draw, present, case, &quantities);
-    let draws = at_draws(&fit.pce, &known, &present.draws, &scatter)?;
+    let draws = at_draws(&fit.pce, &known_inputs, &present.draws, &scatter)?;
     Ok(FurtherTest { draws, shared, seen: 0 })
 }
 
@@ -93,10 +93,10 @@ fn add_error_of_meshes(
     let runs = surrogate::Dataset::read_csv(task.inputs.file("runs.csv")?)?;
     let Some(error) = error_of_all(&reports, &MadeOn::of(&runs))? else { return Ok(()) };
     let corrected = &reports[0].outputs;
-    let place = |name: &String| corrected.iter().position(|own| own == name);
+    let index_of = |name: &String| corrected.iter().position(|output| output == name);
     for (row, a) in shared.iter_mut().zip(outputs) {
         for (entry, b) in row.iter_mut().zip(outputs) {
-            if let (Some(a), Some(b)) = (place(a), place(b)) {
+            if let (Some(a), Some(b)) = (index_of(a), index_of(b)) {
                 *entry += error[a][b];
             }
         }
@@ -113,16 +113,16 @@ fn scatter(
     case: &CandidateCase,
     quantities: &[Quantity],
 ) -> Vec<Vec<f64>> {
-    let place = |quantity: &Quantity| {
+    let index_of = |quantity: &Quantity| {
         present.outputs.iter().position(|column| *column == quantity.column())
     };
-    let sd = |quantity: &Quantity| match (case.scatter_percent.get(quantity), place(quantity)) {
+    let sd = |quantity: &Quantity| match (case.scatter_percent.get(quantity), index_of(quantity)) {
         (Some(percent), _) => 0.01 * percent,
         (None, Some(at)) => draw.scatter[at][at].sqrt(),
         // unreachable: the check of the case requires one of the two values
         (None, None) => f64::NAN,
     };
-    let correlation = |a: &Quantity, b: &Quantity| match (place(a), place(b)) {
+    let correlation = |a: &Quantity, b: &Quantity| match (index_of(a), index_of(b)) {
         _ if a == b => 1.0,
         (Some(i), Some(j)) => draw.scatter[i][j] / (draw.scatter[i][i] * draw.scatter[j][j]).sqrt(),
         _ => 0.0,

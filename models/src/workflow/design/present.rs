@@ -25,7 +25,7 @@ pub(super) struct Present {
     pub(super) outputs: Vec<String>,
     pce: DynPce,
     /// Means of the known inputs of the specimens (the stiffness ratio).
-    known: Vec<f64>,
+    known_inputs: Vec<f64>,
     specimens: usize,
     shared: Vec<Vec<f64>>,
 }
@@ -38,12 +38,12 @@ impl Present {
         let qois = read_experiments(inputs, &outputs)?;
         let discrepancy = &inputs.calibration().discrepancy;
         let shared = SharedError::of(&fitted, discrepancy, &column_means(&qois))?;
-        let evidence = shared.evidence(qois, &fitted.known);
+        let evidence = shared.evidence(qois, &fitted.known_stiffness);
         let (pce, shared) = (fitted.pce, shared.total());
         let draws = posterior_draws(inputs, &prior, &outputs)?;
-        let (known, specimens) = (evidence.middle(), evidence.qois.len());
+        let (known_inputs, specimens) = (evidence.middle(), evidence.qois.len());
         let priors = inputs.priors()?;
-        Ok(Self { prior, priors, draws, outputs, pce, known, specimens, shared })
+        Ok(Self { prior, priors, draws, outputs, pce, known_inputs, specimens, shared })
     }
 
     pub(super) fn belief(&self) -> Result<Belief, FurtherTestError> {
@@ -54,7 +54,7 @@ impl Present {
     pub(super) fn test(&self) -> Result<FurtherTest, WorkflowError> {
         let scatter = |draw: &Draw| draw.scatter.clone();
         Ok(FurtherTest {
-            draws: at_draws(&self.pce, &self.known, &self.draws, &scatter)?,
+            draws: at_draws(&self.pce, &self.known_inputs, &self.draws, &scatter)?,
             shared: self.shared.clone(),
             seen: self.specimens,
         })
@@ -73,17 +73,18 @@ pub(super) fn belief(priors: &[Prior], draws: &[Draw]) -> Result<Belief, Further
 }
 
 /// Creates a test whose quantities are the outputs of an expansion, evaluated at a subset of the draws. Derivatives are
-/// divided by the quantities at the draw. `known` are the values of the expansion's further inputs, which follow the
+/// divided by the quantities at the draw. `known_inputs` are the values of the expansion's further inputs, which follow the
 /// parameters.
 pub(super) fn at_draws(
     pce: &DynPce,
-    known: &[f64],
+    known_inputs: &[f64],
     draws: &[Draw],
     scatter: &dyn Fn(&Draw) -> Vec<Vec<f64>>,
 ) -> Result<Vec<TestAtDraw>, WorkflowError> {
     let every = (draws.len() / DRAWS).max(1);
     let at = |draw: &Draw| {
-        let (values, jacobian) = pce.value_and_jacobian(&[&draw.theta[..], known].concat())?;
+        let (values, jacobian) =
+            pce.value_and_jacobian(&[&draw.theta[..], known_inputs].concat())?;
         let row = |(row, value): (Vec<f64>, &f64)| {
             row[..draw.theta.len()].iter().map(|slope| slope / value).collect()
         };

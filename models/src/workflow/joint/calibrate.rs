@@ -83,7 +83,7 @@ fn relations(inputs: &Inputs<'_>) -> BTreeMap<String, BetweenTests> {
         BetweenTestsCase::VariesPercent(percent) => BetweenTests::Varies { scale: 0.01 * percent },
     };
     let all = inputs.calibration().between_tests.iter();
-    all.map(|(parameter, own)| (parameter.to_string(), relation(own))).collect()
+    all.map(|(parameter, entry)| (parameter.to_string(), relation(entry))).collect()
 }
 
 /// Returns the relations of the parameters that at least one of the given tests shares with other
@@ -96,8 +96,8 @@ fn relations_in(
         test.forward.inputs().iter().any(|input| input.name == *name) && !test.own.contains(name)
     };
     let is_shared = |name: &String| tests.iter().any(|test| shares(test, name));
-    let kept = between.iter().filter(|(name, _)| is_shared(name));
-    kept.map(|(name, relation)| (name.clone(), *relation)).collect()
+    let shared = between.iter().filter(|(name, _)| is_shared(name));
+    shared.map(|(name, relation)| (name.clone(), *relation)).collect()
 }
 
 /// Writes draws, summary and statistics of the sampler, and the warnings about the posterior.
@@ -183,15 +183,15 @@ fn write_without_tests(
         let all = Moments::of(joint, k);
         for (left_out, others) in without {
             let Some(index) = others.names.iter().position(|other| other == name) else { continue };
-            let own = Moments::of(others, index);
+            let moments = Moments::of(others, index);
             let numbers = [
-                own.mean,
-                own.sd,
-                own.quantiles[0],
-                own.quantiles[1],
-                own.contraction(prior.sd()),
-                (own.mean - all.mean) / all.sd,
-                own.sd / all.sd,
+                moments.mean,
+                moments.sd,
+                moments.quantiles[0],
+                moments.quantiles[1],
+                moments.contraction(prior.sd()),
+                (moments.mean - all.mean) / all.sd,
+                moments.sd / all.sd,
             ];
             let cells = [name.clone(), left_out.clone()].into_iter();
             rows.push(cells.chain(numbers.map(|x| x.to_string())).collect::<Vec<_>>());

@@ -42,7 +42,7 @@ impl TestEvidence {
         test: SingleTest,
         accept_out_of_range: bool,
     ) -> Result<Self, WorkflowError> {
-        let SingleTest { name, file, own } = test;
+        let SingleTest { name, file, own: separate } = test;
         let folder = folders::of_test(&name);
         let dir = inputs.folder().join(&folder);
         let file = CaseFile { path: dir.join("case.toml"), ..file };
@@ -60,9 +60,9 @@ impl TestEvidence {
         let means = column_means(&specimens);
         let shared = SharedError::of(&fitted, &of_test.calibration().discrepancy, &means)?;
         let count = specimens.len();
-        let evidence = shared.evidence(specimens, &fitted.known);
+        let evidence = shared.evidence(specimens, &fitted.known_stiffness);
         inputs.reads_in_folder(&of_test, &folder);
-        Ok(Self { name, fitted, priors, evidence, shared, own, specimens: count })
+        Ok(Self { name, fitted, priors, evidence, shared, own: separate, specimens: count })
     }
 
     /// Converts to a test of the joint model.

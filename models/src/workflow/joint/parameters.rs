@@ -46,7 +46,7 @@ pub(super) fn label(name: &str) -> String {
 /// # Errors
 /// Fails if a result is missing or cannot be read.
 pub(super) fn parameters(inputs: &Inputs<'_>) -> Result<Vec<CalibratedParameter>, WorkflowError> {
-    let known: Vec<JointParameter> = inputs.json(FILE)?;
+    let joint_parameters: Vec<JointParameter> = inputs.json(FILE)?;
     let [draws, summary, map] = ["posterior.csv", "summary.csv", "map.csv"].map(|f| inputs.file(f));
     let (draws, summary, map) = (draws?, summary?, map?);
     let draws = CsvTable::read(&draws, &["chain"])?;
@@ -71,7 +71,7 @@ pub(super) fn parameters(inputs: &Inputs<'_>) -> Result<Vec<CalibratedParameter>
             ..CalibratedParameter::default()
         })
     };
-    Ok(known.into_iter().map(parameter).collect::<Result<_, InputError>>()?)
+    Ok(joint_parameters.into_iter().map(parameter).collect::<Result<_, InputError>>()?)
 }
 
 /// Draws of one column, for each chain.

@@ -86,9 +86,10 @@ fn variances_between(joint: &JointCalibration, test: usize) -> Vec<(usize, f64)>
     let inputs = joint.parameters[test].len();
     let centres = thetas(&joint.posterior, joint.names.len());
     let variance = |(input, &index): (usize, &usize)| {
-        let own = draws.theta.iter().skip(input).step_by(inputs);
+        let values = draws.theta.iter().skip(input).step_by(inputs);
         let centre = centres.iter().skip(index).step_by(joint.names.len());
-        let squares: f64 = own.zip(centre).map(|(own, centre)| (own - centre).powi(2)).sum();
+        let squares: f64 =
+            values.zip(centre).map(|(values, centre)| (values - centre).powi(2)).sum();
         (input, squares / (draws.chains * draws.draws).max(1) as f64)
     };
     let all = joint.parameters[test].iter().enumerate().map(variance);

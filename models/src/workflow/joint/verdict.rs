@@ -84,8 +84,9 @@ fn judged(
     let mut all = parameters(inputs)?;
     for parameter in &mut all {
         let (_, only) = path_and_test(&parameter.label);
-        let of = judgements.iter().filter(|own| only.is_none_or(|only| only == own.test));
-        for judgement in of.collect::<Vec<_>>() {
+        let selected =
+            judgements.iter().filter(|warned| only.is_none_or(|only| only == warned.test));
+        for judgement in selected.collect::<Vec<_>>() {
             parameter.qualifiers.extend(&judgement.qualifiers);
             parameter.out_of_range |= judgement.is_out_of_range;
         }

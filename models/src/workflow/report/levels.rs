@@ -36,9 +36,9 @@ pub(super) fn corrected(
         simulated.insert(row.text("run").to_owned(), axes.map(value));
     }
     for (i, (curve, (_, corrected))) in results.ensemble.iter_mut().zip(data.rows()).enumerate() {
-        let found = data.note(i, "run").and_then(|run| simulated.get(run)).copied();
+        let values_of_run = data.note(i, "run").and_then(|run| simulated.get(run)).copied();
         let factor = |axis: usize| {
-            let raw = found.and_then(|values| values[axis]);
+            let raw = values_of_run.and_then(|values| values[axis]);
             axes[axis].zip(raw).map_or(1.0, |(m, raw)| corrected[m] / raw)
         };
         let [along, up] = [factor(0), factor(1)];

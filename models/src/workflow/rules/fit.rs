@@ -89,10 +89,12 @@ pub(in crate::workflow) fn verdicts(
     let simulated = if confirmed { simulated(inputs)? } else { Vec::new() };
     let misfit =
         |percent, sd_percent| report::Misfit { percent, threshold_percent: threshold(sd_percent) };
-    let verdict = |(m, own): (usize, Misfit)| QuantityMisfit {
-        surrogate: misfit(own.percent, own.sd_percent),
-        simulation: simulated.get(m).map(|&percent| misfit(percent, own.simulation_sd_percent)),
-        quantity: own.quantity,
+    let verdict = |(m, misfit_of_quantity): (usize, Misfit)| QuantityMisfit {
+        surrogate: misfit(misfit_of_quantity.percent, misfit_of_quantity.sd_percent),
+        simulation: simulated
+            .get(m)
+            .map(|&percent| misfit(percent, misfit_of_quantity.simulation_sd_percent)),
+        quantity: misfit_of_quantity.quantity,
     };
     Ok(misfits(inputs)?.into_iter().enumerate().map(verdict).collect())
 }

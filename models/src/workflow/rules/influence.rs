@@ -49,9 +49,10 @@ fn warned(shifts: &[Shift]) -> Vec<Warning> {
         }
     }
     let warning = |specimen: &str| {
-        let own = decisive.iter().filter(|shift| shift.specimen == specimen);
-        let words: Vec<String> =
-            own.map(|shift| format!("{} shifts by {:+.1}", shift.parameter, shift.sd)).collect();
+        let of_specimen = decisive.iter().filter(|shift| shift.specimen == specimen);
+        let words: Vec<String> = of_specimen
+            .map(|shift| format!("{} shifts by {:+.1}", shift.parameter, shift.sd))
+            .collect();
         Warning {
             text: format!(
                 "Specimen {specimen} decides the result: without it, {} posterior standard deviations. Check its \

@@ -37,7 +37,8 @@ fn check(inputs: &Inputs<'_>) -> Result<Vec<Warning>, WorkflowError> {
         let quantity = Quantity::of_column(column);
         Ok(Comparison {
             validation: row.text("validation").to_owned(),
-            quantity: quantity.map_or_else(|| column.to_owned(), |own| own.label()),
+            quantity: quantity
+                .map_or_else(|| column.to_owned(), |known_quantity| known_quantity.label()),
             means: [row.number("measured_mean")?, row.number("predicted_mean")?],
             deviation: row.text("deviation").to_owned(),
             specimens: row.number("specimens")? as usize,
@@ -50,12 +51,13 @@ fn check(inputs: &Inputs<'_>) -> Result<Vec<Warning>, WorkflowError> {
 }
 
 /// Returns the warning about a quantity, if there is one.
-fn warned(own: &Comparison) -> Option<Warning> {
-    let Comparison { validation, quantity, means: [measured, predicted], specimens, .. } = own;
-    let [half, most] = &own.inside;
-    match own.verdict {
+fn warned(comparison: &Comparison) -> Option<Warning> {
+    let Comparison { validation, quantity, means: [measured, predicted], specimens, .. } =
+        comparison;
+    let [half, most] = &comparison.inside;
+    match comparison.verdict {
         ValidationVerdict::Contradicted => {
-            let deviation = match own.deviation.parse::<f64>() {
+            let deviation = match comparison.deviation.parse::<f64>() {
                 Ok(deviation) => format!(", {deviation:+.1} standard deviations"),
                 Err(_) => String::new(),
             };

@@ -50,7 +50,7 @@ impl RunSource for BuiltIn {
                 Ok(Cow::Borrowed(&simulators[&specimens.of_run(run.id)]))
             });
         }
-        let mesh = level.mesh(&task.inputs, images::OWN)?;
+        let mesh = level.mesh(&task.inputs, images::FIRST)?;
         let simulator = Simulator::new(&level.setup, mesh, task.inputs.parameters()?)?;
         if let Some(run) = named.runs.first() {
             simulator.check(&level.setup, &run.inputs)?;

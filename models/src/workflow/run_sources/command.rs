@@ -151,8 +151,8 @@ impl Program {
             "run" => Some(Value::Text(run.id.to_string())),
             "input" => self.input.as_ref().map(|(name, _)| Value::Text(name.clone())),
             _ => {
-                let place = names.iter().position(|own| own == name)?;
-                Some(Value::Number(run.inputs[place]))
+                let index = names.iter().position(|input_name| input_name == name)?;
+                Some(Value::Number(run.inputs[index]))
             }
         };
         for (name, content) in &self.files {
@@ -171,22 +171,23 @@ impl Program {
         let limit = self.case.time_limit_s.map(Duration::from_secs_f64);
         let end = run_process(command, limit, interrupt)
             .map_err(|source| AttemptError::of_start(&self.case.command[0], &source))?;
-        let place = shown(&work, folder);
+        let folder_name = shown(&work, folder);
         match end {
             ProcessEnd::Interrupted => Ok(None),
             ProcessEnd::TimeLimit => {
                 let limit = self.case.time_limit_s.unwrap_or_default();
-                Err(format!("stopped at the time limit of {limit} s, in {place}").into())
+                Err(format!("stopped at the time limit of {limit} s, in {folder_name}").into())
             }
             ProcessEnd::Exited(status) if !status.success() => {
                 let line = last_line(&path);
-                Err(format!("the program ended with {status}{line}, in {place}").into())
+                Err(format!("the program ended with {status}{line}, in {folder_name}").into())
             }
             ProcessEnd::Exited(_) => {
                 let result = work.join(&self.case.result);
                 if !result.is_file() {
                     let (name, line) = (&self.case.result, last_line(&path));
-                    let reason = format!("the program has not written {name}{line}, in {place}");
+                    let reason =
+                        format!("the program has not written {name}{line}, in {folder_name}");
                     return Err(reason.into());
                 }
                 Ok(Some(read_result(&result).map_err(|error| error.to_string())?))

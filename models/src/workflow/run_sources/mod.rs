@@ -30,8 +30,8 @@ const SOURCES: [Open; 3] = [command::open, table::open, built_in::open];
 /// # Errors
 /// Fails if a file of the source cannot be read.
 pub(super) fn source_of(inputs: &Inputs<'_>) -> Result<Box<dyn RunSource>, WorkflowError> {
-    for open in SOURCES {
-        if let Some(source) = open(inputs)? {
+    for open_source in SOURCES {
+        if let Some(source) = open_source(inputs)? {
             return Ok(source);
         }
     }

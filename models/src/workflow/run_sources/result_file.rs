@@ -100,11 +100,11 @@ mod tests {
             ("displacement_mm,force_n\n0,0\n0.1,5\n0.2,8\n", [0.0, 0.0]),
             ("time_s,displacement_mm,force_N\n1,0.1,5\n2.5,0.2,8\n", [1.0, 2.5]),
         ] {
-            let found = read(text).unwrap();
+            let outcome = read(text).unwrap();
             let points: Vec<[f64; 3]> =
-                found.curve.iter().map(|p| [p.time_s, p.displacement_mm, p.force_n]).collect();
+                outcome.curve.iter().map(|p| [p.time_s, p.displacement_mm, p.force_n]).collect();
             assert_eq!(points, [[time_s[0], 0.1, 5.0], [time_s[1], 0.2, 8.0]]);
-            assert!(found.values.is_empty());
+            assert!(outcome.values.is_empty());
         }
         let error = read("displacement_mm,load\n0.1,5\n").unwrap_err();
         assert!(error.contains("force_n is missing"), "{error}");

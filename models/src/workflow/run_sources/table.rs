@@ -116,12 +116,15 @@ impl RunSource for ImportedRuns {
 
     fn records(&self, requested: &RequestedRuns<'_>) -> Result<Vec<RunRecord>, WorkflowError> {
         let records = requested.named.runs.iter().map(|run| {
-            let own = self.records.get(run.id - 1).filter(|record| record.inputs == run.inputs);
-            own.map(|record| RunRecord { id: run.id, ..record.clone() }).ok_or_else(|| {
-                let message =
-                    "design.import has finished runs only, at other points of the parameters";
-                WorkflowError::Unusable(message.to_owned())
-            })
+            let record_of_run =
+                self.records.get(run.id - 1).filter(|record| record.inputs == run.inputs);
+            record_of_run.map(|record| RunRecord { id: run.id, ..record.clone() }).ok_or_else(
+                || {
+                    let message =
+                        "design.import has finished runs only, at other points of the parameters";
+                    WorkflowError::Unusable(message.to_owned())
+                },
+            )
         });
         records.collect()
     }

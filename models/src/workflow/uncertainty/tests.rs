@@ -99,10 +99,10 @@ impl Laboratory {
         let case = SurrogateCase { max_order: 2, ..SurrogateCase::default() };
         let fitted = Fitted::of(&runs, &ratios, &case, Vec::new()).unwrap();
         assert_eq!(fitted.specimens.is_some(), shared);
-        assert_eq!(fitted.known.is_input(), self.knows_ratio);
+        assert_eq!(fitted.known_stiffness.is_input(), self.knows_ratio);
         let means = column_means(&qois);
         let errors = SharedError::of(&fitted, &DiscrepancyCase::default(), &means).unwrap();
-        let evidence = errors.evidence(qois, &fitted.known);
+        let evidence = errors.evidence(qois, &fitted.known_stiffness);
 
         let own = |s: usize| evidence.known.get(s).cloned().flatten().unwrap_or_default();
         let mut theta = [280.0, 0.3];

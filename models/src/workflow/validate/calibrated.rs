@@ -32,7 +32,7 @@ impl Calibrated {
         entry: &ValidationCase,
         quantities: &[Quantity],
     ) -> Result<(), WorkflowError> {
-        if self.fitted.known.is_input() {
+        if self.fitted.known_stiffness.is_input() {
             refuse_calibrated_scatter(self.fitted.pce.outputs(), entry, quantities)?;
         }
         Ok(())
@@ -45,9 +45,9 @@ fn refuse_calibrated_scatter(
     entry: &ValidationCase,
     quantities: &[Quantity],
 ) -> Result<(), WorkflowError> {
-    let is_calibrated = |own: &&Quantity| {
-        calibrated.iter().any(|column| *column == *own.column())
-            && !entry.scatter_percent.contains_key(own)
+    let is_calibrated = |quantity: &&Quantity| {
+        calibrated.iter().any(|column| *column == *quantity.column())
+            && !entry.scatter_percent.contains_key(quantity)
     };
     let names: Vec<String> =
         quantities.iter().filter(is_calibrated).map(Quantity::to_string).collect();
@@ -72,7 +72,8 @@ mod tests {
     fn scatter_at_known_stiffness_ratios_is_refused_unless_it_is_stated() {
         let named = |name: &str| toml::Value::from(name).try_into::<Quantity>().unwrap();
         let quantities = ["slope", "peak-force", "energy-to-peak"].map(named);
-        let calibrated = [&quantities[0], &quantities[1]].map(|own| own.column().into_owned());
+        let calibrated =
+            [&quantities[0], &quantities[1]].map(|quantity| quantity.column().into_owned());
         let refused = |text: &str| {
             let entry: ValidationCase =
                 toml::from_str(&format!("name = \"other\"\n{text}")).unwrap();

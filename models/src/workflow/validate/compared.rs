@@ -95,8 +95,8 @@ impl Compared {
         let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
         let scores: Vec<f64> = measured.iter().map(|y| prediction.crps(*y)).collect();
         let is_known = self.predicted.is_scatter_known;
-        let known = |text: String| if is_known { text } else { String::new() };
-        let inside = self.coverage().map(|levels| levels.map(|own| own.inside.to_string()));
+        let if_known = |text: String| if is_known { text } else { String::new() };
+        let inside = self.coverage().map(|levels| levels.map(|level| level.inside.to_string()));
         let [narrow, wide] = inside.unwrap_or_default();
         let deviation = prediction.deviation(&measured);
         let text = |x: Option<f64>| x.map(|x| x.to_string()).unwrap_or_default();
@@ -109,10 +109,10 @@ impl Compared {
             is_known.to_string(),
             narrow,
             wide,
-            known(mean(&scores).to_string()),
+            if_known(mean(&scores).to_string()),
             mean(&measured).to_string(),
             prediction.mean().to_string(),
-            known(prediction.sd().to_string()),
+            if_known(prediction.sd().to_string()),
             text(deviation.standardised()),
             text(self.p_values(&deviation).into_iter().reduce(f64::min)),
             verdict.name().to_owned(),
@@ -167,7 +167,9 @@ impl Compared {
 pub(super) fn verdicts(all: &[Compared]) -> Vec<ValidationVerdict> {
     let p_values: Vec<Vec<f64>> = all
         .iter()
-        .map(|own| own.p_values(&own.predicted.prediction.deviation(&own.measured())))
+        .map(|compared| {
+            compared.p_values(&compared.predicted.prediction.deviation(&compared.measured()))
+        })
         .collect();
     let too_wide: Vec<Option<f64>> = all.iter().map(Compared::probability_of_inside).collect();
     let count = p_values.iter().map(Vec::len).sum::<usize>() + too_wide.iter().flatten().count();
@@ -207,7 +209,7 @@ mod tests {
 
     #[test]
     fn predictions_are_judged_by_means_by_outliers_and_by_width() {
-        let verdict = |own: Compared| verdicts(&[own])[0];
+        let verdict = |single: Compared| verdicts(&[single])[0];
         let usual = [98.0, 99.0, 100.5, 101.0, 102.5, 97.0];
         assert_eq!(verdict(compared(&usual, true)), ValidationVerdict::Consistent);
         let shifted = usual.map(|y| 1.06 * y);
@@ -239,9 +241,9 @@ mod tests {
             let means = (0..40).map(|k| 100.0 + 0.01 * f64::from(k % 3 - 1)).collect();
             let predicted =
                 Predicted::new("peak_force_N", means, Some(vec![0.3; 40]), 0.0).unwrap();
-            let own = Compared { predicted, ..compared(measured, true) };
-            assert_eq!(own.coverage().unwrap()[1].inside, 0);
-            verdicts(&[own])[0]
+            let negligible = Compared { predicted, ..compared(measured, true) };
+            assert_eq!(negligible.coverage().unwrap()[1].inside, 0);
+            verdicts(&[negligible])[0]
         };
         assert_eq!(verdict(&[101.0; 6]), ValidationVerdict::Consistent);
         assert_eq!(verdict(&[103.0; 6]), ValidationVerdict::Contradicted);
@@ -277,15 +279,15 @@ mod tests {
     #[test]
     fn rows_have_every_column() {
         for is_known in [true, false] {
-            let own = compared(&[98.0, 107.0], is_known);
-            let rows = own.specimen_rows();
+            let comparison = compared(&[98.0, 107.0], is_known);
+            let rows = comparison.specimen_rows();
             assert!(rows.iter().all(|row| row.len() == Compared::SPECIMEN_COLUMNS.len()));
             let column = |name: &str, row: &[String]| {
                 row[Compared::SPECIMEN_COLUMNS.iter().position(|c| *c == name).unwrap()].clone()
             };
             let expected = if is_known { ["true", "false"] } else { ["", ""] };
             assert_eq!([0, 1].map(|k| column("inside90", &rows[k])), expected);
-            let summary = own.summary_row(ValidationVerdict::Consistent);
+            let summary = comparison.summary_row(ValidationVerdict::Consistent);
             assert_eq!(summary.len(), Compared::SUMMARY_COLUMNS.len());
         }
     }

@@ -113,8 +113,8 @@ pub(super) fn simulated(
     let largest = |curve: &TestCurve| curve.displacement_mm.iter().copied().fold(0.0, f64::max);
     let end = curves.iter().map(largest).fold(f64::INFINITY, f64::min);
     let mut band = PredictedBand::default();
-    for place in 1..=PLACES {
-        let u = end * place as f64 / PLACES as f64;
+    for position in 1..=PLACES {
+        let u = end * position as f64 / PLACES as f64;
         let forces: Option<Vec<f64>> = curves.iter().map(|curve| force_at(curve, u)).collect();
         let Some(forces) = forces else { continue };
         let prediction = prediction_of_force(forces, scatter)?;
@@ -194,9 +194,9 @@ mod tests {
         let forces = vec![190.0, 200.0, 210.0];
         let of_scatter = 0.0009 * (190.0_f64.powi(2) + 200.0_f64.powi(2) + 210.0_f64.powi(2)) / 3.0;
         for (included, remaining) in [(0.0, 100.0), (0.001, 60.0), (0.01, 0.0)] {
-            let found = prediction_of_force(forces.clone(), &scatter(included)).unwrap().sd();
+            let computed = prediction_of_force(forces.clone(), &scatter(included)).unwrap().sd();
             let exact = (remaining + of_scatter + 64.0_f64).sqrt();
-            assert!((found - exact).abs() < 1e-9, "{included}: {found} {exact}");
+            assert!((computed - exact).abs() < 1e-9, "{included}: {computed} {exact}");
         }
     }
 }

@@ -53,7 +53,7 @@ pub(super) fn predictions(
     let qois = read_experiments(inputs, outputs)?;
     let (means, specimens) = (column_means(&qois), qois.len());
     let shared_error = SharedError::of(fitted, &inputs.calibration().discrepancy, &means)?;
-    let known = shared_error.evidence(qois, &fitted.known).middle();
+    let known_inputs = shared_error.evidence(qois, &fitted.known_stiffness).middle();
     let shared = match shared_error.total() {
         none if none.is_empty() => DMatrix::zeros(means.len(), means.len()),
         total => matrix(&total),
@@ -63,7 +63,7 @@ pub(super) fn predictions(
     let mut predicted: Vec<Vec<f64>> = Vec::new();
     let mut variances = vec![0.0; means.len()];
     for draw in &draws {
-        let values = fitted.pce.value(&[&draw.theta[..], &known[..]].concat())?;
+        let values = fitted.pce.value(&[&draw.theta[..], &known_inputs[..]].concat())?;
         let relative: Vec<f64> = values.iter().zip(&means).map(|(y, mean)| y / mean).collect();
         let Some(given) = SharedGiven::new(&shared, &matrix(&draw.scatter), specimens) else {
             let text = "the scatter of a posterior draw is not positive definite";
@@ -84,7 +84,7 @@ pub(super) fn predictions(
     };
     let of_quantity = |quantity: &crate::qoi::Quantity| {
         let column = quantity.column();
-        let Some(m) = scatter.place(&column) else {
+        let Some(m) = scatter.index_of(&column) else {
             let text = format!("{column} is not a quantity of the surrogate");
             return Err(WorkflowError::Unusable(text));
         };

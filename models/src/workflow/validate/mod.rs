@@ -62,7 +62,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         Compared::SPECIMEN_COLUMNS,
         all.iter().flat_map(Compared::specimen_rows),
     )?;
-    let rows = all.iter().zip(&verdicts).map(|(own, verdict)| own.summary_row(*verdict));
+    let rows = all.iter().zip(&verdicts).map(|(result, verdict)| result.summary_row(*verdict));
     task.write_csv("validation_summary.csv", Compared::SUMMARY_COLUMNS, rows)?;
     write_coverage(task, &all)?;
     if !bands.is_empty() {
@@ -96,9 +96,9 @@ fn validated(
         }
         false => {
             // start with an empty record of inputs: the inputs that were read so far do not identify the runs
-            let own = task.with(task.inputs.of_folder(&file, &dir));
-            let runs = simulated::Runs::at_draws(task, &own, entry, calibrated)?;
-            task.inputs.reads_in_folder(&own.inputs, &folder);
+            let validation_task = task.with(task.inputs.of_folder(&file, &dir));
+            let runs = simulated::Runs::at_draws(task, &validation_task, entry, calibrated)?;
+            task.inputs.reads_in_folder(&validation_task.inputs, &folder);
             let predictions = runs.predictions(task, entry, calibrated, &held_out)?;
             (predictions, curves::simulated(&inputs, &runs)?)
         }
@@ -108,7 +108,7 @@ fn validated(
         .columns
         .iter()
         .zip(&predictions)
-        .filter(|(_, own)| !own.is_scatter_known)
+        .filter(|(_, result)| !result.is_scatter_known)
         .map(|(column, _)| column.as_str())
         .collect();
     if !unknown.is_empty() {
@@ -134,13 +134,13 @@ fn validated(
 /// Repeats the warnings of a stage in the folder of the entry.
 fn warn_of(
     task: &Task<'_>,
-    own: &Inputs<'_>,
+    validation_inputs: &Inputs<'_>,
     entry: &ValidationCase,
     stage: &str,
 ) -> Result<(), WorkflowError> {
     let name = super::files::warnings_of(stage);
-    if own.file_if_there(&name).is_some() {
-        let text = own.text(&name)?;
+    if validation_inputs.file_if_there(&name).is_some() {
+        let text = validation_inputs.text(&name)?;
         text.lines().for_each(|line| task.warn(&format!("Validation {}: {line}", entry.name)));
     }
     Ok(())
@@ -150,7 +150,7 @@ fn warn_of(
 /// independent specimens; the verdicts allow for the parameters that the specimens share.
 fn write_coverage(task: &Task<'_>, all: &[Compared]) -> Result<(), WorkflowError> {
     let rows = LEVELS.iter().enumerate().filter_map(|(k, level)| {
-        let counts = all.iter().filter_map(|own| own.coverage().map(|levels| levels[k]));
+        let counts = all.iter().filter_map(|compared| compared.coverage().map(|levels| levels[k]));
         let add = |a: Coverage, b: Coverage| Coverage {
             inside: a.inside + b.inside,
             total: a.total + b.total,

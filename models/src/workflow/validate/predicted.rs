@@ -66,15 +66,15 @@ impl Scatter<'_> {
     /// Relative variance of a quantity between specimens at a draw: as stated in the case, or as calibrated; `None` if it is
     /// neither.
     pub(super) fn relative_variance(&self, quantity: &Quantity, draw: &Draw) -> Option<f64> {
-        let place = self.place(&quantity.column());
+        let index = self.index_of(&quantity.column());
         let stated = self.entry.scatter_percent.get(quantity).map(|p| (0.01 * p).powi(2));
-        stated.or_else(|| place.map(|m| draw.scatter[m][m]))
+        stated.or_else(|| index.map(|m| draw.scatter[m][m]))
     }
 
     /// Relative variance between microstructures that the means of a quantity at the draws contain.
     pub(super) fn included_variance(&self, quantity: &Quantity) -> f64 {
-        let place = self.place(&quantity.column());
-        self.of_microstructures.as_ref().zip(place).map_or(0.0, |(all, m)| all[m])
+        let index = self.index_of(&quantity.column());
+        self.of_microstructures.as_ref().zip(index).map_or(0.0, |(all, m)| all[m])
     }
 
     /// Standard deviations between specimens of a quantity with the given means at the draws.
@@ -85,7 +85,7 @@ impl Scatter<'_> {
         means: &[f64],
     ) -> Option<Vec<f64>> {
         let is_stated = self.entry.scatter_percent.contains_key(quantity);
-        let base = self.calibrated_means.zip(self.place(&quantity.column()));
+        let base = self.calibrated_means.zip(self.index_of(&quantity.column()));
         let base = base.filter(|_| !is_stated).map(|(all, m)| all[m]);
         let sd = |(draw, mean): (&&Draw, &f64)| {
             let base = base.unwrap_or(*mean).abs();
@@ -95,8 +95,8 @@ impl Scatter<'_> {
     }
 
     /// Index of a calibrated quantity.
-    pub(super) fn place(&self, column: &str) -> Option<usize> {
-        self.calibrated.iter().position(|own| own == column)
+    pub(super) fn index_of(&self, column: &str) -> Option<usize> {
+        self.calibrated.iter().position(|name| name == column)
     }
 }
 
@@ -150,8 +150,8 @@ mod tests {
             (vec![1.0, f64::NAN], ["peak_force_N", "NaN", "set.qoi.quantities"]),
             (vec![1.0], ["peak_force_N", "1 posterior draws", "raise the number of draws"]),
         ] {
-            let found = error(&means);
-            assert!(parts.iter().all(|part| found.contains(part)), "{found}");
+            let message = error(&means);
+            assert!(parts.iter().all(|part| message.contains(part)), "{message}");
         }
     }
 }

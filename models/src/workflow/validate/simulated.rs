@@ -52,13 +52,14 @@ impl<'a> Runs<'a> {
     /// Fails if fewer than two runs are usable, or if no run can be computed.
     pub(super) fn at_draws(
         task: &Task<'_>,
-        own: &Task<'_>,
+        validation_task: &Task<'_>,
         entry: &ValidationCase,
         calibrated: &'a Calibrated,
     ) -> Result<Self, WorkflowError> {
         let draws = calibrated.thinned(entry.draws);
-        let (records, has_microstructures) = records(own, entry, &calibrated.names, &draws)?;
-        let qoi = own.inputs.qoi();
+        let (records, has_microstructures) =
+            records(validation_task, entry, &calibrated.names, &draws)?;
+        let qoi = validation_task.inputs.qoi();
         let mut runs = Self {
             draws: Vec::new(),
             records: Vec::new(),
@@ -151,12 +152,12 @@ impl<'a> Runs<'a> {
 
 /// Runs the test of the entry at the draws. Returns the records, and whether the runs have different microstructures.
 fn records(
-    own: &Task<'_>,
+    validation_task: &Task<'_>,
     entry: &ValidationCase,
     names: &[String],
     draws: &[&Draw],
 ) -> Result<(Vec<RunRecord>, bool), WorkflowError> {
-    let inputs = &own.inputs;
+    let inputs = &validation_task.inputs;
     if inputs.is_built_in() {
         // the runs depend on the geometry even if no mesh file is read: reading it adds it to the identity of the runs
         inputs.geometry()?;
@@ -191,13 +192,14 @@ fn records(
         wait: true,
     };
     let level = inputs.is_built_in().then_some(&level);
-    let requested = RequestedRuns { task: own, level, specimens: specimens.as_ref(), named };
+    let requested =
+        RequestedRuns { task: validation_task, level, specimens: specimens.as_ref(), named };
     Ok((source.records(&requested)?, specimens.is_some()))
 }
 
 /// Index of each parameter of the runs in `calibrated`.
 fn places_of(parameters: &[String], calibrated: &[String]) -> Result<Vec<usize>, WorkflowError> {
-    let place = |name: &String| {
+    let index_of = |name: &String| {
         calibrated.iter().position(|other| other == name).ok_or_else(|| {
             let all = calibrated.join(", ");
             let text = format!(
@@ -207,7 +209,7 @@ fn places_of(parameters: &[String], calibrated: &[String]) -> Result<Vec<usize>,
             WorkflowError::Unusable(text)
         })
     };
-    parameters.iter().map(place).collect()
+    parameters.iter().map(index_of).collect()
 }
 
 #[cfg(test)]

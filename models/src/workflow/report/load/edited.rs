@@ -38,8 +38,8 @@ fn copies(inputs: &Inputs<'_>) -> Result<Vec<String>, WorkflowError> {
     let case = inputs.case();
     let mut names = vec!["specimen.msh".to_owned()];
     names.extend((1..=case.further_tests.candidate.len()).map(|k| format!("candidates/{k}.msh")));
-    for own in case.simulator.iter().flat_map(SimulatorCase::paths) {
-        names.push(own.display().to_string());
+    for source_path in case.simulator.iter().flat_map(SimulatorCase::paths) {
+        names.push(source_path.display().to_string());
     }
     names.extend([IMPORTED, VALUES].map(str::to_owned));
     let is_measured = case.experiments.as_ref().is_some_and(|e| e.table.is_some());

@@ -14,13 +14,13 @@ pub(super) fn further(
 ) -> Result<Vec<FurtherParameter>, WorkflowError> {
     let files = ["design.csv", "design_specimens.csv"].map(|name| inputs.file_if_there(name));
     let [Some(expected), Some(needed)] = files else { return Ok(Vec::new()) };
-    let mut found: Vec<(String, FurtherParameter)> = Vec::new();
+    let mut parameters: Vec<(String, FurtherParameter)> = Vec::new();
     let expected =
         CsvTable::read(&expected, &["candidate", "parameter", "specimens", "contraction"])?;
     for row in expected.rows() {
         let (specimens, contraction) =
             (row.number("specimens")? as usize, row.number("contraction")?);
-        let test = test_of(&mut found, case, row);
+        let test = test_of(&mut parameters, case, row);
         test.expected.push(FurtherExpected { specimens, contraction });
     }
     let needed =
@@ -32,28 +32,30 @@ pub(super) fn further(
             specimens: row.text("specimens").parse().ok(),
             limit: row.number("limit")?,
         };
-        test_of(&mut found, case, row).needed.push(one);
+        test_of(&mut parameters, case, row).needed.push(one);
     }
-    for (_, parameter) in &mut found {
+    for (_, parameter) in &mut parameters {
         let first = parameter.tests.first().and_then(|test| test.expected.first());
         parameter.now = first.map_or(0.0, |expected| expected.contraction);
     }
-    Ok(found.into_iter().map(|(_, parameter)| parameter).collect())
+    Ok(parameters.into_iter().map(|(_, parameter)| parameter).collect())
 }
 
 /// Returns the entry of a row's parameter and test, and creates it if it is missing.
 fn test_of<'a>(
-    found: &'a mut Vec<(String, FurtherParameter)>,
+    parameters: &'a mut Vec<(String, FurtherParameter)>,
     case: &Case,
     row: TableRow<'_>,
 ) -> &'a mut FurtherTestResult {
     let (path, name) = (row.text("parameter"), row.text("candidate"));
-    let at = found.iter().position(|(own, _)| own == path).unwrap_or_else(|| {
-        let label = label_of(case, path);
-        found.push((path.to_owned(), FurtherParameter { label, ..FurtherParameter::default() }));
-        found.len() - 1
-    });
-    let tests = &mut found[at].1.tests;
+    let at =
+        parameters.iter().position(|(known_path, _)| known_path == path).unwrap_or_else(|| {
+            let label = label_of(case, path);
+            parameters
+                .push((path.to_owned(), FurtherParameter { label, ..FurtherParameter::default() }));
+            parameters.len() - 1
+        });
+    let tests = &mut parameters[at].1.tests;
     let at = tests.iter().position(|test| test.name == name).unwrap_or_else(|| {
         tests.push(FurtherTestResult { name: name.to_owned(), ..FurtherTestResult::default() });
         tests.len() - 1

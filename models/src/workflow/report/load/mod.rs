@@ -15,7 +15,7 @@ use std::path::Path;
 use surrogate::{Dataset, DynPce, FitReport, OrderRule};
 
 use super::super::WorkflowError;
-use super::super::images::{self, OWN, segmented_file};
+use super::super::images::{self, FIRST, segmented_file};
 use super::super::inputs::Inputs;
 use super::super::rules::fit;
 use super::super::warnings::{of_rules, of_stages};
@@ -185,7 +185,7 @@ fn pictures(
     inputs: &Inputs<'_>,
     done: &dyn Fn(&str) -> bool,
 ) -> Result<Vec<Picture>, WorkflowError> {
-    let own = [
+    let standard = [
         (
             "slices.png",
             "Slices through the middle of the image with the outlines of the grains found.",
@@ -208,15 +208,16 @@ fn pictures(
             "bars below 10° slow the solver and may stop it: increase specimen.min_dihedral_deg.",
         ),
     ];
-    let own = own.map(|(name, caption, if_wrong)| (name.to_owned(), caption.to_owned(), if_wrong));
+    let standard =
+        standard.map(|(name, caption, if_wrong)| (name.to_owned(), caption.to_owned(), if_wrong));
     let names = if done("segment") { images::names(inputs)? } else { Vec::new() };
-    let further = (OWN + 1..).zip(names).map(|(image, name)| {
+    let further = (FIRST + 1..).zip(names).map(|(image, name)| {
         let caption = format!("Slices through image {image}, {name}, with the grains found.");
         (segmented_file(image, "slices.png"), caption, OUTLINES)
     });
     let mut pictures = Vec::new();
     let is_done = |name: &str| inputs.writer_of(name).is_some_and(done);
-    let files = own.into_iter().chain(further);
+    let files = standard.into_iter().chain(further);
     for (name, caption, if_wrong) in files.filter(|(name, ..)| is_done(name)) {
         let Some(path) = inputs.file_if_there(&name) else { continue };
         let content = match name.ends_with(".svg") {
@@ -270,10 +271,10 @@ fn sobol(
         let ends = cell(&row, "total_q05").zip(cell(&row, "total_q95"));
         (cell(&row, "total").unwrap_or(f64::NAN), ends.map(|(low, high)| [low, high]))
     };
-    let of = |quantity: &Quantity| {
+    let interval = |quantity: &Quantity| {
         table.rows().filter(|row| row.text("qoi") == quantity.column()).map(index).collect()
     };
-    Ok(quantities.iter().map(of).collect())
+    Ok(quantities.iter().map(interval).collect())
 }
 
 /// Errors of each polynomial order, averaged over the quantities.

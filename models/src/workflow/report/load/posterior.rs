@@ -56,8 +56,9 @@ pub(crate) fn parameters(
 
 /// Label of a parameter, from its path.
 pub(super) fn label_of(case: &Case, name: &str) -> String {
-    let known: Option<Parameter> = case.parameter(name).cloned().or_else(|| name.parse().ok());
-    known.map_or_else(|| name.to_owned(), |parameter| label(case, &parameter))
+    let parameter_of_name: Option<Parameter> =
+        case.parameter(name).cloned().or_else(|| name.parse().ok());
+    parameter_of_name.map_or_else(|| name.to_owned(), |parameter| label(case, &parameter))
 }
 
 /// Name and unit of a parameter, with its region if parameters of several regions are calibrated.
@@ -154,11 +155,13 @@ pub(super) fn left_out(inputs: &Inputs<'_>, case: &Case) -> Result<Vec<LeftOut>,
             specimen,
             ..LeftOut::default()
         };
-        for own in influence.rows().filter(|own| own.text("specimen") == one.specimen) {
-            let shift = own.number("shift_sd")?;
-            one.is_sampled = own.text("method") == "sampled";
+        for shift_row in
+            influence.rows().filter(|shift_row| shift_row.text("specimen") == one.specimen)
+        {
+            let shift = shift_row.number("shift_sd")?;
+            one.is_sampled = shift_row.text("method") == "sampled";
             if one.moved.as_ref().is_none_or(|(_, largest)| shift.abs() > largest.abs()) {
-                one.moved = Some((label_of(case, own.text("parameter")), shift));
+                one.moved = Some((label_of(case, shift_row.text("parameter")), shift));
             }
         }
         rows.push(one);

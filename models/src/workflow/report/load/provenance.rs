@@ -50,7 +50,10 @@ fn input_files(records: &Records) -> Vec<InputFile> {
     let file = |(name, hash): (&str, &str)| {
         let path = Path::new(name);
         let shown = if path.is_absolute() { path.file_name() } else { None };
-        let name = shown.map_or_else(|| name.to_owned(), |own| own.to_string_lossy().into_owned());
+        let name = shown.map_or_else(
+            || name.to_owned(),
+            |relative_path| relative_path.to_string_lossy().into_owned(),
+        );
         InputFile { name, hash: hash.to_owned() }
     };
     files.into_iter().map(file).collect()

@@ -72,7 +72,8 @@ pub(super) fn coverage(inputs: &Inputs<'_>) -> Result<Vec<ValidationCoverage>, W
 fn quantity(row: TableRow<'_>, measured: &[TableRow<'_>]) -> Result<ValidatedQuantity, InputError> {
     let optional = |column: &str| row.text(column).parse::<f64>().ok();
     let column = row.text("qoi");
-    let label = Quantity::of_column(column).map_or_else(|| column.to_owned(), |own| own.label());
+    let label = Quantity::of_column(column)
+        .map_or_else(|| column.to_owned(), |quantity_of_column| quantity_of_column.label());
     let quantiles = measured.first().map(|row| QUANTILES.map(|name| row.text(name).parse().ok()));
     let specimens = measured
         .iter()
@@ -107,9 +108,9 @@ fn curves(inputs: &Inputs<'_>, name: &str) -> Result<Vec<Vec<(f64, f64)>>, Workf
     let folder = folder_of(name);
     let dir = inputs.folder().join(&folder);
     let file = CaseFile::read(&dir.join("case.toml"))?;
-    let own = inputs.of_folder(&file, &dir).of_held_out();
-    let curves = specimen_curves(&own)?;
-    inputs.reads_in_folder(&own, &folder);
+    let validation_inputs = inputs.of_folder(&file, &dir).of_held_out();
+    let curves = specimen_curves(&validation_inputs)?;
+    inputs.reads_in_folder(&validation_inputs, &folder);
     let points = |curve: crate::experiment::TestCurve| {
         curve.displacement_mm.into_iter().zip(curve.force_n).collect()
     };

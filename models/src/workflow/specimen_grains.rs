@@ -6,7 +6,7 @@ use fem::{
 };
 
 /// Result of a segmentation or of reading labels: a specimen with its grains.
-pub(super) enum Found {
+pub(super) enum SpecimenGrains {
     /// Segmented from grey values.
     Grey(Segmented),
     /// Labelled by the user.
@@ -28,73 +28,73 @@ impl Default for GrainPhases {
     }
 }
 
-impl Found {
+impl SpecimenGrains {
     /// Grain number of each voxel, from 1; 0 is not a grain.
     pub(super) fn labels(&self) -> &Volume<u32> {
         match self {
-            Self::Grey(found) => &found.labels,
-            Self::Labels(found) => &found.labels,
+            Self::Grey(grains) => &grains.labels,
+            Self::Labels(grains) => &grains.labels,
         }
     }
 
     /// Grain fraction of each voxel; `None` for labels of the user, which have no grey values.
     pub(super) fn solid(&self) -> Option<&Volume<f32>> {
         match self {
-            Self::Grey(found) => Some(&found.solid),
+            Self::Grey(grains) => Some(&grains.solid),
             Self::Labels(_) => None,
         }
     }
 
     pub(super) fn cylinder(&self) -> &Cylinder {
         match self {
-            Self::Grey(found) => &found.cylinder,
-            Self::Labels(found) => &found.cylinder,
+            Self::Grey(grains) => &grains.cylinder,
+            Self::Labels(grains) => &grains.cylinder,
         }
     }
 
     pub(super) fn cylinder_mut(&mut self) -> &mut Cylinder {
         match self {
-            Self::Grey(found) => &mut found.cylinder,
-            Self::Labels(found) => &mut found.cylinder,
+            Self::Grey(grains) => &mut grains.cylinder,
+            Self::Labels(grains) => &mut grains.cylinder,
         }
     }
 
     /// All grains, including voids.
     pub(super) fn regions(&self) -> &[Region] {
         match self {
-            Self::Grey(found) => &found.regions,
-            Self::Labels(found) => &found.regions,
+            Self::Grey(grains) => &grains.regions,
+            Self::Labels(grains) => &grains.regions,
         }
     }
 
     pub(super) fn statistics(&self) -> &SpecimenStatistics {
         match self {
-            Self::Grey(found) => &found.statistics,
-            Self::Labels(found) => &found.statistics,
+            Self::Grey(grains) => &grains.statistics,
+            Self::Labels(grains) => &grains.statistics,
         }
     }
 
     pub(super) fn warnings(&self) -> &[String] {
         match self {
-            Self::Grey(found) => &found.warnings,
-            Self::Labels(found) => &found.warnings,
+            Self::Grey(grains) => &grains.warnings,
+            Self::Labels(grains) => &grains.warnings,
         }
     }
 
     /// Whether the image shows only a part of a specimen.
     pub(super) fn is_block(&self) -> bool {
         match self {
-            Self::Grey(found) => found.block,
-            Self::Labels(found) => found.block,
+            Self::Grey(grains) => grains.block,
+            Self::Labels(grains) => grains.block,
         }
     }
 
     pub(super) fn phases(&self) -> GrainPhases {
         match self {
             Self::Grey(_) => GrainPhases::default(),
-            Self::Labels(found) => GrainPhases {
-                names: found.phases.clone(),
-                of_grains: (1..).zip(found.phase_of.iter().copied()).collect(),
+            Self::Labels(grains) => GrainPhases {
+                names: grains.phases.clone(),
+                of_grains: (1..).zip(grains.phase_of.iter().copied()).collect(),
             },
         }
     }
@@ -104,9 +104,9 @@ impl Found {
     pub(super) fn phase_and_label(&self, grain: &Region) -> (&str, i64) {
         match self {
             Self::Grey(_) => ("grain", i64::from(grain.id)),
-            Self::Labels(found) => {
+            Self::Labels(grains) => {
                 let place = grain.id as usize - 1;
-                (&found.phases[found.phase_of[place]], found.label_of[place])
+                (&grains.phases[grains.phase_of[place]], grains.label_of[place])
             }
         }
     }
@@ -115,8 +115,8 @@ impl Found {
     /// labels of the user.
     pub(super) fn volumes_mm3(&self) -> Vec<(u32, f64)> {
         match self {
-            Self::Grey(found) => {
-                found.regions.iter().map(|grain| (grain.id, grain.volume_mm3)).collect()
+            Self::Grey(grains) => {
+                grains.regions.iter().map(|grain| (grain.id, grain.volume_mm3)).collect()
             }
             Self::Labels(_) => Vec::new(),
         }
