@@ -111,7 +111,7 @@ impl<T: Scalar, L: PointLaw<T>> PointLaw<T> for DrivingHistory<L> {
         }
         // a driving energy below the largest driving energy so far has no influence: its derivative is zero
         let below = out.driving.less_than(old[last]);
-        out.softening = T::select(below, g.constant(0.0), out.softening);
+        out.driving_slope = T::select(below, g.constant(0.0), out.driving_slope);
         for i in 0..3 {
             let zero = g.constant(0.0);
             out.driving_stress[i] = T::select(below, zero, out.driving_stress[i]);

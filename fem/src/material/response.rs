@@ -11,7 +11,7 @@ pub struct Response<T> {
     /// field may select other energies of viscoelastic and plastic laws.
     pub driving: T,
     /// Second derivative of the energy with respect to g, MPa; zero except for mixtures.
-    pub softening: T,
+    pub driving_slope: T,
     /// Principal values τ_i of the Kirchhoff stress g τ⁺ + τ⁻, MPa.
     pub stress: [T; 3],
     /// Principal values τ⁺_i of the degraded part of the stress, without the factor g, MPa.
@@ -147,7 +147,7 @@ impl<T: Scalar> ElasticResponse<T> {
         let mut out = Response {
             energy: g.mul_add(self.energy - spared.energy, spared.energy),
             driving: self.energy - passive.energy,
-            softening: g.constant(0.0),
+            driving_slope: g.constant(0.0),
             stress: self.stress,
             stress_plus: self.stress,
             normal: self.normal,
@@ -190,7 +190,7 @@ impl<T: Scalar> Response<T> {
     pub(super) fn select(mask: T::Mask, yes: Self, mut no: Self) -> Self {
         no.energy = T::select(mask, yes.energy, no.energy);
         no.driving = T::select(mask, yes.driving, no.driving);
-        no.softening = T::select(mask, yes.softening, no.softening);
+        no.driving_slope = T::select(mask, yes.driving_slope, no.driving_slope);
         for i in 0..3 {
             no.stress[i] = T::select(mask, yes.stress[i], no.stress[i]);
             no.stress_plus[i] = T::select(mask, yes.stress_plus[i], no.stress_plus[i]);
@@ -220,7 +220,7 @@ impl<T: Copy> Response<T> {
         all[5..8].copy_from_slice(&self.stress_plus);
         all[8..14].copy_from_slice(&self.normal);
         all[14..17].copy_from_slice(&self.shear);
-        all[17] = self.softening;
+        all[17] = self.driving_slope;
         all[18..21].copy_from_slice(&self.driving_stress);
         all[21..24].copy_from_slice(&self.skew);
         all[24..27].copy_from_slice(&self.oblique.stress);

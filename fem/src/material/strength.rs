@@ -188,7 +188,7 @@ impl ExternalDrive {
         let position = half * (one - (zero - ratio).max(zero - one));
         let share = position * position * (g.constant(3.0) - (position + position));
         let energy = out.driving;
-        out.softening = zero - half * part * force / g;
+        out.driving_slope = zero - half * part * force / g;
         out.driving = share * energy - part * force;
         if TANGENT {
             let per_g = one / g;

@@ -371,7 +371,7 @@ impl WithSimd for Responses<'_> {
                     &response.stress_plus,
                     &response.normal,
                     &response.shear,
-                    &[response.softening],
+                    &[response.driving_slope],
                 ];
                 let mut all = [0.0; 18];
                 all.iter_mut().zip(numbers.concat()).for_each(|(x, y)| *x = lane(y, k));

@@ -109,7 +109,7 @@ fn derivatives_of_the_driving_energy() {
             let step = 1e-5 * g;
             let rise = at(strains, g + step).driving - at(strains, g - step).driving;
             let difference = rise / (2.0 * step);
-            let error = (response.softening - difference).abs();
+            let error = (response.driving_slope - difference).abs();
             assert!(error < 1e-6 * difference.abs(), "g = {g} at {strains:?}: {error:e}");
         }
     }

@@ -269,7 +269,7 @@ impl<T: Scalar> PlasticPoint<'_, T> {
         out.energy = g * elastic + bulk * volumetric;
         out.dissipation = degradation * work;
         out.driving = elastic + bulk_slope * volumetric;
-        out.softening = -(left_j * gamma_slope + bulk_slope * left_theta * volume_slope);
+        out.driving_slope = -(left_j * gamma_slope + bulk_slope * left_theta * volume_slope);
         new[ALPHA] = alpha + flow.x;
         new[WORK] = old[WORK] + work;
         // factor by which plastic flow multiplies the trial deviator

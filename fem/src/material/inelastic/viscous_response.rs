@@ -215,7 +215,7 @@ impl<T: Scalar> ViscousIncrement<'_, T> {
         let mut out = Response::zero(g);
         out.energy = shear.equilibrium[0] * deviatoric.energy + volume.energy * *u;
         out.driving = shear.equilibrium[1] * deviatoric.energy + volume.driving[0] * *u;
-        out.softening = shear.equilibrium[2] * deviatoric.energy + volume.driving[1] * *u;
+        out.driving_slope = shear.equilibrium[2] * deviatoric.energy + volume.driving[1] * *u;
         let spared = volume_share.mul_add(viscous[0] - one, one);
         out.energy += shear.energy + spared * bulk.energy;
         out.dissipation = shear.dissipation + spared * bulk.dissipation;

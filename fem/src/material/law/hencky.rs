@@ -45,7 +45,7 @@ pub(in crate::material) fn respond<T: Scalar, const TANGENT: bool>(
         driven_shape = (terms[i] * deviator[i]).mul_add(deviator[i], driven_shape);
     }
     let driving = volumetric.slope.mul_add(driven_volume, shear.slope * driven_shape);
-    let softening = volumetric.curvature.mul_add(driven_volume, shear.curvature * driven_shape);
+    let driving_slope = volumetric.curvature.mul_add(driven_volume, shear.curvature * driven_shape);
     let (driven_whole, driven_terms) = (whole, terms);
     let (mut stiffness, mut factor) = (volumetric.value, [shear.value; 3]);
     if hybrid {
@@ -92,7 +92,7 @@ pub(in crate::material) fn respond<T: Scalar, const TANGENT: bool>(
     Response {
         energy,
         driving,
-        softening,
+        driving_slope,
         stress,
         stress_plus,
         normal,

@@ -189,8 +189,8 @@ pub fn write_blocks<T: Scalar, const AXES: bool, const N: usize>(
                     block[i][3] = forces[a][i].mul_add(degradation[b], block[i][3]);
                     block[3][i] = driving[b][i].mul_add(degradation[a], block[3][i]);
                 }
-                if let Some(softening) = tangent.softening() {
-                    block[3][3] = (softening * degradation[a]).mul_add(degradation[b], block[3][3]);
+                if let Some(driving_slope) = tangent.driving_slope() {
+                    block[3][3] = (driving_slope * degradation[a]).mul_add(degradation[b], block[3][3]);
                 }
             }
         }
@@ -352,10 +352,10 @@ pub(crate) fn diagonal<T: Scalar, const N: usize>(
                 }
             }
         }
-        if let Some(softening) = tangent.softening() {
+        if let Some(driving_slope) = tangent.driving_slope() {
             let degradation = stored.degradation_of_nodes(q);
             for a in 0..N {
-                out[a][3] = (softening * degradation[a]).mul_add(degradation[a], out[a][3]);
+                out[a][3] = (driving_slope * degradation[a]).mul_add(degradation[a], out[a][3]);
             }
         }
     }

@@ -182,8 +182,8 @@ impl<'a, P, V: Number, L: Load<P, Number = V>> Contraction<'a, P, L> {
                 driving = driven.mul_add(h[i][j] + h[j][i], driving);
             }
         }
-        if let Some([softening]) = self.stored.softening {
-            driving = self.loader.load(softening).mul_add(change_of_g, driving);
+        if let Some([driving_slope]) = self.stored.driving_slope {
+            driving = self.loader.load(driving_slope).mul_add(change_of_g, driving);
         }
         driving
     }
@@ -271,7 +271,7 @@ impl<'a, P, V: Number, L: Load<P, Number = V>> Contraction<'a, P, L> {
 
     /// Returns the second derivative of the energy with respect to g; `None` in plain elements.
     #[inline(always)]
-    pub(crate) fn softening(&self) -> Option<V> {
-        self.stored.softening.map(|[softening]| self.loader.load(softening))
+    pub(crate) fn driving_slope(&self) -> Option<V> {
+        self.stored.driving_slope.map(|[driving_slope]| self.loader.load(driving_slope))
     }
 }

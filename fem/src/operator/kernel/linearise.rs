@@ -46,8 +46,8 @@ pub fn linearise<T: Scalar, L: PointLaw<T>, const AXES: bool, const N: usize>(
                 source[i] = if coupled { at.weight * at.response.stress_plus[i] } else { zero };
             }
         }
-        if let Some([softening]) = point.softening {
-            *softening = at.weight * at.response.softening;
+        if let Some([driving_slope]) = point.driving_slope {
+            *driving_slope = at.weight * at.response.driving_slope;
         }
         if let Some(extra) = layout.extra_mut(q, data) {
             let Response { driving_stress, skew, oblique, .. } = &at.response;

@@ -57,7 +57,7 @@ macro_rules! stored_point {
             pub source: Option<&'a $($mutable)? [P; SOURCE]>,
             /// Second derivative of the energy with respect to g, times the weight of the point; `None` in plain
             /// elements.
-            pub softening: Option<&'a $($mutable)? [P; 1]>,
+            pub driving_slope: Option<&'a $($mutable)? [P; 1]>,
             /// Gradient term 2 Gc ℓ₀/c₀ ∇λ_k·∇λ_l, packed, times the weight of the point; `None` in plain elements,
             /// which store the term once per element.
             pub gradient: Option<&'a $($mutable)? [P; GRADIENT]>,
@@ -74,9 +74,9 @@ macro_rules! stored_point {
                 let (shear, data) = data.$split().expect(FITS);
                 let (stress, data) = data.$split().expect(FITS);
                 let (source, data) = split_optional!(data, $split);
-                let (softening, data) = split_optional!(data, $split);
+                let (driving_slope, data) = split_optional!(data, $split);
                 let (gradient, _) = split_optional!(data, $split);
-                Self { rotation, push, normal, shear, stress, source, softening, gradient }
+                Self { rotation, push, normal, shear, stress, source, driving_slope, gradient }
             }
         }
     };
