@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::rooms::workspace;
+use super::layers::workspace;
 
 /// Folders of the repository that a path begins with.
 const FOLDERS: [&str; 9] =

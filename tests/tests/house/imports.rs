@@ -66,18 +66,18 @@ impl Crate {
     }
 
     /// Names of the crate's top-level modules that are files or folders.
-    pub(crate) fn rooms(&self) -> Vec<&str> {
+    pub(crate) fn top_modules(&self) -> Vec<&str> {
         let root = self.source.join("lib.rs");
-        let rooms = self.modules.iter().filter(|(path, m)| path.len() == 1 && m.file != root);
-        rooms.map(|(path, _)| path[0].as_str()).collect()
+        let top_modules = self.modules.iter().filter(|(path, m)| path.len() == 1 && m.file != root);
+        top_modules.map(|(path, _)| path[0].as_str()).collect()
     }
 
     /// Top-level module to which a file of this crate belongs; `None` for the root.
-    pub(crate) fn room_of(&self, file: &Path) -> Option<String> {
+    pub(crate) fn top_module_of(&self, file: &Path) -> Option<String> {
         let inside = file.strip_prefix(&self.source).ok()?;
         let first = inside.iter().next()?.to_string_lossy().into_owned();
-        let room = first.strip_suffix(".rs").unwrap_or(&first);
-        (room != "lib" && room != "main").then(|| room.to_owned())
+        let module = first.strip_suffix(".rs").unwrap_or(&first);
+        (module != "lib" && module != "main").then(|| module.to_owned())
     }
 
     /// All imports between two files.

@@ -4,4 +4,4 @@ mod dependencies;
 mod documents;
 mod exceptions;
 mod imports;
-mod rooms;
+mod layers;

@@ -190,7 +190,8 @@ pub fn write_blocks<T: Scalar, const AXES: bool, const N: usize>(
                     block[3][i] = driving[b][i].mul_add(degradation[a], block[3][i]);
                 }
                 if let Some(driving_slope) = tangent.driving_slope() {
-                    block[3][3] = (driving_slope * degradation[a]).mul_add(degradation[b], block[3][3]);
+                    block[3][3] =
+                        (driving_slope * degradation[a]).mul_add(degradation[b], block[3][3]);
                 }
             }
         }

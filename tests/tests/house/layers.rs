@@ -25,7 +25,7 @@ const CRATES: [&str; 10] = [
 
 /// Folder of the repository that is checked. The environment variable may name another checkout.
 pub(super) fn workspace() -> PathBuf {
-    match std::env::var_os("BRECCIA_HOUSE") {
+    match std::env::var_os("BRECCIA_WORKSPACE") {
         Some(folder) => folder.into(),
         None => Path::new(env!("CARGO_MANIFEST_DIR")).join(".."),
     }
@@ -51,37 +51,39 @@ fn stated_order(text: &str) -> Vec<String> {
 }
 
 #[test]
-fn every_crate_states_the_order_of_its_rooms() {
+fn every_crate_states_the_order_of_its_modules() {
     for name in CRATES {
         let folder = workspace().join(name);
-        let house = Crate::read(&folder);
+        let package = Crate::read(&folder);
         let text = std::fs::read_to_string(folder.join("src/lib.rs")).expect("lib.rs is there");
         let stated: BTreeSet<String> = stated_order(&text).into_iter().collect();
-        let rooms: BTreeSet<String> = house.rooms().into_iter().map(String::from).collect();
-        let unlisted: Vec<_> = rooms.difference(&stated).collect();
-        let gone: Vec<_> = stated.difference(&rooms).collect();
+        let modules: BTreeSet<String> =
+            package.top_modules().into_iter().map(String::from).collect();
+        let unlisted: Vec<_> = modules.difference(&stated).collect();
+        let gone: Vec<_> = stated.difference(&modules).collect();
         assert!(
             unlisted.is_empty() && gone.is_empty(),
-            "{name}/src/lib.rs: the order of rooms lacks {unlisted:?} and names {gone:?}, which is not there"
+            "{name}/src/lib.rs: the order of modules lacks {unlisted:?} and names {gone:?}, which is not there"
         );
     }
 }
 
 #[test]
-fn imports_go_down() {
+fn imports_are_from_lower_layers() {
     let mut wrong = Vec::new();
     for name in CRATES {
         let folder = workspace().join(name);
-        let house = Crate::read(&folder);
+        let package = Crate::read(&folder);
         let text = std::fs::read_to_string(folder.join("src/lib.rs")).expect("lib.rs is there");
         let order = stated_order(&text);
-        let floor = |room: &str| order.iter().position(|r| r == room);
-        for import in without_exceptions(name, house.imports()) {
-            let (Some(from), Some(to)) = (house.room_of(&import.from), house.room_of(&import.to))
+        let layer = |module: &str| order.iter().position(|listed| listed == module);
+        for import in without_exceptions(name, package.imports()) {
+            let (Some(from), Some(to)) =
+                (package.top_module_of(&import.from), package.top_module_of(&import.to))
             else {
                 continue;
             };
-            if let (Some(low), Some(high)) = (floor(&from), floor(&to))
+            if let (Some(low), Some(high)) = (layer(&from), layer(&to))
                 && low < high
             {
                 let shown = shown(std::slice::from_ref(&import));
@@ -93,15 +95,15 @@ fn imports_go_down() {
 }
 
 #[test]
-fn no_files_import_each_other_in_a_circle() {
+fn no_files_import_each_other_in_a_cycle() {
     let mut wrong = Vec::new();
     for name in CRATES {
-        let house = Crate::read(&workspace().join(name));
-        for circle in circles(&without_exceptions(name, house.imports())) {
-            wrong.push(format!("{name}:\n{}", shown(&circle)));
+        let package = Crate::read(&workspace().join(name));
+        for cycle in cycles(&without_exceptions(name, package.imports())) {
+            wrong.push(format!("{name}:\n{}", shown(&cycle)));
         }
     }
-    assert!(wrong.is_empty(), "circles of files:\n{}", wrong.join("\n"));
+    assert!(wrong.is_empty(), "cycles of files:\n{}", wrong.join("\n"));
 }
 
 /// `file: impl Type`, the form in which exceptions are listed.
@@ -125,38 +127,38 @@ fn without_exceptions(name: &str, imports: BTreeSet<Import>) -> BTreeSet<Import>
 fn every_exception_is_needed() {
     let mut gone = Vec::new();
     for name in CRATES {
-        let house = Crate::read(&workspace().join(name));
-        let imports = house.imports();
-        let present: BTreeSet<String> = house.foreign_impls().iter().map(listed).collect();
+        let package = Crate::read(&workspace().join(name));
+        let imports = package.imports();
+        let present: BTreeSet<String> = package.foreign_impls().iter().map(listed).collect();
         let excused = FOREIGN_IMPLS.iter().filter(|(of, _)| *of == name);
         gone.extend(excused.filter(|(_, what)| !present.contains(*what)).map(|e| format!("{e:?}")));
         let large: Vec<String> =
-            house.large_modules(MOST_FILES).iter().map(|path| path.join("::")).collect();
+            package.large_modules(MOST_FILES).iter().map(|path| path.join("::")).collect();
         let excused = UNORDERED.iter().filter(|(of, _)| *of == name);
         let needed = |module: &str| {
             large.iter().any(|path| path == module)
-                && faults_of_order(&house, &imports, module).is_some()
+                && faults_of_order(&package, &imports, module).is_some()
         };
         gone.extend(excused.filter(|(_, module)| !needed(module)).map(|e| format!("{e:?}")));
     }
-    assert!(gone.is_empty(), "take these out of exceptions.rs:\n{}", gone.join("\n"));
+    assert!(gone.is_empty(), "remove these exceptions from exceptions.rs:\n{}", gone.join("\n"));
 }
 
 /// Describes faults in the order of a module's children: children that the module does not list, and imports of a child
 /// in a higher layer.
-fn faults_of_order(house: &Crate, imports: &BTreeSet<Import>, module: &str) -> Option<String> {
+fn faults_of_order(package: &Crate, imports: &BTreeSet<Import>, module: &str) -> Option<String> {
     let path: Vec<String> = module.split("::").map(String::from).collect();
-    let text = std::fs::read_to_string(house.file(&path)).expect("the file was read before");
+    let text = std::fs::read_to_string(package.file(&path)).expect("the file was read before");
     let order = stated_order(&text);
     let stated: BTreeSet<String> = order.iter().cloned().collect();
-    let children = house.children(&path);
+    let children = package.children(&path);
     if stated != children {
         let [lacks, extra] = [(&children, &stated), (&stated, &children)]
             .map(|(a, b)| a.difference(b).cloned().collect::<Vec<_>>());
         return Some(format!("the order of its modules lacks {lacks:?} and names {extra:?}"));
     }
     let layer = |file: &Path| {
-        let child = house.child_of(&path, file)?;
+        let child = package.child_of(&path, file)?;
         order.iter().position(|name| name == child)
     };
     let upward: Vec<Import> = imports
@@ -171,14 +173,14 @@ fn faults_of_order(house: &Crate, imports: &BTreeSet<Import>, module: &str) -> O
 fn large_modules_state_the_order_of_their_children() {
     let mut wrong = Vec::new();
     for name in CRATES {
-        let house = Crate::read(&workspace().join(name));
-        let imports = house.imports();
-        for path in house.large_modules(MOST_FILES) {
+        let package = Crate::read(&workspace().join(name));
+        let imports = package.imports();
+        for path in package.large_modules(MOST_FILES) {
             let module = path.join("::");
             if UNORDERED.contains(&(name, module.as_str())) {
                 continue;
             }
-            if let Some(fault) = faults_of_order(&house, &imports, &module) {
+            if let Some(fault) = faults_of_order(&package, &imports, &module) {
                 wrong.push(format!("{name}, module {module}: {fault}"));
             }
         }
@@ -204,18 +206,18 @@ fn shown(imports: &[Import]) -> String {
 }
 
 /// Imports within each set of files that import each other directly or indirectly.
-fn circles(imports: &BTreeSet<Import>) -> Vec<Vec<Import>> {
+fn cycles(imports: &BTreeSet<Import>) -> Vec<Vec<Import>> {
     let mut next: BTreeMap<&Path, BTreeSet<&Path>> = BTreeMap::new();
     for import in imports {
         next.entry(&import.from).or_default().insert(&import.to);
     }
     let reached = |start: &Path| {
         let mut seen = BTreeSet::new();
-        let mut open: Vec<PathBuf> = vec![start.to_owned()];
-        while let Some(file) = open.pop() {
+        let mut unvisited: Vec<PathBuf> = vec![start.to_owned()];
+        while let Some(file) = unvisited.pop() {
             for &to in next.get(file.as_path()).into_iter().flatten() {
                 if seen.insert(to.to_owned()) {
-                    open.push(to.to_owned());
+                    unvisited.push(to.to_owned());
                 }
             }
         }
@@ -223,36 +225,36 @@ fn circles(imports: &BTreeSet<Import>) -> Vec<Vec<Import>> {
     };
     let reach: BTreeMap<&Path, BTreeSet<PathBuf>> =
         next.keys().map(|&file| (file, reached(file))).collect();
-    let mut found = Vec::new();
+    let mut all_cycles = Vec::new();
     let mut done: BTreeSet<&Path> = BTreeSet::new();
     for (&file, all) in &reach {
         if !all.contains(file) || done.contains(file) {
             continue;
         }
-        let circle: BTreeSet<&Path> = reach
+        let cycle: BTreeSet<&Path> = reach
             .iter()
             .filter(|(other, back)| all.contains(**other) && back.contains(file))
             .map(|(other, _)| *other)
             .collect();
-        let within = |i: &&Import| circle.contains(&*i.from) && circle.contains(&*i.to);
-        found.push(imports.iter().filter(within).cloned().collect());
-        done.extend(circle);
+        let within = |i: &&Import| cycle.contains(&*i.from) && cycle.contains(&*i.to);
+        all_cycles.push(imports.iter().filter(within).cloned().collect());
+        done.extend(cycle);
     }
-    found
+    all_cycles
 }
 
 #[test]
-fn a_circle_is_found() {
+fn a_cycle_is_found() {
     let import =
         |from: &str, to: &str| Import { from: from.into(), to: to.into(), name: "X".into() };
     let imports = [import("a", "b"), import("b", "c"), import("c", "a"), import("c", "d")];
-    let found = circles(&imports.iter().cloned().collect());
-    assert_eq!(found.len(), 1);
-    assert_eq!(found[0], imports[..3]);
+    let detected = cycles(&imports.iter().cloned().collect());
+    assert_eq!(detected.len(), 1);
+    assert_eq!(detected[0], imports[..3]);
 }
 
 #[test]
 fn an_order_is_read() {
-    let page = "//! # Rooms\n//! 1. `error`, `fields`: what all, or most, use\n//! 2. `mesh` as `x`\n//! text";
+    let page = "//! # Modules\n//! 1. `error`, `fields`: what all, or most, use\n//! 2. `mesh` as `x`\n//! text";
     assert_eq!(stated_order(page), ["error", "fields", "mesh"]);
 }
