@@ -8,6 +8,7 @@ use ppl::{ChainStatus, Nuts, Posterior, Progress, WarningKind};
 use surrogate::Input;
 
 use super::WorkflowError;
+use super::experiment_inputs;
 use super::extension::offers;
 use super::fit::write_fit;
 use super::fitted::{Fitted, read_experiments};
@@ -17,6 +18,7 @@ use super::inputs::Inputs;
 use super::predicted_curves::write_predicted_curves;
 use super::task::Task;
 use super::uncertainty::{Budget, SharedError, budget};
+use super::virtual_inputs;
 use crate::fracture::{
     CalibrationError, TestDraws, calibrate_after, calibration_of_draws, column_means,
 };
@@ -174,8 +176,11 @@ pub(super) fn parameter_name(name: &str) -> String {
 
 /// Writes the posterior mode and, for virtual specimens, the true medians of the parameters.
 fn write_map(task: &Task<'_>, parameters: &[Input], map: &[f64]) -> Result<(), WorkflowError> {
-    let truth = match task.inputs.are_specimens_virtual()? {
-        true => task.inputs.truth()?.iter().map(|(_, value)| value.to_string()).collect(),
+    let truth = match experiment_inputs::are_specimens_virtual(&task.inputs)? {
+        true => virtual_inputs::truth(&task.inputs)?
+            .iter()
+            .map(|(_, value)| value.to_string())
+            .collect(),
         false => vec![String::new(); map.len()],
     };
     let rows = parameters.iter().zip(map).zip(truth);

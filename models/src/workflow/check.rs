@@ -7,6 +7,7 @@ use fem::{ReadOptions, StackHeader, TetMesh};
 
 use super::check_outside::{measured_specimens, source_in_words};
 use super::expected_cost::ExpectedCost;
+use super::experiment_inputs;
 use super::inputs::Inputs;
 use super::mesh::grain_fraction;
 use super::mesh_scale::MeshSize;
@@ -394,7 +395,7 @@ impl CaseCheck {
         let folder = file.path.parent().map_or_else(PathBuf::new, Path::to_owned);
         let inputs = Inputs::new(file, &folder, Stage::that_writes);
         let inputs = if self.is_held_out { inputs.of_held_out() } else { inputs };
-        let table = match inputs.chosen(table.clone()) {
+        let table = match experiment_inputs::chosen(&inputs, table.clone()) {
             Ok(chosen) => chosen,
             Err(mistake) => {
                 self.fail(mistake);

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::WorkflowError;
+use super::experiment_inputs;
 use super::inputs::Inputs;
 use super::measured_values::{check_measured, read_measured, without_curves};
 use super::run_sources::ImportedRuns;
@@ -59,7 +60,7 @@ pub(super) fn measured_specimens(
     let folder = file.path.parent().map_or_else(PathBuf::new, Path::to_owned);
     let inputs = Inputs::new(file, &folder, Stage::that_writes);
     let table = without_curves(&specimens);
-    let chosen = inputs.chosen(table.clone())?;
+    let chosen = experiment_inputs::chosen(&inputs, table.clone())?;
     specimens.retain(|measured| chosen.specimens.iter().any(|specimen| specimen.id == measured.id));
     check_measured(path, quantities, &specimens, least)?;
     Ok(table)

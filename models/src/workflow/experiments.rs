@@ -6,6 +6,7 @@ use fem::{Meshing, Packing, RunInput, RunRecord, RunStatus, gmsh};
 use rayon::prelude::*;
 
 use super::WorkflowError;
+use super::experiment_inputs;
 use super::files::SPECIMENS;
 use super::measured_values::write_measured;
 use super::mesh_scale::{MeshScale, MeshSize};
@@ -17,6 +18,7 @@ use super::specimen_images::{scan, stiffness_ratios};
 use super::specimen_quantities::compared;
 use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
+use super::virtual_inputs;
 use crate::case::{ByParameter, Parameter, QoiCase, SpecimenGeometry};
 use crate::error::InputError;
 use crate::experiment::{Specimen, SpecimenTable, TestCurve};
@@ -25,12 +27,12 @@ use crate::virtual_specimen::VirtualSpecimen;
 
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let inputs = &task.inputs;
-    if let Some(values) = inputs.measured_values() {
+    if let Some(values) = experiment_inputs::measured_values(inputs) {
         return write_measured(task, &values);
     }
-    let table = match inputs.are_specimens_virtual()? {
+    let table = match experiment_inputs::are_specimens_virtual(inputs)? {
         true => test_virtual_specimens(task)?,
-        false => inputs.specimen_table()?,
+        false => experiment_inputs::specimen_table(inputs)?,
     };
     let mesh = match inputs.is_built_in() {
         true => {
@@ -40,7 +42,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         false => None,
     };
     let comparison = Comparison { mesh, qoi: inputs.qoi() };
-    let table = checked(task, inputs.chosen(table)?, mesh)?;
+    let table = checked(task, experiment_inputs::chosen(inputs, table)?, mesh)?;
     let mut rows = table
         .specimens
         .iter()
@@ -99,14 +101,14 @@ fn test_virtual_specimens(task: &Task<'_>) -> Result<SpecimenTable, WorkflowErro
             "virtual specimens need a cylinder, because each specimen has its own packing";
         return Err(WorkflowError::Unusable(message.to_owned()));
     };
-    let (setup, truth) = (inputs.setup(), inputs.truth()?);
+    let (setup, truth) = (inputs.setup(), virtual_inputs::truth(inputs)?);
     let spacing_mm = meshing.spacing_mm;
-    let spacing = inputs.spacing_mm()?.unwrap_or(spacing_mm);
+    let spacing = virtual_inputs::spacing_mm(inputs)?.unwrap_or(spacing_mm);
     let specimens = VirtualSpecimen::draw(
-        *inputs.specimens()?,
-        *inputs.seed()?,
+        *virtual_inputs::specimens(inputs)?,
+        *virtual_inputs::seed(inputs)?,
         truth,
-        inputs.scatter()?,
+        virtual_inputs::scatter(inputs)?,
         grains.as_ref().map(|g| g.seed),
     );
     let parameters: Vec<Parameter> = truth.parameters().cloned().collect();
@@ -150,7 +152,7 @@ fn test_virtual_specimens(task: &Task<'_>) -> Result<SpecimenTable, WorkflowErro
     if let [coarse, fine] = &records[specimens.len()..] {
         write_bias(task, [spacing_mm, spacing], [coarse, fine])?;
     }
-    if *inputs.scans()? {
+    if *virtual_inputs::scans(inputs)? {
         let size = [*radius_mm, *height_mm];
         scan(task, &specimens, grains.as_ref(), size)?;
     }
@@ -164,9 +166,10 @@ fn write_specimens(
     records: &[RunRecord],
     [height_mm, radius_mm]: [f64; 2],
 ) -> Result<SpecimenTable, WorkflowError> {
-    let (group, noise) = (task.inputs.group()?, task.inputs.noise()?);
-    let scanned = *task.inputs.scans()?;
-    let machine = task.inputs.known_machine().machine();
+    let (group, noise) =
+        (virtual_inputs::group(&task.inputs)?, virtual_inputs::noise(&task.inputs)?);
+    let scanned = *virtual_inputs::scans(&task.inputs)?;
+    let machine = experiment_inputs::known_machine(&task.inputs).machine();
     let quantities = &task.inputs.qoi().quantities;
     let needs_time =
         task.inputs.test().program.is_some() || quantities.iter().any(|q| q.needs_time());

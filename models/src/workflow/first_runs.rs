@@ -7,6 +7,7 @@ use fem::{RunInput, RunRecord};
 
 use super::WorkflowError;
 use super::closed_form::ClosedForm;
+use super::experiment_inputs;
 use super::files::SPECIMENS;
 use super::gate::unit_rank;
 use super::simulator::{Setup, quantities};
@@ -45,7 +46,8 @@ pub(super) fn check_first_runs(
 ) -> Result<(), WorkflowError> {
     let qoi = task.inputs.qoi();
     let prior = task.inputs.whole_prior();
-    let Some(prior) = prior.filter(|_| task.inputs.are_specimens_virtual().is_ok_and(|v| !v))
+    let Some(prior) =
+        prior.filter(|_| experiment_inputs::are_specimens_virtual(&task.inputs).is_ok_and(|v| !v))
     else {
         return Ok(());
     };

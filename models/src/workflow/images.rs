@@ -6,6 +6,7 @@
 use std::path::PathBuf;
 
 use super::WorkflowError;
+use super::image_inputs;
 use super::inputs::Inputs;
 use super::specimen::Scanned;
 use crate::case::{Microstructure, SpecimenGeometry};
@@ -55,6 +56,6 @@ pub(super) fn names(inputs: &Inputs<'_>) -> Result<Vec<String>, WorkflowError> {
 /// # Errors
 /// Fails for a case without geometry.
 pub(super) fn further(inputs: &Inputs<'_>) -> Result<Vec<(usize, Scanned)>, WorkflowError> {
-    let further = inputs.further_scanned()?;
+    let further = image_inputs::further_scanned(inputs)?;
     Ok((FIRST + 1..).zip(further).collect())
 }

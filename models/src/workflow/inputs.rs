@@ -9,18 +9,14 @@ use ::surrogate::Input;
 use fem::{Homogenisation, Order, PhaseField, SolverOptions};
 
 use super::WorkflowError;
-use super::files::SPECIMENS;
 use super::simulator::Setup;
 use super::sources::{Origin, Sources};
-use super::specimen::{Scanned, Source};
 use crate::case::{
-    ByParameter, CalibrationCase, CandidateCase, Case, CaseFile, ConditionsCase, ConfirmCase,
-    DesignCase, ExtendCase, FidelityCase, FurtherTestsCase, ImageCase, InterfaceCase, MachineCase,
-    MaterialCase, Microstructure, NoiseCase, Parameter, PriorCase, QoiCase, SequentialCase,
-    SimulatorCase, SingleTest, SpecimenGeometry, SurrogateCase, TestCase, Toe, ValidationCase,
-    VirtualCase, has_surrogate_for, single_tests,
+    CalibrationCase, CandidateCase, Case, CaseFile, ConditionsCase, ConfirmCase, DesignCase,
+    ExtendCase, FidelityCase, FurtherTestsCase, InterfaceCase, MachineCase, MaterialCase,
+    Microstructure, Parameter, PriorCase, QoiCase, SequentialCase, SimulatorCase, SingleTest,
+    SpecimenGeometry, SurrogateCase, TestCase, ValidationCase, has_surrogate_for, single_tests,
 };
-use crate::experiment::SpecimenTable;
 use crate::prior::Prior;
 
 /// Check that returns an error for a file that the stage must not use, given the name of the file.
@@ -108,19 +104,26 @@ impl<'a> Inputs<'a> {
         self.origin.part("specimen")
     }
 
-    fn reads(&self, key: &str) {
+    /// The case, without recording. The caller records every key that it reads.
+    pub(super) fn unrecorded(&self) -> &'a CaseFile {
+        self.file
+    }
+
+    /// Records a key of the case.
+    pub(super) fn reads(&self, key: &str) {
         self.read.borrow_mut().read_part(&self.origin, key);
     }
 
     /// Records all files of an image: a header file refers to a separate file of values.
-    fn reads_image(&self, path: &Path) {
+    pub(super) fn reads_image(&self, path: &Path) {
         for file in fem::image_files(&self.dir.join(path)) {
             let name = if path.is_absolute() { None } else { file.strip_prefix(self.dir).ok() };
             self.reads_file(&name.unwrap_or(&file).to_string_lossy());
         }
     }
 
-    fn reads_file(&self, name: &str) -> PathBuf {
+    /// Records a file, and returns its path.
+    pub(super) fn reads_file(&self, name: &str) -> PathBuf {
         self.read.borrow_mut().read_file(&self.origin, name);
         self.dir.join(name)
     }
@@ -161,30 +164,6 @@ parts! {
     confirm: confirm => ConfirmCase;
     validation: validation => Vec<ValidationCase>;
     further_tests: further_tests => FurtherTestsCase;
-}
-
-/// Defines a method for each listed key of `[experiments.virtual]`. The method records the key and returns its value.
-/// Each key is recorded separately, because different stages depend on different keys.
-macro_rules! virtual_parts {
-    ($($name:ident => $type:ty;)*) => {
-        impl Inputs<'_> {$(
-            pub(super) fn $name(&self) -> Result<&$type, WorkflowError> {
-                self.reads(concat!("experiments.virtual.", stringify!($name)));
-                Ok(&self.virtual_case()?.$name)
-            }
-        )*}
-    };
-}
-
-virtual_parts! {
-    specimens => usize;
-    seed => u64;
-    group => String;
-    spacing_mm => Option<f64>;
-    truth => ByParameter<f64>;
-    scatter => ByParameter<f64>;
-    noise => NoiseCase;
-    scans => bool;
 }
 
 impl Inputs<'_> {
@@ -266,13 +245,6 @@ impl Inputs<'_> {
         self.reads_file(&path.to_string_lossy())
     }
 
-    /// Path of the table of measured quantities, if the case has such a table instead of curves.
-    pub(super) fn measured_values(&self) -> Option<PathBuf> {
-        let path = self.file.case.experiments.as_ref()?.values.as_ref()?;
-        self.reads("experiments.values");
-        Some(self.named_file(path))
-    }
-
     /// The geometry of the specimen.
     pub(super) fn geometry(&self) -> Result<SpecimenGeometry, WorkflowError> {
         self.reads("specimen");
@@ -289,40 +261,6 @@ impl Inputs<'_> {
         Ok(geometry)
     }
 
-    /// Returns the image to be segmented, if the grains come from an image.
-    pub(super) fn scanned(&self) -> Result<Option<Scanned>, WorkflowError> {
-        for key in ["image", "scan", "grains", "radius_mm", "height_mm"] {
-            self.reads(&format!("specimen.{key}"));
-        }
-        let scanned = Scanned::of(&self.file.geometry()?).map(|(scanned, _)| scanned);
-        if let Some(path) = scanned.as_ref().and_then(|scanned| scanned.source.path()) {
-            self.reads_image(path);
-        }
-        if let Some(mask) = scanned.as_ref().and_then(|s| s.segmentation.region.mask.as_ref()) {
-            self.reads_image(mask);
-        }
-        Ok(scanned)
-    }
-
-    /// Images of the further specimens of the design. These images are read and segmented with the settings of the
-    /// first image.
-    pub(super) fn further_scanned(&self) -> Result<Vec<Scanned>, WorkflowError> {
-        let Some(first) = self.scanned()? else { return Ok(Vec::new()) };
-        let geometry = self.file.geometry()?;
-        let SpecimenGeometry::Image { labels, further, options, .. } = geometry else {
-            return Ok(Vec::new());
-        };
-        if further.is_empty() || *self.microstructure() == Microstructure::One {
-            return Ok(Vec::new());
-        }
-        let scanned = |path: PathBuf| {
-            self.reads_image(&path);
-            let source = Source::in_file(path, options.clone(), labels.clone());
-            Scanned { source, segmentation: first.segmentation.clone(), size_mm: first.size_mm }
-        };
-        Ok(further.into_iter().map(scanned).collect())
-    }
-
     /// The tests of a case with several tests, each as a complete case.
     pub(super) fn tests(&self) -> Result<Vec<SingleTest>, WorkflowError> {
         Ok(single_tests(self.file)?)
@@ -335,18 +273,6 @@ impl Inputs<'_> {
         sources.parts().for_each(|key| self.reads(key));
         self.reads("tests");
         sources.files().for_each(|name| drop(self.reads_file(&format!("{folder}/{name}"))));
-    }
-
-    /// Creates an error about the image of a further specimen.
-    pub(super) fn refused_image(&self, path: &Path, problem: &str, help: &str) -> WorkflowError {
-        let name = path.display().to_string();
-        self.file.error("specimen.image.further_stacks", name, problem, help).into()
-    }
-
-    /// Settings for reading and segmenting images of specimens.
-    pub(super) fn image(&self) -> ImageCase {
-        self.reads("specimen.image");
-        self.file.case.specimen.image.clone().unwrap_or_default()
     }
 
     /// The directory of the results.
@@ -401,20 +327,6 @@ impl Inputs<'_> {
         self.parameters()
     }
 
-    /// Properties of the machine by which the records of specimens are corrected: the properties that are
-    /// not calibrated.
-    pub(super) fn known_machine(&self) -> MachineCase {
-        self.machine().without(self.calibrated_machine())
-    }
-
-    /// Properties of the machine that are calibrated, with arbitrary values.
-    fn calibrated_machine(&self) -> MachineCase {
-        self.reads("prior.machine");
-        let prior = self.file.case.prior.iter().flat_map(PriorCase::names);
-        let names: Vec<String> = prior.collect();
-        MachineCase::of_inputs(names.iter().map(|name| (name.as_str(), 0.0)))
-    }
-
     /// The calibrated parameters.
     pub(super) fn parameters(&self) -> Result<Vec<Parameter>, WorkflowError> {
         Ok(self.first_prior()?.parameters().cloned().collect())
@@ -433,57 +345,9 @@ impl Inputs<'_> {
         self.file.case.sequential.as_ref().map(|sequential| sequential.share)
     }
 
-    /// Whether the specimens are simulated, and not measured.
-    pub(super) fn are_specimens_virtual(&self) -> Result<bool, WorkflowError> {
-        self.reads("experiments.table");
-        match &self.file.case.experiments {
-            Some(experiments) => Ok(experiments.virtual_specimens.is_some()),
-            None => Err(self.missing("experiments", "which curves to calibrate against")),
-        }
-    }
-
-    fn virtual_case(&self) -> Result<&VirtualCase, WorkflowError> {
-        let experiments = self.file.case.experiments.as_ref();
-        experiments
-            .and_then(|e| e.virtual_specimens.as_ref())
-            .ok_or_else(|| self.missing("experiments.virtual", "how specimens are simulated"))
-    }
-
-    /// Selects the specimens that the case calibrates against.
-    ///
-    /// # Errors
-    /// If no specimen belongs to the chosen group. Also if there are several groups and no group is chosen, because the
-    /// differences between groups would be interpreted as scatter of one material.
-    pub(super) fn chosen(&self, table: SpecimenTable) -> Result<SpecimenTable, WorkflowError> {
-        self.reads("experiments.group");
-        match self.file.case.experiments.as_ref().and_then(|e| e.group.as_deref()) {
-            Some(group) => Ok(table.in_group(group, &self.file.path)?),
-            None => Ok(table.of_one_group(&self.file.path)?),
-        }
-    }
-
-    /// Treatment of the soft start (toe) of the curves.
-    pub(super) fn toe(&self) -> Toe {
-        self.reads("experiments.toe");
-        self.file.case.experiments.as_ref().map(|e| e.toe).unwrap_or_default()
-    }
-
     /// Rejects a number of load steps that is too small to read the quantities of interest from the curves.
     pub(super) fn check_steps(&self) -> Result<(), WorkflowError> {
         Ok(self.file.check_steps()?)
-    }
-
-    /// The table of the specimens with their curves.
-    pub(super) fn specimen_table(&self) -> Result<SpecimenTable, WorkflowError> {
-        self.file.table()?;
-        let table = SpecimenTable::read(&self.reads_file(SPECIMENS))?;
-        for specimen in &table.specimens {
-            self.reads_file(&format!("experiments/curves/{}.csv", specimen.id));
-            if let Some(image) = &specimen.image {
-                self.reads_image(&Path::new("experiments").join(image));
-            }
-        }
-        Ok(table)
     }
 
     /// The name of the stage that writes a file of the results.
@@ -529,7 +393,8 @@ impl Inputs<'_> {
         self.missing("prior", "what is calibrated")
     }
 
-    fn missing(&self, table: &str, what: &str) -> WorkflowError {
+    /// Creates an error about a missing table of the case.
+    pub(super) fn missing(&self, table: &str, what: &str) -> WorkflowError {
         let help = format!("Add a table [{table}]: it states {what}.");
         self.file.error(table, "", "is missing", help).into()
     }

@@ -9,6 +9,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use surrogate::{Dataset, DesignMethod, Input};
 
 use super::WorkflowError;
+use super::experiment_inputs;
 use super::inputs::Inputs;
 use super::level_runs::Runner;
 use super::levels::Level;
@@ -20,6 +21,7 @@ use super::specimen_stiffness::with_stiffness_ratio;
 use super::stage::Stage;
 use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
+use super::virtual_inputs;
 use crate::case::{ByParameter, CaseFile, Parameter};
 use crate::coverage::Laboratory;
 use crate::fracture::column_means;
@@ -177,7 +179,8 @@ impl Study<'_> {
 
     fn laboratories(&self, count: usize, inner: f64) -> Result<Vec<Laboratory>, WorkflowError> {
         let inputs = &self.task.inputs;
-        let (specimens, seed, qoi) = (*inputs.specimens()?, *inputs.seed()?, inputs.qoi());
+        let (specimens, seed, qoi) =
+            (*virtual_inputs::specimens(inputs)?, *virtual_inputs::seed(inputs)?, inputs.qoi());
         let case_seed = self.packings(Vec::new())?.case_seed();
         let parameters = inputs.parameters()?;
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
@@ -190,7 +193,7 @@ impl Study<'_> {
             let truth: Vec<f64> = self.prior.iter().map(parameter).collect();
             let by_name: ByParameter<f64> =
                 parameters.iter().cloned().zip(truth.iter().copied()).collect();
-            let scatter = inputs.scatter()?;
+            let scatter = virtual_inputs::scatter(inputs)?;
             drawn.extend(VirtualSpecimen::draw(
                 specimens,
                 rng.random(),
@@ -203,9 +206,11 @@ impl Study<'_> {
         let points: Vec<Vec<f64>> = drawn.iter().map(|v| v.parameters.clone()).collect();
         let seeds = drawn.iter().map(|v| v.packing_seed).collect();
         let (records, ratios) = self.records(&points, seeds)?;
-        let (machine, preparation) = (inputs.known_machine().machine(), Preparation::of(inputs));
+        let (machine, preparation) =
+            (experiment_inputs::known_machine(inputs).machine(), Preparation::of(inputs));
         let measured = drawn.iter().zip(&records).map(|(specimen, record)| {
-            let reading = specimen.measure(&machine.record(&recorded_run(record)), inputs.noise()?);
+            let reading = specimen
+                .measure(&machine.record(&recorded_run(record)), virtual_inputs::noise(inputs)?);
             let curve = match inputs.test().program.is_some() {
                 true => preparation.apply(&reading, qoi.slope_fraction).0,
                 false => machine.specimen(&reading),

@@ -2,6 +2,7 @@
 
 use surrogate::Dataset;
 
+use super::image_inputs;
 use super::inputs::Inputs;
 
 /// Column of `runs.csv` with the seed of the packing; empty without a packing.
@@ -71,7 +72,7 @@ impl MadeOn {
     pub(super) fn warning(&self, inputs: &Inputs<'_>) -> Option<String> {
         // read the case only if needed: reading a key registers a dependency
         let count = self.several()?;
-        let image = inputs.image();
+        let image = image_inputs::image_settings(inputs);
         let is_image = image.stack.is_some() || image.labels.is_some();
         let (what, mend) = match is_image {
             true => ("images", "more images in specimen.image.further_stacks"),

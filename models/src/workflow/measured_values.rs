@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::WorkflowError;
+use super::experiment_inputs;
 use super::mesh_scale::MeshScale;
 use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
@@ -90,7 +91,7 @@ pub(super) fn write_measured(task: &Task<'_>, file: &Path) -> Result<String, Wor
     let inputs = &task.inputs;
     let qoi = inputs.qoi();
     let all = read_measured(file, &qoi.quantities)?;
-    let chosen = inputs.chosen(without_curves(&all))?;
+    let chosen = experiment_inputs::chosen(inputs, without_curves(&all))?;
     let is_chosen = |measured: &MeasuredSpecimen| {
         chosen.specimens.iter().any(|specimen| specimen.id == measured.id)
     };

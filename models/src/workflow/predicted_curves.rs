@@ -7,6 +7,7 @@ use ppl::Posterior;
 use surrogate::{Dataset, DynPce, FitReport, GroupedRuns};
 
 use super::WorkflowError;
+use super::experiment_inputs;
 use super::few_specimens::of_few;
 use super::fidelity::{Correction, added, error_of_all};
 use super::fitted::{of_specimens_of_runs, options_on};
@@ -42,7 +43,8 @@ pub(super) fn write_predicted_curves(
     evidence: &Evidence,
 ) -> Result<Option<String>, WorkflowError> {
     let has_curves = task.inputs.is_built_in()
-        || !task.inputs.imports_runs() && task.inputs.measured_values().is_none();
+        || !task.inputs.imports_runs()
+            && experiment_inputs::measured_values(&task.inputs).is_none();
     if !has_curves {
         return Ok(None);
     }
@@ -212,7 +214,7 @@ impl Curves {
 
 /// Reads the curves of the specimens, processed in the same way as for their quantities of interest.
 fn specimens(inputs: &Inputs<'_>) -> Result<Vec<Named>, WorkflowError> {
-    let table = inputs.chosen(inputs.specimen_table()?)?;
+    let table = experiment_inputs::chosen(inputs, experiment_inputs::specimen_table(inputs)?)?;
     let path = inputs.file("experiments.csv")?;
     let used = CsvTable::read(&path, &["id", MeshScale::COLUMNS[0], "slope_fraction"])?;
     let preparation = Preparation::of(inputs);

@@ -1,5 +1,6 @@
 //! Preparation of a measured curve: the part of its record from which quantities are computed.
 
+use super::experiment_inputs;
 use super::inputs::Inputs;
 use crate::case::Toe;
 use crate::curve_check::{Finding, InspectedCurve, Weight};
@@ -23,11 +24,11 @@ impl Preparation {
         let follows_program = inputs.test().program.is_some();
         let needs_peak = || inputs.qoi().quantities.iter().any(|quantity| quantity.needs_peak());
         Self {
-            toe: inputs.toe(),
+            toe: experiment_inputs::toe(inputs),
             follows_program,
             // reading the key makes it an input of the stage
             needs_peak: follows_program && needs_peak(),
-            machine: inputs.known_machine().machine(),
+            machine: experiment_inputs::known_machine(inputs).machine(),
         }
     }
 

@@ -4,6 +4,7 @@
 use fem::{Region, StackHeader, VOID, Volume, outlined_slice, tiff};
 
 use super::WorkflowError;
+use super::image_inputs;
 use super::images::{self, segmented_file};
 use super::specimen::{Image, Scanned, resize};
 use super::specimen_grains::SpecimenGrains;
@@ -19,7 +20,7 @@ const STEPS: f64 = 7.0;
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let inputs = &task.inputs;
     inputs.is_built_in();
-    let Some(scanned) = inputs.scanned()? else {
+    let Some(scanned) = image_inputs::scanned(inputs)? else {
         return Ok("the case has no image: nothing to segment".to_owned());
     };
     let bar = Bar::new("segment");
@@ -132,7 +133,7 @@ fn further(
             fitted[0], fitted[1], size_mm[0], size_mm[1]
         );
         let help = "Give specimen.radius_mm and height_mm of a cylinder that fits into all images, or remove this image.";
-        return Err(inputs.refused_image(path, &problem, help));
+        return Err(image_inputs::refused_image(inputs, path, &problem, help));
     }
     resize(grains.cylinder_mut(), size_mm.map(Some));
     for warning in grains.warnings() {

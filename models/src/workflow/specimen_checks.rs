@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::WorkflowError;
 use super::closed_form::far_from_closed_form;
+use super::experiment_inputs;
 use super::files::SPECIMENS;
 use super::followed_program::check_programs;
 use super::inputs::Inputs;
@@ -73,7 +74,7 @@ pub(super) fn inspect(
         mistakes.push(InputError::new(names.table, "specimen", &only.id, problem, help));
     }
     let mut notes = Notes::default();
-    let are_virtual = inputs.are_specimens_virtual()?;
+    let are_virtual = experiment_inputs::are_specimens_virtual(inputs)?;
     if let Some(mesh) = mesh {
         mistakes.extend(table.specimens.iter().flat_map(|row| far_sizes(row, mesh, names.table)));
         mistakes.extend(check_rates(
@@ -85,7 +86,12 @@ pub(super) fn inspect(
             &mut notes,
         ));
         note_sizes(&table, mesh, &mut notes);
-        mistakes.extend(check_machine(inputs.known_machine(), &table, names.curve, &mut notes));
+        mistakes.extend(check_machine(
+            experiment_inputs::known_machine(inputs),
+            &table,
+            names.curve,
+            &mut notes,
+        ));
         mistakes.extend(check_programs(
             inputs.test(),
             &table,

@@ -6,6 +6,7 @@ use fem::{Packing, Scanner};
 
 use super::WorkflowError;
 use super::files::SPECIMENS;
+use super::image_inputs;
 use super::images;
 use super::levels::Level;
 use super::segment::write_16_bits;
@@ -77,7 +78,7 @@ pub(super) fn stiffness_ratios(
     };
     let level = Level::all(inputs, 0)?.swap_remove(0);
     let meshing = level.meshing(&meshing);
-    let image_case = inputs.image();
+    let image_case = image_inputs::image_settings(inputs);
     let (segmentation, options) = (&image_case.segmentation, image_case.read_options());
     let (setup, table_file) = (level.setup, task.path(SPECIMENS));
     let bar = Bar::new(task.stage());

@@ -8,6 +8,7 @@ use fem::{
 };
 use rayon::prelude::*;
 
+use super::image_inputs;
 use super::images;
 use super::in_place::SURFACES;
 use super::inputs::Inputs;
@@ -62,7 +63,7 @@ impl Workflow<'_> {
     pub fn surfaces(&self, options: &SurfaceOptions) -> Result<PathBuf, WorkflowError> {
         self.folder.claim_all(SURFACES, COMMAND, |_| true)?;
         let inputs = self.inputs();
-        if inputs.scanned()?.is_some()
+        if image_inputs::scanned(&inputs)?.is_some()
             && let Some(segment) = Stage::named("segment")
         {
             self.run(segment)?;
@@ -173,7 +174,7 @@ fn grain_surfaces(inputs: &Inputs<'_>) -> Result<Vec<GrainSurface>, WorkflowErro
         let phase = "grain".to_owned();
         GrainSurface { number, phase, surface }
     };
-    if let Some(scanned) = inputs.scanned()? {
+    if let Some(scanned) = image_inputs::scanned(inputs)? {
         let segmented = SegmentedGrains::read(inputs, images::FIRST, &scanned)?;
         let measured = segmented.measured();
         let solid = measured.as_ref().map(|measured| measured.solid);

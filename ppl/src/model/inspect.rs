@@ -9,7 +9,8 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::density::{FatalError, Rejection};
 use crate::model::evaluation::{Statistics, SufficientStatistics};
-use crate::model::trace::{CoordinateReader, Trace, UnknownsFrom};
+use crate::model::trace::Trace;
+use crate::model::unknowns_from::{CoordinateReader, UnknownsFrom};
 use crate::quantity::format::{datum, first_to_fail, further};
 use crate::quantity::layout::Layout;
 use crate::quantity::record::{Entry, Record, Role};

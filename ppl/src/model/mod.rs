@@ -9,3 +9,4 @@ pub(crate) mod inspect;
 pub(crate) mod start;
 pub(crate) mod submodel;
 pub(crate) mod trace;
+pub(crate) mod unknowns_from;

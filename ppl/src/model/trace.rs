@@ -9,44 +9,13 @@ use crate::density::{FatalError, Location, Rejection};
 use crate::distribution::{Distribution, Unknown};
 use crate::model::context::{Context, ContextHooks, NumberOf};
 use crate::model::evaluation::{SufficientStatistics, too_few_coordinates};
+use crate::model::unknowns_from::UnknownsFrom;
 use crate::number::real::Real;
 use crate::quantity::datum::Recordable;
 use crate::quantity::format;
 use crate::quantity::layout;
 use crate::quantity::record::{Entry, Label, Record, Role};
-use crate::quantity::value_reader::ValueReader;
 use crate::term::accumulator::Settled;
-
-/// Source of the values of unknowns in a trace.
-pub(crate) enum UnknownsFrom<'y> {
-    /// Draws from the prior.
-    Prior,
-    /// Unconstrained coordinates.
-    Point(CoordinateReader<'y>),
-    /// Unconstrained coordinates, except for the quantities with a named value.
-    Values(CoordinateReader<'y>, ValueReader<'y>),
-}
-
-/// Reader of coordinates in order.
-pub(crate) struct CoordinateReader<'y> {
-    coordinates: std::slice::Iter<'y, f64>,
-    /// Whether the model has requested more coordinates than the point contains.
-    short: bool,
-}
-
-impl<'y> CoordinateReader<'y> {
-    pub(crate) fn new(y: &'y [f64]) -> Self {
-        Self { coordinates: y.iter(), short: false }
-    }
-
-    /// Returns the next coordinate; NaN after the last coordinate.
-    fn next(&mut self) -> Real<f64> {
-        Real(self.coordinates.next().copied().unwrap_or_else(|| {
-            self.short = true;
-            f64::NAN
-        }))
-    }
-}
 
 /// Context that records every statement. Predictions and replicates are drawn with `rng`.
 pub(crate) struct Trace<'y> {

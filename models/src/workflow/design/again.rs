@@ -7,6 +7,7 @@ use surrogate::DynPce;
 
 use super::super::WorkflowError;
 use super::super::ensemble::Plan;
+use super::super::experiment_inputs;
 use super::super::fitted::Fitted;
 use super::super::inputs::Inputs;
 use super::super::level_runs::LevelRuns;
@@ -86,7 +87,7 @@ fn read_again(
     quantities: &[Quantity],
 ) -> Result<Vec<Vec<f64>>, WorkflowError> {
     let preparation = Preparation::of(inputs);
-    let specimens = inputs.specimen_table()?;
+    let specimens = experiment_inputs::specimen_table(inputs)?;
     let path = inputs.file("experiments.csv")?;
     let table = CsvTable::read(&path, &["id", MeshScale::COLUMNS[0], "slope_fraction"])?;
     let mut rows = Vec::new();

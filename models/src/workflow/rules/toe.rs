@@ -1,6 +1,7 @@
 //! Rule: displacements must not include a toe.
 
 use super::super::WorkflowError;
+use super::super::experiment_inputs;
 use super::super::inputs::Inputs;
 use super::super::rule::{Rule, Warning, qualified};
 use crate::case::Toe;
@@ -16,7 +17,7 @@ const NEGLIGIBLE: f64 = 2.0;
 pub(super) const RULE: Rule = Rule { reads: &["experiments"], check };
 
 fn check(inputs: &Inputs<'_>) -> Result<Vec<Warning>, WorkflowError> {
-    if inputs.toe() == Toe::Correct {
+    if experiment_inputs::toe(inputs) == Toe::Correct {
         return Ok(Vec::new());
     }
     let Some(checks) = inputs.file_if_there("curve_checks.csv") else { return Ok(Vec::new()) };

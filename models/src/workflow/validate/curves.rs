@@ -1,6 +1,7 @@
 //! Bands of curves of new specimens, and the held-out curves inside them.
 
 use super::super::WorkflowError;
+use super::super::experiment_inputs;
 use super::super::inputs::Inputs;
 use super::super::predicted_curves::specimen_curves;
 use super::super::simulator::recorded_run;
@@ -75,7 +76,7 @@ pub(super) fn emulated(
     held_out: &Inputs<'_>,
 ) -> Result<Option<Band>, WorkflowError> {
     let Some(path) = calibration.file_if_there(PREDICTED) else { return Ok(None) };
-    if held_out.measured_values().is_some() {
+    if experiment_inputs::measured_values(held_out).is_some() {
         return Ok(None);
     }
     let table = CsvTable::read(&path, &["displacement_mm"])?;
@@ -106,7 +107,7 @@ pub(super) fn simulated(
     let Some(scatter) = runs.force.as_ref().filter(|_| has_curves) else {
         return Ok(None);
     };
-    if held_out.measured_values().is_some() {
+    if experiment_inputs::measured_values(held_out).is_some() {
         return Ok(None);
     }
     let curves: Vec<TestCurve> = runs.records.iter().map(recorded_run).collect();

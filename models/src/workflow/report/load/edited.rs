@@ -2,6 +2,7 @@
 
 use super::super::super::WorkflowError;
 use super::super::super::editable::is_editable;
+use super::super::super::experiment_inputs;
 use super::super::super::files::{IMPORTED, SPECIMENS, VALUES};
 use super::super::super::freshness::finished_in;
 use super::super::super::inputs::Inputs;
@@ -45,7 +46,7 @@ fn copies(inputs: &Inputs<'_>) -> Result<Vec<String>, WorkflowError> {
     let is_measured = case.experiments.as_ref().is_some_and(|e| e.table.is_some());
     if is_measured && inputs.file_if_there(SPECIMENS).is_some() {
         names.push(SPECIMENS.to_owned());
-        let specimens = inputs.specimen_table()?.specimens;
+        let specimens = experiment_inputs::specimen_table(inputs)?.specimens;
         let curve = |id: &str| format!("experiments/curves/{id}.csv");
         names.extend(specimens.iter().map(|specimen| curve(&specimen.id)));
     }

@@ -5,6 +5,7 @@ use surrogate::Dataset;
 
 use super::super::super::WorkflowError;
 use super::super::super::ensemble::so_far;
+use super::super::super::experiment_inputs;
 use super::super::super::inputs::Inputs;
 use super::super::super::mesh_scale::MeshScale;
 use super::super::super::preparation::Preparation;
@@ -120,10 +121,10 @@ pub(super) fn experiments(
     quantities: &[Quantity],
     results: &mut Results,
 ) -> Result<(), WorkflowError> {
-    if inputs.measured_values().is_some() {
+    if experiment_inputs::measured_values(inputs).is_some() {
         return without_curves(inputs, quantities, results);
     }
-    let table = inputs.chosen(inputs.specimen_table()?)?;
+    let table = experiment_inputs::chosen(inputs, experiment_inputs::specimen_table(inputs)?)?;
     let path = inputs.file("experiments.csv")?;
     let used = CsvTable::read(&path, &["id", MeshScale::COLUMNS[0]])?;
     let preparation = Preparation::of(inputs);

@@ -3,6 +3,7 @@
 use surrogate::Dataset;
 
 use super::super::super::WorkflowError;
+use super::super::super::experiment_inputs;
 use super::super::super::inputs::Inputs;
 use super::super::super::specimen_stiffness::{in_words, of_specimens, population};
 use crate::case::Case;
@@ -14,7 +15,7 @@ pub(super) fn of_virtual_specimens(
     inputs: &Inputs<'_>,
     case: &Case,
 ) -> Result<Vec<String>, WorkflowError> {
-    if !inputs.are_specimens_virtual()? {
+    if !experiment_inputs::are_specimens_virtual(inputs)? {
         return Ok(Vec::new());
     }
     bias(inputs, &case.qoi.quantities)
