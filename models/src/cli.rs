@@ -183,6 +183,6 @@ fn stage_named(name: &str) -> Result<&'static Stage, WorkflowError> {
     Stage::named(name).ok_or_else(|| {
         let names: Vec<&str> = STAGES.iter().map(|stage| stage.name).collect();
         let help = format!("Name one of: {}.", names.join(", "));
-        InputError::new(Path::new("--until"), name, "", "is no stage", help).into()
+        InputError::new(Path::new("--until"), name, "", "is not a stage", help).into()
     })
 }

@@ -233,7 +233,7 @@ fn a_folder_with_inputs_in_the_place_of_products_is_refused() {
                 let command = [&[command, "case.toml", "--out", "."], extra].concat();
                 let (code, _, err) = said(&breccia(dir.path(), &command));
                 assert_eq!(code, Some(1), "{command:?}: {err}");
-                for part in ["case.toml", file, "stands in the folder of the results", "--out"] {
+                for part in ["case.toml", file, "is in the results folder", "--out"] {
                     assert!(err.contains(part), "{command:?}: {part:?} is not in {err:?}");
                 }
             }

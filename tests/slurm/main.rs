@@ -252,7 +252,7 @@ fn a_whole_study(cluster: &Cluster, folder: &Path) {
     assert!(code == Some(0) && out.contains("nothing is submitted"), "{out}");
     let (code, _, err) =
         breccia(cluster, folder, &["study", "study.toml", "--out", "in one", "--only", "C"]);
-    assert!(code == Some(1) && err.contains("is no part of the study"), "{err}");
+    assert!(code == Some(1) && err.contains("is not a part of the study"), "{err}");
 }
 
 /// A case whose runs are made by a program of the user.

@@ -227,7 +227,7 @@ fn images_of_several_specimens_are_refused_with_what_helps() {
     };
     let case = with(&scans(&[2]));
     for (further, parts) in [
-        (scans(&[2, 7]), ["V-07.tif: there is no such file", "It is sought at"]),
+        (scans(&[2, 7]), ["V-07.tif: there is no such file", "The program looks for it at"]),
         (scans(&[2, 3, 2]), ["V-02.tif: is named twice", "Name each image once"]),
         (scans(&[1]), ["V-01.tif: is named twice", "Name each image once"]),
         (String::new(), ["specimen.image.further_stacks", "names no image"]),

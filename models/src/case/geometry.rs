@@ -323,7 +323,7 @@ impl CaseFile {
             &format!("specimen.{key}"),
             name.display().to_string(),
             absence(&path),
-            format!("It is sought at {}.", path.display()),
+            format!("The program looks for it at {}.", path.display()),
         ))
     }
 

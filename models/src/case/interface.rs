@@ -33,7 +33,7 @@ impl TryFrom<WrittenInterface> for InterfaceCase {
     fn try_from(written: WrittenInterface) -> Result<Self, Self::Error> {
         let WrittenInterface { toughness_n_per_mm, width_mm, strength } = written;
         match strength {
-            Some(_) => Err("strength is no key of an interface: its strength follows from its \
+            Some(_) => Err("strength is not a key of an interface: its strength follows from its \
                  toughness and from phase_field.length_mm; help: Leave strength out; a smaller \
                  toughness_n_per_mm makes the interface weaker."),
             None => Ok(Self { toughness_n_per_mm, width_mm }),

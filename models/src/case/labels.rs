@@ -25,7 +25,7 @@ impl CaseFile {
             };
             let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
             if name.is_empty() || !name.chars().all(is_word) {
-                let problem = "is no name of a phase";
+                let problem = "is not the name of a phase";
                 let help = "A name has letters, digits, - and _, as in [material.NAME]; \"matrix\" and \"void\" are known.";
                 return Err(self.error(PHASES, shown, problem, help));
             }

@@ -238,7 +238,7 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for Table<'_, T> {
 
 /// Creates the error of a value where the table of a region is expected.
 fn without_region<E: Error>(_: impl fmt::Display) -> E {
-    E::custom("is no region; expected a parameter with its region, such as matrix.young_mpa")
+    E::custom("is not a region; expected a parameter with its region, such as matrix.young_mpa")
 }
 
 /// Meaning of a key of a table: a parameter or a table.

@@ -137,7 +137,7 @@ impl PlasticCase {
 fn read_rows(path: &Path) -> Result<Vec<YieldRow>, [String; 2]> {
     let columns = "Give it the columns plastic_strain,yield_mpa.".to_string();
     let text = fem::read_regular_text(path).map_err(|e| {
-        [format!("cannot be read: {e}"), format!("It is sought at {}.", path.display())]
+        [format!("cannot be read: {e}"), format!("The program looks for it at {}.", path.display())]
     })?;
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
     let mut rows = Vec::new();

@@ -39,7 +39,9 @@ impl CaseFile {
             (Some(file), None) => Ok(file),
             (_, Some(mistake)) => Err(mistake),
             // unreachable: `parse_all` reports at least one mistake if it returns no case
-            (None, None) => Err(InputError::new(path, "", "", "is no case", "See breccia init.")),
+            (None, None) => {
+                Err(InputError::new(path, "", "", "is not a case", "See breccia init."))
+            }
         }
     }
 
@@ -48,7 +50,7 @@ impl CaseFile {
     pub(crate) fn parse_all(text: &str, path: &Path) -> (Option<Self>, Vec<InputError>) {
         if Self::is_study(text) {
             let help = format!("Run it with: breccia study {}", path.display());
-            return (None, vec![InputError::new(path, "", "", "is a study, no case", help)]);
+            return (None, vec![InputError::new(path, "", "", "is a study, not a case", help)]);
         }
         let mut read = ReadCase::of(text);
         let mut mistakes: Vec<InputError> =
@@ -130,7 +132,7 @@ impl CaseFile {
             "experiments.table",
             table.display().to_string(),
             absence(&file),
-            format!("It is sought at {}.", file.display()),
+            format!("The program looks for it at {}.", file.display()),
         ))
     }
 

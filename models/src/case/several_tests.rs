@@ -108,7 +108,7 @@ pub(super) fn check_name(name: &str, earlier: &[&str]) -> Result<(), (&'static s
 pub(super) fn check_folder_name(name: &str) -> Result<(), (&'static str, &'static str)> {
     let is_plain = |c: char| c.is_alphanumeric() || "-_.".contains(c);
     if !name.chars().all(is_plain) || name.trim_matches('.').is_empty() {
-        return Err(("is no name of a folder", "Use letters, digits and - _ only."));
+        return Err(("is not the name of a folder", "Use letters, digits and - _ only."));
     }
     Ok(())
 }

@@ -609,7 +609,9 @@ fn a_single_simulation_does_not_need_the_specimen_table() {
                 [experiments]\ntable = \"specimens.csv\"\n";
     let file = CaseFile::parse(text, &path).unwrap();
     let message = file.table().unwrap_err().to_string();
-    for part in ["case.toml", "experiments.table = specimens.csv", "no such file", "sought at"] {
+    for part in
+        ["case.toml", "experiments.table = specimens.csv", "no such file", "looks for it at"]
+    {
         assert!(message.contains(part), "{part:?} is not in {message:?}");
     }
     let table = dir.path().join("specimens.csv");

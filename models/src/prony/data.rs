@@ -74,7 +74,7 @@ impl MeasuredModuli {
                 let Some(value) = value else {
                     let help = "Give a positive number; leave rows without a measured value out.";
                     let location = format!("line {line}, {name}");
-                    return Err(error(location, written, "is no positive number", help));
+                    return Err(error(location, written, "is not a positive number", help));
                 };
                 row.push(value);
             }

@@ -62,7 +62,7 @@ impl Base {
 pub(super) fn parsed(entry: &str, study: &Path) -> Result<Table, InputError> {
     entry.parse().map_err(|_| {
         let help = "Write a key by its path and a value of TOML, as --set specimen.spacing_mm=0.3.";
-        InputError::new(study, "--set", entry, "is no key with a value", help)
+        InputError::new(study, "--set", entry, "is not a key with a value", help)
     })
 }
 

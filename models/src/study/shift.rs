@@ -153,7 +153,7 @@ impl<'a> Shift<'a> {
             }
         }
         let help = format!("Name one of: {}.", folders.join(", "));
-        Err(InputError::new(&self.file.path, "--only", name, "is no part of the study", help)
+        Err(InputError::new(&self.file.path, "--only", name, "is not a part of the study", help)
             .into())
     }
 

@@ -127,7 +127,8 @@ impl WrittenStudy {
             {
                 let location = format!("{}.case.name", variant.name);
                 let help = format!("Name one of: {}.", names.join(", "));
-                let (value, problem) = (format!("{:?}", unknown.name), "is no case of the study");
+                let (value, problem) =
+                    (format!("{:?}", unknown.name), "is not a case of the study");
                 mistakes.push(InputError::new(path, location, value, problem, help));
             }
         }

@@ -67,7 +67,10 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     if let Some(mode) = result.mode.as_ref().filter(|mode| !mode.converged) {
         say(
             "note",
-            &format!("the mode is not sharp: {} of {} searches agree", mode.agreeing, mode.starts),
+            &format!(
+                "the mode is uncertain: only {} of {} searches found it",
+                mode.agreeing, mode.starts
+            ),
         );
     }
     let ids = specimen_ids(inputs)?;

@@ -333,7 +333,7 @@ impl Copies {
             if printed.len() == 5 {
                 say(
                     "note",
-                    "further curves are read in other ways: the first line of experiments/curves/*.csv",
+                    "further curves are read in other ways: see the first lines of experiments/curves/*.csv",
                 );
                 break;
             }

@@ -15,7 +15,7 @@ use crate::fracture::CalibrationError;
 /// An input file of the case has the path of a product, so that a stage would overwrite it.
 #[derive(Debug, thiserror::Error)]
 #[error(
-        "{}: {key} = {} stands in the folder of the results, {}, where breccia writes {product}: name another \
+        "{}: {key} = {} is in the results folder, {}, where breccia writes {product}: name another \
          folder with --out",
         case.display(),
         input.display(),

@@ -203,7 +203,7 @@ impl<'a> Batches<'a> {
         if !is_in_range(runs, &means) && !task.accept_out_of_range {
             say(
                 "note",
-                "no batch is placed: the means of the specimens are outside the range of the runs",
+                "the next batch of runs cannot be chosen: the means of the specimens are outside the range of the runs",
             );
             return Ok(None);
         }
@@ -224,8 +224,7 @@ impl<'a> Batches<'a> {
         task.check_interrupt()?;
         let posterior = posterior?;
         let Some(budget) = budget(&fitted, &priors, &posterior, &evidence, &shared)? else {
-            let message =
-                "the covariance of what specimens share and differ by is not positive definite";
+            let message = "the sum of the scatter between specimens and the shared error is not positive definite";
             return Err(WorkflowError::Unusable(message.to_owned()));
         };
         let draws = draws_of(&posterior, "theta");
@@ -266,8 +265,8 @@ impl<'a> Batches<'a> {
             say(
                 "note",
                 &format!(
-                    "sequential.most = {most} runs are made and the surrogate's share is {:.1} %, above \
-                     sequential.share = {share}: raise `most` to go on, or take what is reached",
+                    "sequential.most = {most} runs have been made, and the surrogate's share is {:.1} %, above \
+                     sequential.share = {share}: raise `most` to add runs, or accept the present share",
                     100.0 * last.largest
                 ),
             );

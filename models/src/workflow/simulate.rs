@@ -130,7 +130,12 @@ pub fn simulate(
         folder.write(REASON, COMMAND, format!("{error}\n").as_bytes())?;
         let (last, reason) = (folder.path(LAST), folder.path(REASON));
         let (last, reason) = (last.display(), reason.display());
-        say("note", &format!("the last state is in {last}, the reason of the end in {reason}"));
+        say(
+            "note",
+            &format!(
+                "the last state was written to {last}, and the reason why the run ended to {reason}"
+            ),
+        );
         return Err(error.into());
     }
     written?;

@@ -185,9 +185,11 @@ impl Simulator {
                 };
                 match others(&shifted) == others(&parts) {
                     true => Ok((in_fem(&shifted, regions)?, interfaces(&shifted, regions))),
-                    false => {
-                        Err(unsupported(parameter, "is no constant of a material", NO_DERIVATIVE))
-                    }
+                    false => Err(unsupported(
+                        parameter,
+                        "is not a constant of a material",
+                        NO_DERIVATIVE,
+                    )),
                 }
             })
         };

@@ -135,7 +135,8 @@ pub(super) fn inspect(
         [low.min(toe), high.max(toe)]
     });
     if !toes.is_empty() {
-        let done = if preparation.corrects_toe() { "taken away" } else { "left in" };
+        let done =
+            if preparation.corrects_toe() { "the toe was removed" } else { "the toe was kept" };
         let text = format!("the curves begin to carry load at {low:.4} to {high:.4} mm: {done}");
         notes.say("load", &text);
     }

@@ -111,7 +111,7 @@ pub(super) fn note_sizes(table: &SpecimenTable, mesh: MeshSize, notes: &mut Note
         } else if difference > UNSCALED {
             let percent = 100.0 * ((specimen_radius_mm / radius_mm).powi(2) - 1.0);
             let text = format!(
-                "{text}: the mesh is no cylinder, so that forces are not scaled; sections of circles of these radii \
+                "{text}: the mesh is not a cylinder, so that forces are not scaled; sections of circles of these radii \
                  differ by {percent:+.2} %. Write the radius of the circle around the mesh into the table if the \
                  specimen has the shape of the mesh"
             );

@@ -304,5 +304,5 @@ fn a_chain_that_does_not_exist_is_an_error() {
     record(&dir.path().join("out"), "stages.toml");
     std::fs::remove_file(dir.path().join("out/report.html")).unwrap();
     let (code, _, err) = report();
-    assert!(code == Some(1) && err.contains("chain = 1e18: is no chain of this case"), "{err}");
+    assert!(code == Some(1) && err.contains("chain = 1e18: is not a chain of this case"), "{err}");
 }

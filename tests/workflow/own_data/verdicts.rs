@@ -22,13 +22,16 @@ fn soft_starts_are_told_and_taken_away_on_request() {
     let before: f64 =
         before.iter().map(|row| number(row, "displacement_at_peak_mm")).sum::<f64>() / 5.0;
     let (left_in, err) = experiments();
-    assert!(err.contains("S-05 begins to carry load at") && err.contains("left in"), "{err}");
+    assert!(
+        err.contains("S-05 begins to carry load at") && err.contains("the toe was kept"),
+        "{err}"
+    );
     assert!((left_in - before - 0.02).abs() < 1e-3, "{left_in} after {before}");
     edit(&dir.path().join("mine/case.toml"), |text| {
         text.replace("toe = \"report\" ", "toe = \"correct\"")
     });
     let (corrected, err) = experiments();
-    assert!(err.contains("taken away"), "{err}");
+    assert!(err.contains("the toe was removed"), "{err}");
     assert!((corrected - before).abs() < 1e-3, "{corrected}, not {before}");
     let checks = table(&dir.path().join("out/curve_checks.csv"));
     let toes = checks.iter().filter(|row| row["finding"] == "toe");

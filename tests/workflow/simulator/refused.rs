@@ -36,7 +36,7 @@ fn mistakes_are_named_with_their_remedy() {
             "{ prior = [1.0, 2.0] }\nk2 = { prior = [0.0, 1.0] }",
             ["parameters.k2: has no placeholder", "Write {k2} in simulator.input"],
         ),
-        ("\"bar.txt\"", "\"car.txt\"", ["simulator.input = car.txt", "is sought at"]),
+        ("\"bar.txt\"", "\"car.txt\"", ["simulator.input = car.txt", "looks for it at"]),
         (
             "[\"sh\", ",
             "[\"./no-such-program\", ",

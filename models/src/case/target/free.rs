@@ -38,7 +38,7 @@ impl Target for FreeParameter {
 
     fn set(&self, _: &mut SimulationParts, _: f64) -> Result<(), TargetError> {
         Err(TargetError {
-            problem: "is no number of the built-in simulation".to_owned(),
+            problem: "is not a number of the built-in simulation".to_owned(),
             help: "Add [simulator] or design.import, or name a number of the case in [prior]."
                 .to_owned(),
         })

@@ -100,9 +100,9 @@ impl FromStr for Parameter {
     type Err = String;
 
     fn from_str(path: &str) -> Result<Self, String> {
-        TargetRegistry::current()
-            .find(path)
-            .ok_or_else(|| format!("{path:?} is no parameter, such as matrix.young_mpa"))
+        TargetRegistry::current().find(path).ok_or_else(|| {
+            format!("{path:?} is not a parameter; expected a name such as matrix.young_mpa")
+        })
     }
 }
 

@@ -107,7 +107,7 @@ mod tests {
             (
                 width,
                 "width_mm = 0.4\nstrength = { tensile_mpa = 5.0 }",
-                ["strength is no key of an interface", "Leave strength out"],
+                ["strength is not a key of an interface", "Leave strength out"],
             ),
             (width, "width_m = 0.4", ["unknown key \"width_m\"", "mean \"width_mm\"?"]),
             (

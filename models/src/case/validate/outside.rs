@@ -112,7 +112,7 @@ fn check_free_parameters(file: &CaseFile, mistakes: &mut Mistakes) {
             && letters.all(|c| c.is_ascii_alphanumeric() || c == '_');
         mistakes.note(if !is_name {
             refuse(
-                "is no name of a parameter",
+                "is not the name of a parameter",
                 "Use letters, digits and _, and a letter first: {k1} is its placeholder.",
             )
         } else if RESERVED.contains(&name.as_str()) || columns.contains(name) {
@@ -188,7 +188,7 @@ fn check_file(file: &CaseFile, key: &str, path: &Path) -> Result<(), InputError>
     if absolute.is_file() {
         return Ok(());
     }
-    let help = format!("It is sought at {}.", absolute.display());
+    let help = format!("The program looks for it at {}.", absolute.display());
     Err(file.error(key, path.display().to_string(), absence(&absolute), help))
 }
 
@@ -229,7 +229,7 @@ fn check_simulator(file: &CaseFile, mistakes: &mut Mistakes) {
     if Path::new(&simulator.result).file_name().is_none_or(|name| *name != *simulator.result) {
         let help = "Write the name of a file without a folder: result = \"result.csv\".";
         let (key, value) = ("simulator.result", simulator.result.clone());
-        mistakes.note(Err(file.error(key, value, "is no name of a file", help)));
+        mistakes.note(Err(file.error(key, value, "is not the name of a file", help)));
     }
     mistakes.note(check_placeholders(file));
 }

@@ -85,7 +85,7 @@ fn check_relations(file: &CaseFile, tests: &[SingleTest], mistakes: &mut Mistake
         let key = format!("calibration.between_tests.{parameter}");
         let prior = file.case.whole_prior();
         let Some(prior) = prior.as_ref().and_then(|prior| prior.get(parameter)) else {
-            let problem = "is no parameter of [prior]";
+            let problem = "is not a parameter of [prior]";
             let help = "Name a parameter that [prior] gives for all tests.";
             mistakes.note(Err(file.error(&key, "", problem, help)));
             continue;

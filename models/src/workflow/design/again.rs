@@ -95,7 +95,7 @@ fn read_again(
         let id = row.text("id");
         let Some(specimen) = specimens.specimens.iter().find(|specimen| specimen.id == id) else {
             let help = "Run `breccia experiments` again.";
-            return Err(row.error("id", "is no specimen of the table", help).into());
+            return Err(row.error("id", "is not a specimen of the table", help).into());
         };
         let fraction = row.number("slope_fraction")?;
         let (curve, _) = preparation.apply(&specimen.curve, fraction);

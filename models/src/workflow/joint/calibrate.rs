@@ -45,8 +45,10 @@ pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let joint = calibrated(&all)?;
     if !joint.mode.converged {
         let mode = &joint.mode;
-        let text =
-            format!("the mode is not sharp: {} of {} searches agree", mode.agreeing, mode.starts);
+        let text = format!(
+            "the mode is uncertain: only {} of {} searches found it",
+            mode.agreeing, mode.starts
+        );
         say("note", &text);
     }
     write_posterior(task, &joint)?;

@@ -75,7 +75,7 @@ fn chains(draws: &CsvTable<'_>, name: &str) -> Result<Vec<Vec<f64>>, InputError>
         // the draws of a chain are contiguous, and chains are in order
         if chain != chains.len() as f64 && chain + 1.0 != chains.len() as f64 {
             let help = "Run `breccia calibrate` again.";
-            return Err(row.error("chain", "is no chain of this case", help));
+            return Err(row.error("chain", "is not a chain of this case", help));
         }
         if chain == chains.len() as f64 {
             chains.push(Vec::new());
