@@ -96,8 +96,8 @@ pub struct TableRow<'a> {
 impl<'a> TableRow<'a> {
     /// Cell under `column`; empty if the table has no such column.
     pub fn text(&self, column: &str) -> &'a str {
-        let place = self.table.columns.iter().position(|c| c == column);
-        place.map_or("", |i| &self.table.rows[self.index].1[i])
+        let column_index = self.table.columns.iter().position(|c| c == column);
+        column_index.map_or("", |i| &self.table.rows[self.index].1[i])
     }
 
     pub fn number(&self, column: &str) -> Result<f64, InputError> {

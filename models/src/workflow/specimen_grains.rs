@@ -105,8 +105,8 @@ impl SpecimenGrains {
         match self {
             Self::Grey(_) => ("grain", i64::from(grain.id)),
             Self::Labels(grains) => {
-                let place = grain.id as usize - 1;
-                (&grains.phases[grains.phase_of[place]], grains.label_of[place])
+                let index = grain.id as usize - 1;
+                (&grains.phases[grains.phase_of[index]], grains.label_of[index])
             }
         }
     }

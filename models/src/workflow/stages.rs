@@ -256,7 +256,7 @@ impl Stage {
             _ => {
                 let extended: usize = case.extend.iter().map(|extension| extension.runs).sum();
                 // upper limit of the number of runs in batches, with a margin of one batch
-                let placed = case.sequential.as_ref().map_or(0, |own| own.most + own.batch);
+                let placed = case.sequential.as_ref().map_or(0, |keys| keys.most + keys.batch);
                 case.design.runs + extended + placed
             }
         };

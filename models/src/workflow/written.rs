@@ -27,7 +27,7 @@ const GROWING: &str = "growing";
 #[derive(Clone, Debug)]
 pub(super) struct Written {
     path: PathBuf,
-    known: Arc<Mutex<Known>>,
+    record: Arc<Mutex<Known>>,
 }
 
 /// The part of the record that has been read so far.
@@ -48,7 +48,7 @@ struct Contents {
 impl Written {
     /// The record of a folder; the folder need not exist yet.
     pub(super) fn in_folder(dir: &Path) -> Self {
-        Self { path: dir.join(WRITTEN), known: Arc::default() }
+        Self { path: dir.join(WRITTEN), record: Arc::default() }
     }
 
     /// Whether the program has ever written a file of this name.
@@ -135,7 +135,7 @@ impl Written {
 
     /// Reads the lines that were added to the record since the last call, and calls `look` with the complete record.
     fn with_known<T>(&self, look: impl FnOnce(&Known) -> T) -> Result<T, WorkflowError> {
-        let mut written = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut written = self.record.lock().unwrap_or_else(PoisonError::into_inner);
         written.refresh(&self.path)?;
         Ok(look(&written))
     }

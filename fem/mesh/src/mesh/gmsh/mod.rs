@@ -76,7 +76,7 @@ fn import_with(
 ) -> Result<Imported, MeshError> {
     let bytes = read_regular(path).map_err(|error| MeshError::io("read", path, error))?;
     let mut contents = read_contents(&mut Source::new(&bytes)).map_err(|fault| {
-        MeshError::File { path: path.into(), place: fault.place, message: fault.message }
+        MeshError::File { path: path.into(), place: fault.location, message: fault.message }
     })?;
     contents.sort();
     let unsaved = contents.unsaved_volumes();

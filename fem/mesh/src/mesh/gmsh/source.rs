@@ -3,7 +3,7 @@
 /// An error at a position in the file.
 pub(super) struct Fault {
     /// Position in the file: line (ASCII), or section and byte (binary).
-    pub(super) place: String,
+    pub(super) location: String,
     pub(super) message: String,
 }
 
@@ -43,7 +43,7 @@ impl<'a> Source<'a> {
                 section => format!("line {line} (section ${section})"),
             }
         };
-        Fault { place: location, message }
+        Fault { location, message }
     }
 
     /// Reads the `$MeshFormat` section, which must come first.
