@@ -336,14 +336,14 @@ impl WithSimd for InLanes<'_> {
                 let rest = vec![number.constant(0.0); self.material.law().state_len()];
                 let (_, lanes, state) =
                     self.material.increment(&h, number.constant(g), number.constant(1.0), &rest);
-                let values: Vec<_> = lanes.numbers().into_iter().chain(state).collect();
+                let values: Vec<_> = lanes.components().into_iter().chain(state).collect();
                 let mut numbers = vec![[0.0; POINTS]; values.len()];
                 for (value, column) in values.iter().zip(&mut numbers) {
                     value.store(column);
                 }
                 for (lane, state) in states.iter().enumerate() {
                     let single = Deformed::new(self.material, state, g).expect("det F > 0");
-                    let single = [&single.response.numbers()[..], &single.state].concat();
+                    let single = [&single.response.components()[..], &single.state].concat();
                     let largest = single.iter().fold(0.0f64, |most, x| most.max(x.abs()));
                     let round_off = 1e-11 * (self.material.moduli.longitudinal() + largest);
                     for (k, (column, x)) in numbers.iter().zip(single).enumerate() {

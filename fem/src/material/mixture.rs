@@ -77,7 +77,7 @@ impl<T: Scalar> Modulus<T> {
 /// Mixture of matrix and grain, with the bulk and shear modulus of both phases.
 #[derive(Clone, Copy, Debug)]
 pub struct MixedPhases<T> {
-    pub rule: Homogenisation,
+    pub homogenisation: Homogenisation,
     pub matrix: [T; 2],
     pub grain: [T; 2],
     /// Fraction f of the grain.
@@ -118,11 +118,11 @@ impl<T: Scalar> MixedPhases<T> {
         let compared =
             [g.constant(4.0 / 3.0) * shear, shear * stiffness / (g.constant(6.0) * (bulk + twice))];
         let reuss = [self.ratio(0, zero, g), self.ratio(1, zero, g)];
-        if self.rule == Homogenisation::Reuss {
+        if self.homogenisation == Homogenisation::Reuss {
             return reuss;
         }
         let bound = [self.ratio(0, compared[0], g), self.ratio(1, compared[1], g)];
-        if self.rule == Homogenisation::HashinShtrikman {
+        if self.homogenisation == Homogenisation::HashinShtrikman {
             return bound;
         }
         [reuss[0].geometric_mean(&bound[0]), reuss[1].geometric_mean(&bound[1])]

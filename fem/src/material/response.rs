@@ -213,7 +213,7 @@ impl<T: Scalar> Response<T> {
 
 impl<T: Copy> Response<T> {
     /// Returns all fields as one array, for comparisons in tests.
-    pub(super) fn numbers(&self) -> [T; 34] {
+    pub(super) fn components(&self) -> [T; 34] {
         let mut all = [self.energy; 34];
         all[1] = self.driving;
         all[2..5].copy_from_slice(&self.stress);

@@ -28,7 +28,7 @@ const LEAST: usize = 512;
 pub struct Assembly<const N: usize> {
     pub space: Space<N>,
     /// Homogenisation rule for the moduli of mixtures.
-    pub rule: Homogenisation,
+    pub homogenisation: Homogenisation,
     /// The elements and nodes of this rank.
     part: Arc<Part>,
     /// Equations on a device, if a device solves the linear systems.
@@ -38,12 +38,17 @@ pub struct Assembly<const N: usize> {
 impl<const N: usize> Assembly<N> {
     /// Creates the operator of a whole mesh on the processor.
     pub fn new(space: Space<N>) -> Self {
-        Self { space, rule: Homogenisation::default(), part: Arc::default(), device: None }
+        Self {
+            space,
+            homogenisation: Homogenisation::default(),
+            part: Arc::default(),
+            device: None,
+        }
     }
 
     /// Sets the homogenisation rule for mixtures.
-    pub fn homogenised(self, rule: Homogenisation) -> Self {
-        Self { rule, ..self }
+    pub fn homogenised(self, homogenisation: Homogenisation) -> Self {
+        Self { homogenisation, ..self }
     }
 
     /// Restricts the operator to a part of a mesh.
@@ -62,7 +67,7 @@ impl<const N: usize> Assembly<N> {
     }
 
     fn gather<'a>(&'a self, increment: &'a Increment<'a>) -> Gather<'a, N> {
-        Gather::new(&self.space, self.rule, increment)
+        Gather::new(&self.space, self.homogenisation, increment)
     }
 }
 
@@ -82,8 +87,8 @@ pub fn quadratic(assembly: Assembly<10>) -> Arc<dyn Operator> {
 impl<const N: usize> Operator for Assembly<N> {
     fn residual(&self, increment: &Increment, out: &mut Residual) -> Result<(), Inverted> {
         let device = self.device.as_ref();
-        if let Some(result) =
-            device.and_then(|device| device.residual(&self.space, self.rule, increment, out))
+        if let Some(result) = device
+            .and_then(|device| device.residual(&self.space, self.homogenisation, increment, out))
         {
             return result;
         }
@@ -204,7 +209,7 @@ impl<const N: usize> Operator for Assembly<N> {
 
 impl<const N: usize> EquationsOnDevice for Assembly<N> {
     fn linearise(&self, increment: &Increment, data: &[Argument]) -> Option<Result<(), Inverted>> {
-        self.device.as_ref()?.linearise(&self.space, self.rule, increment, data)
+        self.device.as_ref()?.linearise(&self.space, self.homogenisation, increment, data)
     }
 
     fn lost(&self) -> Option<DeviceError> {

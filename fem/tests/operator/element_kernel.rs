@@ -135,7 +135,7 @@ fn assert_derivatives<const N: usize, T: Tetrahedron<N>>(
         let dual = |x: f64, a: usize, k: usize| HyperDual64::new(x, d[a][k], e[a][k], 0.0);
         let Constants { law: DrivingHistory { law, .. }, degradation, .. } = &element.constants;
         let phases = law.phases.map(|phases| MixedPhases {
-            rule: phases.rule,
+            homogenisation: phases.homogenisation,
             matrix: phases.matrix.map(HyperDual64::from),
             grain: phases.grain.map(HyperDual64::from),
             fraction: phases.fraction.into(),

@@ -13,7 +13,12 @@ fn moduli(young: f64, poisson: f64) -> [f64; 2] {
 }
 
 fn mixture(rule: Homogenisation, fraction: f64) -> MixedPhases<f64> {
-    MixedPhases { rule, matrix: moduli(275.0, 0.3), grain: moduli(22_000.0, 0.2), fraction }
+    MixedPhases {
+        homogenisation: rule,
+        matrix: moduli(275.0, 0.3),
+        grain: moduli(22_000.0, 0.2),
+        fraction,
+    }
 }
 
 fn at(mixture: &MixedPhases<f64>, g: f64) -> [f64; 2] {
@@ -81,7 +86,8 @@ fn layers_normal_to_the_load_have_the_moduli_of_reuss() {
     let (matrix, grain) = (moduli(275.0, 0.25), moduli(22_000.0, 0.25));
     for fraction in [0.1, 0.5, 0.8] {
         for g in [1.0, 0.2] {
-            let layers = MixedPhases { rule: Homogenisation::Reuss, matrix, grain, fraction };
+            let layers =
+                MixedPhases { homogenisation: Homogenisation::Reuss, matrix, grain, fraction };
             let [k, m] = at(&layers, g);
             let axial = |[k, m]: [f64; 2]| k + 4.0 / 3.0 * m;
             let series =
@@ -134,7 +140,7 @@ fn homogenised_moduli_are_between_the_series_and_parallel_moduli_of_a_laminate()
     for (poisson, g, fraction) in [(0.25, 1.0, 0.2), (0.25, 0.1, 0.6), (0.45, 1.0, 0.5)] {
         let (matrix, grain) = (moduli(275.0, poisson), moduli(22_000.0, 0.25));
         let phases = [matrix.map(|m| g * m), grain];
-        let mixed = |rule| at(&MixedPhases { rule, matrix, grain, fraction }, g);
+        let mixed = |rule| at(&MixedPhases { homogenisation: rule, matrix, grain, fraction }, g);
         let voigt = [0, 1].map(|i| (1.0 - fraction) * phases[0][i] + fraction * phases[1][i]);
         let slack = 1.0 + 1e-12;
         for _ in 0..1000 {
@@ -167,7 +173,7 @@ fn slopes_and_curvatures_are_derivatives_with_respect_to_g() {
         for fraction in [0.0, 0.2, 0.7, 0.9] {
             let mixed = mixture(rule, fraction);
             let dual = MixedPhases {
-                rule,
+                homogenisation: rule,
                 matrix: mixed.matrix.map(Dual2_64::from),
                 grain: mixed.grain.map(Dual2_64::from),
                 fraction: fraction.into(),

@@ -40,7 +40,11 @@ impl<T: Lanes> Buffers<T> {
 }
 
 impl<'a, const N: usize> Gather<'a, N> {
-    pub fn new(space: &'a Space<N>, rule: Homogenisation, increment: &'a Increment<'a>) -> Self {
+    pub fn new(
+        space: &'a Space<N>,
+        homogenisation: Homogenisation,
+        increment: &'a Increment<'a>,
+    ) -> Self {
         let Increment { materials, context, .. } = increment;
         // all regions with damage have the same crack density
         let damage = materials.iter().find_map(|m| m.damage.as_ref());
@@ -48,7 +52,7 @@ impl<'a, const N: usize> Gather<'a, N> {
             space,
             increment,
             density: damage.map_or(CrackDensity::At2, |d| d.density),
-            regions: Regions::new(materials, rule, context.duration, context.damping),
+            regions: Regions::new(materials, homogenisation, context.duration, context.damping),
             lane_of_row: lane_of_row::<f64>(),
         }
     }

@@ -18,7 +18,7 @@ pub(crate) struct Regions {
     /// Number of state values per elastic point.
     state_len: usize,
     /// Homogenisation rule of mixtures.
-    rule: Homogenisation,
+    homogenisation: Homogenisation,
     /// Constants by region.
     constants: Vec<[f64; CONSTANTS]>,
 }
@@ -57,7 +57,7 @@ fn index_in<T: PartialEq>(list: &mut Vec<T>, value: T) -> f64 {
 impl Regions {
     pub(crate) fn new(
         materials: &[PointMaterial],
-        rule: Homogenisation,
+        homogenisation: Homogenisation,
         duration: f64,
         damping: f64,
     ) -> Self {
@@ -92,7 +92,7 @@ impl Regions {
             degradations.push(DegradationLaw::default());
         }
         let (history, state_len) = (keeps_history(materials), state_len(materials));
-        Self { laws, degradations, history, state_len, rule, constants }
+        Self { laws, degradations, history, state_len, homogenisation, constants }
     }
 
     /// Returns the distinct laws and degradation functions of the regions.
@@ -171,7 +171,12 @@ impl Regions {
             numbers;
         let mut phases = None;
         if mixed {
-            phases = Some(MixedPhases { rule: self.rule, matrix: [bulk, shear], grain, fraction });
+            phases = Some(MixedPhases {
+                homogenisation: self.homogenisation,
+                matrix: [bulk, shear],
+                grain,
+                fraction,
+            });
         }
         let law = LaneLaw::new(&self.laws, law, [bulk, shear], phases);
         let law = DrivingHistory { law, active: self.history };

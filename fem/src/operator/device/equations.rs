@@ -88,26 +88,26 @@ impl DeviceEquations {
         Self { device, elements: Mutex::new(Ok(None)) }
     }
 
-    /// Computes residual and energies; `rule` is the homogenisation rule of mixtures.
+    /// Computes residual and energies; `homogenisation` is the rule of mixtures.
     pub(crate) fn residual<const N: usize>(
         &self,
         space: &Space<N>,
-        rule: Homogenisation,
+        homogenisation: Homogenisation,
         increment: &Increment,
         out: &mut Residual,
     ) -> Option<Result<(), Inverted>> {
-        self.attempt(space, rule, increment, |elements| elements.residual(out))
+        self.attempt(space, homogenisation, increment, |elements| elements.residual(out))
     }
 
     /// Writes the stored data of the tangent into the arrays of a product, one array per kind of slots.
     pub(crate) fn linearise<const N: usize>(
         &self,
         space: &Space<N>,
-        rule: Homogenisation,
+        homogenisation: Homogenisation,
         increment: &Increment,
         data: &[Argument],
     ) -> Option<Result<(), Inverted>> {
-        self.attempt(space, rule, increment, |elements| elements.linearise(data))
+        self.attempt(space, homogenisation, increment, |elements| elements.linearise(data))
     }
 
     /// Returns the error of the device, if the device has failed and is no longer used.
@@ -123,14 +123,14 @@ impl DeviceEquations {
     fn attempt<const N: usize, R>(
         &self,
         space: &Space<N>,
-        rule: Homogenisation,
+        homogenisation: Homogenisation,
         increment: &Increment,
         work: impl FnOnce(&mut Elements) -> Result<R, DeviceError>,
     ) -> Option<R> {
         let Increment { materials, context, .. } = increment;
         let mut state = self.state();
         let elements = state.as_mut().ok()?;
-        let regions = Regions::new(materials, rule, context.duration, context.damping);
+        let regions = Regions::new(materials, homogenisation, context.duration, context.damping);
         let (laws, degradations) = regions.laws();
         let damage = materials.iter().find_map(|m| m.damage.as_ref());
         let setting = Setting {
@@ -138,7 +138,7 @@ impl DeviceEquations {
             degradations: degradations.to_vec(),
             density: damage.map_or(CrackDensity::At2, |d| d.density),
             history: regions.keeps_history(),
-            mixed: space.has_mixtures().then_some(rule),
+            mixed: space.has_mixtures().then_some(homogenisation),
         };
         let device = &self.device;
         let prepared = match elements.take() {

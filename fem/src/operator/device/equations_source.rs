@@ -71,8 +71,8 @@ fn record<const N: usize, R>(
         .collect();
     let row: [Term; ROW] = std::array::from_fn(|_| given());
     let [bulk, shear, soft, local, gradient, viscous, law, degradation, fraction, grain @ ..] = row;
-    let phases = setting.mixed.filter(|_| !plain).map(|rule| MixedPhases {
-        rule,
+    let phases = setting.mixed.filter(|_| !plain).map(|homogenisation| MixedPhases {
+        homogenisation,
         matrix: [bulk, shear],
         grain,
         fraction,

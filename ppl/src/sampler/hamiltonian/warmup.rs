@@ -167,7 +167,7 @@ pub(crate) enum Advice {
 pub(crate) struct Warmup {
     pub(crate) step: DualAveraging,
     pub(crate) schedule: WindowSchedule,
-    rule: Adaptation,
+    adaptation: Adaptation,
     /// Whether the mass matrix has been estimated from draws.
     learnt: bool,
     sample: Sample,
@@ -181,15 +181,15 @@ pub(crate) struct Warmup {
 }
 
 impl Warmup {
-    pub(crate) fn new(rule: Adaptation, dim: usize, warmup: usize, target: f64) -> Self {
-        let windows = match rule {
+    pub(crate) fn new(adaptation: Adaptation, dim: usize, warmup: usize, target: f64) -> Self {
+        let windows = match adaptation {
             Adaptation::Stan => stan_windows,
             Adaptation::Fisher => fisher_windows,
         };
         Self {
             step: DualAveraging::new(target, 1.0),
             schedule: WindowSchedule::new(warmup, windows),
-            rule,
+            adaptation,
             learnt: false,
             sample: Sample::new(dim),
             switches: Vec::new(),
@@ -201,14 +201,14 @@ impl Warmup {
 
     /// Whether a start that is far from the posterior is moved closer to the posterior before the first transition.
     pub(crate) fn approaches(&self) -> bool {
-        self.rule == Adaptation::Fisher && !self.schedule.windows.is_empty()
+        self.adaptation == Adaptation::Fisher && !self.schedule.windows.is_empty()
     }
 
     /// Sets the mass matrix before the first draw. The default rule estimates the variances `σ² = 1/|∂ ln p|` from
     /// the score (gradient of the log density) at the starting point. This is the Fisher estimate √(var x/var ∂ ln p)
     /// for draws of unit scale.
     pub(crate) fn first_metric(&self, metric: &mut Metric, point: &Position) {
-        if self.rule == Adaptation::Fisher {
+        if self.adaptation == Adaptation::Fisher {
             let variance = |i: usize| 1.0 / point.gradient[i].abs();
             *metric = Metric::Diagonal(Diagonal::renewed(metric.variances(), variance));
         }
@@ -223,7 +223,7 @@ impl Warmup {
         self.step.learn(stats.acceptance);
         let moment = self.schedule.pass();
         let settled = self.step.count() > SETTLING;
-        if self.rule == Adaptation::Fisher && stats.divergent && settled {
+        if self.adaptation == Adaptation::Fisher && stats.divergent && settled {
             self.raise_target(moment);
         }
         match moment {
@@ -268,7 +268,7 @@ impl Warmup {
     /// Replaces the mass matrix at the end of a window.
     fn switch(&mut self, metric: &mut Metric, restart: bool) -> Advice {
         let draw = self.schedule.draw - 1;
-        let choice = match self.rule {
+        let choice = match self.adaptation {
             // the current matrix is compared only if it was estimated from draws that do not belong to this window
             Adaptation::Fisher => choose(&self.sample, metric, restart && self.learnt),
             Adaptation::Stan => {

@@ -72,14 +72,14 @@ pub type Nuts<'a> = Mcmc<'a, NoUTurn>;
 /// Transition kernel of [`Nuts`].
 #[derive(Clone, Debug)]
 pub struct NoUTurn {
-    rule: Adaptation,
+    adaptation: Adaptation,
     target_accept: f64,
     max_depth: u32,
 }
 
 impl Default for Nuts<'_> {
     fn default() -> Self {
-        let method = NoUTurn { rule: Adaptation::Fisher, target_accept: 0.8, max_depth: 10 };
+        let method = NoUTurn { adaptation: Adaptation::Fisher, target_accept: 0.8, max_depth: 10 };
         Self { settings: Settings::new(700, 1000), method }
     }
 }
@@ -92,7 +92,7 @@ impl Nuts<'_> {
     /// Reference: Stan Reference Manual, *HMC algorithm parameters*.
     pub fn stan_compatible() -> Self {
         let mut nuts = Self::default();
-        (nuts.settings, nuts.method.rule) = (Settings::new(1000, 1000), Adaptation::Stan);
+        (nuts.settings, nuts.method.adaptation) = (Settings::new(1000, 1000), Adaptation::Stan);
         nuts
     }
 
@@ -143,7 +143,7 @@ impl Method for NoUTurn {
         self.check()?;
         let dim = density.dim();
         let chains = settings.execute(density, || {
-            let warmup = Warmup::new(self.rule, dim, settings.warmup, self.target_accept);
+            let warmup = Warmup::new(self.adaptation, dim, settings.warmup, self.target_accept);
             NutsChain::new(density, self.max_depth, warmup, None)
         })?;
         Ok(Chains { max_depth: Some(self.max_depth), ..chains })
