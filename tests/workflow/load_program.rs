@@ -216,7 +216,7 @@ fn an_unknown_compliance_is_a_nuisance_parameter() {
     std::fs::write(dir.path().join("derivatives.toml"), text).unwrap();
     let (code, _, err) = breccia(dir.path(), &["run", "derivatives.toml", "--out", "derivatives"]);
     assert_ne!(code, Some(0));
-    for part in ["machine.compliance_mm_per_n", "no constant of a material"] {
+    for part in ["machine.compliance_mm_per_n", "not a constant of a material"] {
         assert!(err.contains(part), "{part:?} is not in {err}");
     }
 }

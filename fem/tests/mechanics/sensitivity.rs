@@ -483,7 +483,7 @@ fn sensitivities_that_are_not_supported_are_rejected_with_the_remedy() {
     refused(&sliding, vec![few], &["1 materials for 2 regions"]);
     let other =
         MaterialParameter { below: vec![Material::hencky(275.0, 0.25), grain()], ..young() };
-    refused(&sliding, vec![other], &["'matrix'", "fractures in only one"]);
+    refused(&sliding, vec![other], &["'matrix'", "only some of these materials can break"]);
     let wrong = MaterialParameter { above: vec![Material::hencky(-1.0, 0.25), grain()], ..young() };
     refused(&sliding, vec![wrong], &["material.matrix", "young_mpa = -1"]);
 }

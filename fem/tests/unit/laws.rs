@@ -180,7 +180,7 @@ fn explicit_derivatives_equal_derivatives_by_dual_numbers() {
 }
 
 fn assert_same(a: &Response<f64>, b: &Response<f64>, tolerance: f64, at: &[f64; 3]) {
-    for (x, y) in a.numbers().into_iter().zip(b.numbers()) {
+    for (x, y) in a.components().into_iter().zip(b.components()) {
         assert!((x - y).abs() < tolerance * YOUNG, "{x} and {y} at {at:?}");
     }
 }
@@ -423,7 +423,8 @@ fn points_in_simd_lanes_equal_single_points() {
                     let log = alone.principal.strains.log;
                     let kink = log.into_iter().chain([log.iter().sum()]).any(|e| e.abs() < 1e-14);
                     let stiffness = material.moduli.bulk;
-                    for (n, (x, y)) in numbers.into_iter().zip(alone.response.numbers()).enumerate()
+                    for (n, (x, y)) in
+                        numbers.into_iter().zip(alone.response.components()).enumerate()
                     {
                         // the first eight numbers (energies and stresses) are proportional to the strains
                         let size = if n < 8 { state.norm() } else { 1.0 };

@@ -470,7 +470,7 @@ mod tests {
             ),
             (
                 &[("[calibration]\n", &between("grain.young_mpa = \"own\""))],
-                &["calibration.between_tests.grain.young_mpa", "no parameter of [prior]"],
+                &["calibration.between_tests.grain.young_mpa", "not a parameter of [prior]"],
             ),
             (
                 &[("[calibration]\n", &between("matrix.young_mpa = { varies-percent = 500.0 }"))],
@@ -481,7 +481,7 @@ mod tests {
                     "[material.grain]",
                     "[material.machine]\nyoung_mpa = 1.0\npoisson = 0.2\n[material.grain]",
                 )],
-                &["material.machine", "no name of a region"],
+                &["material.machine", "not the name of a region"],
             ),
         ];
         for (changes, parts) in cases {

@@ -526,7 +526,7 @@ fn phases_of_labels_are_regions_with_materials() {
         (phases.replace("255", "5"), both.clone(), ["specimen.image", "also a label of inclusion"]),
         (phases.replace("20", "4"), both.clone(), ["specimen.image", "the label 4 belongs to"]),
         (phases.replace("20", "x"), both.clone(), ["label_phases", "names no label"]),
-        (phases.replace("void", "a.b"), both.clone(), ["label_phases", "no name of a phase"]),
+        (phases.replace("void", "a.b"), both.clone(), ["label_phases", "not the name of a phase"]),
         (format!("{phases}\nbin = 2"), both.clone(), ["specimen.image.bin = 2", "no mean"]),
         (format!("{phases}\nstack = \"a.tif\""), both.clone(), ["image.labels", "beside"]),
         (

@@ -283,8 +283,8 @@ mod tests {
         named(&["test", "machine"]).unwrap();
         for (names, problem) in [
             (["a", "a"], "two validations"),
-            (["a", "../a"], "no name of a folder"),
-            (["a", ".."], "no name of a folder"),
+            (["a", "../a"], "not the name of a folder"),
+            (["a", ".."], "not the name of a folder"),
         ] {
             let error = named(&names).unwrap_err();
             assert!(error.contains(problem), "{names:?}: {error}");

@@ -239,7 +239,7 @@ fn specimens_of_the_calibration_are_refused_by_name() {
     );
     refused("draws = 12", "draws = 2", &["validation (thick).draws", "2"]);
     refused("name = \"thick\"", "name = \"more\"", &["two validations"]);
-    refused("name = \"thick\"", "name = \"a/b\"", &["no name of a folder"]);
+    refused("name = \"thick\"", "name = \"a/b\"", &["not the name of a folder"]);
     refused("draws = 12", "set.prior.k = [1.0, 2.0]", &["belongs to the calibration", "prior"]);
     refused("draws = 12", "scatter_percent = { slope = 3.0 }", &["is not compared", "slope"]);
     refused("draws = 12", "scatter_percent = { peak-force = 300.0 }", &["300", "scatter_percent"]);

@@ -17,7 +17,8 @@ pub(super) fn check_tests(file: &CaseFile) -> Vec<InputError> {
         names.push(&test.name);
     }
     for region in file.case.material.keys().filter(|region| is_reserved(region)) {
-        let problem = "is a table of parameters, beside [[tests]] no name of a region";
+        let problem =
+            "is a table of parameters; in a case with [[tests]] it is not the name of a region";
         let help = "Give the region another name.";
         mistakes.note(Err(file.error(&format!("material.{region}"), "", problem, help)));
     }
