@@ -258,7 +258,7 @@ impl Prediction {
         self.mean_over_shared(interval, |_, within| binomial_tail(inside, total, within))
     }
 
-    /// Mean over the draws and over the shared error of `of`, whose arguments are the probabilities that one specimen lies
+    /// Mean over the draws and over the shared error of `function`, whose arguments are the probabilities that one specimen lies
     /// outside and inside `interval`.
     fn mean_over_shared(&self, interval: [f64; 2], function: impl Fn(f64, f64) -> f64) -> f64 {
         let shared = shared_values(self.shared_sd);

@@ -163,7 +163,7 @@ fn explain(error: &toml::de::Error, text: &str, path: &Path) -> InputError {
     InputError { excerpt, ..explain_at(error, location, value, path) }
 }
 
-/// Converts an error of the TOML parser about the key `place` and its `value` into an error with help.
+/// Converts an error of the TOML parser about the key `location` and its `value` into an error with help.
 fn explain_at(error: &toml::de::Error, location: String, value: String, path: &Path) -> InputError {
     let message = error.message();
     if message.contains("such as matrix.young_mpa") {

@@ -68,7 +68,7 @@ impl Template {
         })
     }
 
-    /// Checks that each placeholder names one of `known` and has a valid format.
+    /// Checks that each placeholder names one of `allowed` and has a valid format.
     ///
     /// # Errors
     /// The first placeholder that cannot be replaced.

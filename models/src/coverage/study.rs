@@ -107,7 +107,7 @@ impl CoverageStudy {
     /// must have settings of the same names in the same order. Returns a row for each setting, parameter and nominal
     /// probability.
     ///
-    /// Laboratories are made and calibrated on all threads; the table depends only on the seed. `told` is called with
+    /// Laboratories are made and calibrated on all threads; the table depends only on the seed. `on_finished` is called with
     /// the number of each finished laboratory.
     ///
     /// # Errors

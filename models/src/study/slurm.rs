@@ -87,7 +87,7 @@ impl SlurmJobs {
         self.results.join("slurm")
     }
 
-    /// Returns the `#SBATCH` lines of a script: the options `own`, and the options that all scripts have. `log` is the
+    /// Returns the `#SBATCH` lines of a script: the options `job_options`, and the options that all scripts have. `log` is the
     /// name pattern of the log files.
     pub(super) fn options(&self, job_options: &[String], log: &str) -> Result<String, SlurmError> {
         let logs = plain(&self.logs())?;

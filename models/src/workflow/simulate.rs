@@ -182,7 +182,7 @@ fn run(
     }
 }
 
-/// Returns `own` if all ranks succeeded; otherwise returns the error of the first failing rank.
+/// Returns `result` if all ranks succeeded; otherwise returns the error of the first failing rank.
 fn agreed<T>(ranks: &Ranks, result: Result<T, WorkflowError>) -> Result<T, WorkflowError> {
     let error = result.as_ref().err().map(ToString::to_string);
     match ranks.first_text(error.as_deref())? {

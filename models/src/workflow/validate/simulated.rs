@@ -46,7 +46,7 @@ pub(super) struct ForceScatter {
 }
 
 impl<'a> Runs<'a> {
-    /// Simulates the test at draws of the posterior. Finished runs are reused. `own` is the task in the folder of the entry.
+    /// Simulates the test at draws of the posterior. Finished runs are reused. `validation_task` is the task in the folder of the entry.
     ///
     /// # Errors
     /// Fails if fewer than two runs are usable, or if no run can be computed.
