@@ -57,6 +57,8 @@ pub mod qoi;
 #[doc(hidden)]
 pub mod record;
 #[doc(hidden)]
+pub mod same_test;
+#[doc(hidden)]
 pub mod specimen_files;
 #[doc(hidden)]
 pub mod table;

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use crate::error::InputError;
 use crate::experiment::{Specimen, SpecimenTable, TestCurve, curve_file};
-use crate::record::{ReadOptions, Record, SpecimenSize};
+use crate::record::{ReadOptions, Record, SpecimenSize, is_time_column};
+use crate::same_test::is_same_test;
 use crate::table::{CsvTable, TableRow};
 use crate::table_format::DetectedTable;
 
@@ -160,8 +161,12 @@ impl SpecimenFiles {
     ) -> Result<(TestCurve, Option<f64>, Option<String>), InputError> {
         let path = recorded_file(table, id)?;
         let (curve, how) = TestCurve::read_as(&path, options, size)?;
-        if let Some(same) = self.table.specimens.iter().find(|other| other.curve == curve) {
-            let problem = format!("is equal to the curve of {}", same.id);
+        let is_same = |other: &&Specimen| is_same_test(&other.curve, &curve);
+        if let Some(same) = self.table.specimens.iter().find(is_same) {
+            let problem = match same.curve == curve {
+                true => format!("is equal to the curve of {}", same.id),
+                false => format!("is equal to the curve of {} up to rounding", same.id),
+            };
             let help = "The same test would count twice: replace the wrong file, or remove one of the two \
                         lines from the table.";
             return Err(InputError::new(&path, "specimen", id, problem, help));
@@ -267,7 +272,7 @@ pub fn recorded_file(table: &Path, id: &str) -> Result<PathBuf, InputError> {
 }
 
 /// Whether the first line that is neither blank nor a comment contains the names `displacement_mm` and `force_N`,
-/// separated by commas.
+/// separated by commas, and no column of times with another name than `time_s`.
 fn has_plain_header(file: &Path) -> bool {
     let Ok(bytes) = fem_file::read_regular(file) else { return false };
     let bytes = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(&bytes);
@@ -276,7 +281,13 @@ fn has_plain_header(file: &Path) -> bool {
     let header = lines.into_iter().find(is_header).unwrap_or_default();
     let has =
         |name: &[u8]| header.split(|byte| *byte == b',').any(|cell| cell.trim_ascii() == name);
-    has(b"displacement_mm") && has(b"force_N")
+    let is_other_time = |cell: &[u8]| {
+        let name = String::from_utf8_lossy(cell);
+        is_time_column(name.trim().trim_matches('"'))
+    };
+    let has_plain_times =
+        || has(b"time_s") || !header.split(|byte| *byte == b',').any(is_other_time);
+    has(b"displacement_mm") && has(b"force_N") && has_plain_times()
 }
 
 /// Mean speed of the platen in mm/s from the first reading to the largest force.
@@ -434,6 +445,48 @@ mod tests {
         }
     }
 
+    /// A plain file whose times have another name or unit is read with its times. A column of times that cannot be read is
+    /// an error that names the keys.
+    #[test]
+    fn every_column_of_times_of_a_plain_file_is_read_or_refused() {
+        let table = "id,height_mm,radius_mm,group\nS-1,4.4,2.5,a\n";
+        let with = |name: &str, times: [&str; 5]| {
+            let cells = [name].into_iter().chain(times);
+            let lines = CURVE.lines().zip(cells).map(|(line, cell)| format!("{line},{cell}\n"));
+            lines.collect::<String>()
+        };
+        let seconds = ["0", "110", "220", "264", "330"];
+        for (name, times) in [
+            ("time_s", seconds),
+            ("time (s)", seconds),
+            ("t_s", seconds),
+            ("Time_s", seconds),
+            ("Seconds", seconds),
+            ("time_ms", ["0", "110e3", "220e3", "264e3", "330e3"]),
+            ("time", ["00:00", "01:50", "03:40", "04:24", "05:30"]),
+            ("Zeit", ["10:00:00", "10:01:50.0", "10:03:40", "10:04:24", "10:05:30"]),
+        ] {
+            let (_dir, file) = written(table, &with(name, times));
+            let specimens = SpecimenTable::read(&file).unwrap_or_else(|e| panic!("{name}: {e}"));
+            let rate = specimens.specimens[0].rate_mm_per_s.unwrap();
+            assert!((rate * 264.0 / 0.12 - 1.0).abs() < 1e-12, "{name}: {rate}");
+        }
+        for (name, times, parts) in [
+            ("time", seconds, ["column time: has no unit", "time_unit = \"s\"", "time = \"\""]),
+            ("time (ticks)", seconds, ["unknown unit", "time_unit", "time = \"\""]),
+            ("time_min", ["a", "b", "c", "d", "e"], ["time_min = a", "time_unit", "time = \"\""]),
+        ] {
+            let (_dir, file) = written(table, &with(name, times));
+            let message = SpecimenTable::read(&file).unwrap_err().to_string();
+            for part in parts {
+                assert!(message.contains(part), "{name}: {part:?} is not in {message:?}");
+            }
+            let options = ReadOptions { time: Some(String::new()), ..ReadOptions::default() };
+            let (specimens, _) = SpecimenTable::read_as(&file, &options).unwrap();
+            assert_eq!(specimens.specimens[0].rate_mm_per_s, None);
+        }
+    }
+
     #[test]
     fn one_curve_for_two_specimens_is_refused() {
         let (dir, file) =
@@ -445,6 +498,10 @@ mod tests {
             error.contains("S-2.csv") && error.contains("is equal to the curve of S-1"),
             "{error}"
         );
+        let in_kn = "displacement_mm,force_kN,time_min\n0,0,0\n0.05,0.08,1\n0.1,0.14,2\n0.12,0.147,3\n0.15,0.129,4\n";
+        std::fs::write(dir.path().join("curves/S-2.csv"), in_kn).unwrap();
+        let error = SpecimenTable::read(&file).unwrap_err().to_string();
+        assert!(error.contains("is equal to the curve of S-1 up to rounding"), "{error}");
     }
 
     /// The rate is 0.12 mm in 240 s. The format of the export is described. Two curve files for one specimen are an

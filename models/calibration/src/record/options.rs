@@ -15,6 +15,10 @@ pub struct ReadOptions {
     /// Number of lines before the names of the columns.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub skip: Option<usize>,
+    /// Text at which the readings end: the readings end before the first row whose first filled cell starts with this
+    /// text.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stop_at: Option<String>,
     /// Encoding of the text.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub encoding: Option<Encoding>,
@@ -27,7 +31,7 @@ pub struct ReadOptions {
     /// Name of the column of the force (or stress).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub force: Option<String>,
-    /// Name of the column of the time.
+    /// Name of the column of the time. An empty name means that no time is read.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time: Option<String>,
     /// Unit of the displacement. It replaces the unit that the file states.
@@ -89,7 +93,7 @@ pub enum Encoding {
     /// UTF-8, with or without a byte order mark.
     #[serde(rename = "utf-8")]
     Utf8,
-    /// UTF-16 with a byte order mark.
+    /// UTF-16, with or without a byte order mark.
     #[serde(rename = "utf-16")]
     Utf16,
     /// ISO 8859-1.
@@ -105,17 +109,4 @@ pub enum Compression {
     Positive,
     /// Compression is negative.
     Negative,
-}
-
-impl Decimal {
-    /// Parses a cell as a finite number; `None` if it is not a finite number with this decimal sign.
-    pub(super) fn number(self, cell: &str) -> Option<f64> {
-        let cell = cell.trim().replace('\u{2212}', "-");
-        let text = match self {
-            Self::Point => cell,
-            Self::Comma if cell.contains('.') => return None,
-            Self::Comma => cell.replace(',', "."),
-        };
-        text.parse().ok().filter(|number: &f64| number.is_finite())
-    }
 }
