@@ -34,6 +34,8 @@ pub struct CaseCheck {
     pub understood: Vec<(&'static str, String)>,
     /// Notes for the user, as the stages print them.
     pub notes: Vec<String>,
+    /// Warnings: findings that may make results wrong, as the stages print them.
+    pub warnings: Vec<String>,
     /// Mistakes that would stop a run.
     pub mistakes: Vec<String>,
     /// Expected simulations and their cost; `None` for a case without a prior.
@@ -82,6 +84,7 @@ impl CaseCheck {
             }
             let named = |text: &String| format!("{name}: {text}");
             self.notes.extend(check.notes.iter().map(named));
+            self.warnings.extend(check.warnings.iter().map(named));
             self.mistakes.extend(check.mistakes.iter().map(named));
             costs.extend(check.cost);
             self.tests.push((name, check.understood));
@@ -148,6 +151,7 @@ impl CaseCheck {
             let name = format!("validation {}", entry.name);
             let named = |text: &String| format!("{name}: {text}");
             self.notes.extend(check.notes.iter().map(named));
+            self.warnings.extend(check.warnings.iter().map(named));
             self.mistakes.extend(check.mistakes.iter().map(named));
             self.tests.push((name, check.understood));
         }
@@ -253,7 +257,7 @@ impl CaseCheck {
                 match imported_grains(&file.path, import, size, meshing) {
                     Ok(stl_grains) => {
                         self.say("specimen", stl_grains.in_words());
-                        self.notes.extend(stl_grains.warnings());
+                        self.warnings.extend(stl_grains.warnings());
                         let [radius_mm, height_mm] = stl_grains.size_mm();
                         let key = "specimen.spacing_mm";
                         let fits =
@@ -268,8 +272,15 @@ impl CaseCheck {
                 }
             }
             SpecimenGeometry::Image { stack, further, options, radius_mm, height_mm, .. } => {
+                let mut header = None;
                 for stack in [stack].into_iter().chain(further) {
-                    self.image(stack, options);
+                    let stack_header = self.image(stack, options);
+                    header = header.or(stack_header);
+                }
+                let image = file.case.specimen.image.as_ref();
+                let mask = image.and_then(|image| image.segmentation.region.mask.as_ref());
+                if let Some(mask) = mask {
+                    self.mask(file, &file.beside(mask), header.as_ref());
                 }
                 Some(MeshSize::of_cylinder([(*height_mm)?, (*radius_mm)?]))
             }
@@ -298,11 +309,42 @@ impl CaseCheck {
         size
     }
 
-    fn image(&mut self, stack: &Path, options: &ReadOptions) {
+    /// Reads the header of an image; `None` if the image cannot be read.
+    fn image(&mut self, stack: &Path, options: &ReadOptions) -> Option<StackHeader> {
         match StackHeader::read(stack, options) {
             Ok(header) => {
                 self.say("image", format!("{}: {}", stack.display(), header.in_words()));
-                self.notes.extend(header.warnings);
+                self.warnings.extend_from_slice(&header.warnings);
+                Some(header)
+            }
+            Err(mistake) => {
+                self.fail(mistake);
+                None
+            }
+        }
+    }
+
+    /// Reads the header of the mask `region.mask`, which must have the size of the image. The voxel size of its file is not
+    /// used. `image` is the header of the image, if it can be read.
+    fn mask(&mut self, file: &CaseFile, mask: &Path, image: Option<&StackHeader>) {
+        let bin = image.map_or(1, |image| image.bin);
+        let voxel_mm = image.map_or(1.0, |image| image.voxel_mm / bin as f64);
+        let options = ReadOptions { voxel_mm: Some(voxel_mm), bin, dataset: None };
+        match StackHeader::read(mask, &options) {
+            Ok(StackHeader { shape: [nx, ny, nz], contents, .. }) => {
+                let text = format!("{}: {contents}; {nx} × {ny} × {nz} voxels", mask.display());
+                self.say("mask", text);
+                if let Some([ix, iy, iz]) =
+                    image.map(|image| image.shape).filter(|shape| *shape != [nx, ny, nz])
+                {
+                    let problem = format!(
+                        "has {nx} × {ny} × {nz} voxels, but the image has {ix} × {iy} × {iz} voxels"
+                    );
+                    let key = "specimen.image.region.mask";
+                    let value = mask.display().to_string();
+                    let help = "Give one value to each voxel of the image.";
+                    self.fail(file.error(key, value, problem, help));
+                }
             }
             Err(mistake) => self.fail(mistake),
         }
@@ -419,7 +461,7 @@ impl CaseCheck {
         match inspect(&inputs, table, size, &names, false) {
             Ok(InspectedSpecimens { table, notes, mistakes }) => {
                 self.notes.extend_from_slice(notes.lines());
-                self.notes.extend_from_slice(notes.warnings());
+                self.warnings.extend_from_slice(notes.warnings());
                 mistakes.into_iter().for_each(|mistake| self.fail(mistake));
                 self.means(file, &table, size);
             }
