@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use fem::{Cylinder, LabelRules, Volume, tiff};
 
 use super::WorkflowError;
-use super::found::GrainPhases;
+use super::specimen_grains::GrainPhases;
 use super::freshness::finished_in;
 use super::images::segmented_file;
 use super::inputs::Inputs;
