@@ -1,10 +1,20 @@
 //! Numbers in exports: decimal signs, separators of thousands, and clock times.
 
-use super::options::Decimal;
-use super::text::Row;
+use serde::{Deserialize, Serialize};
 
 /// Signs that only separate thousands: apostrophes, no-break space, narrow no-break space, thin space, and blank.
 const GROUPING: [char; 6] = ['\'', '\u{2019}', '\u{a0}', '\u{202f}', '\u{2009}', ' '];
+
+/// Decimal sign.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Decimal {
+    /// `1.5`
+    #[serde(rename = ".", alias = "point")]
+    Point,
+    /// `1,5`
+    #[serde(rename = ",", alias = "comma")]
+    Comma,
+}
 
 impl Decimal {
     /// Parses a cell as a finite number; `None` if it is not a finite number with this decimal sign.
@@ -28,7 +38,7 @@ impl Decimal {
             Some((whole, fraction)) => (whole, Some(fraction)),
             None => (cell, None),
         };
-        let is_other = |c: char| c == self.other_sign();
+        let is_other = |c: char| c == self.other().sign();
         let separator = whole.chars().find(|&c| is_other(c) || GROUPING.contains(&c))?;
         let is_certain = fraction.is_some()
             || match separator {
@@ -49,10 +59,18 @@ impl Decimal {
         }
     }
 
-    fn other_sign(self) -> char {
+    /// The sign that is not the decimal sign.
+    pub(super) fn other(self) -> Self {
         match self {
-            Self::Point => ',',
-            Self::Comma => '.',
+            Self::Point => Self::Comma,
+            Self::Comma => Self::Point,
+        }
+    }
+
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Point => "decimal point",
+            Self::Comma => "decimal comma",
         }
     }
 }
@@ -82,8 +100,10 @@ pub(super) fn single_group(cell: &str, sign: Decimal) -> Option<f64> {
 
 /// Whether a cell proves that `decimal` is the decimal sign: a number with this sign that is not a whole number with
 /// separated thousands.
-pub(super) fn is_decimal_sign_certain(rows: &[Row], decimal: Decimal) -> bool {
-    let mut cells = rows.iter().flat_map(|row| &row.cells);
+pub(super) fn is_decimal_sign_certain<'a>(
+    mut cells: impl Iterator<Item = &'a String>,
+    decimal: Decimal,
+) -> bool {
     cells.any(|cell| {
         cell.contains(decimal.sign())
             && decimal.number(cell).is_some()

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::number::Decimal;
+
 /// Options `[experiments.read]` for reading records. Options that are absent are detected from the file.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -73,17 +75,6 @@ pub enum Separator {
     /// One or more blanks.
     #[serde(rename = "space", alias = " ")]
     Space,
-}
-
-/// Decimal sign.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Decimal {
-    /// `1.5`
-    #[serde(rename = ".", alias = "point")]
-    Point,
-    /// `1,5`
-    #[serde(rename = ",", alias = "comma")]
-    Comma,
 }
 
 /// Encoding of a text.

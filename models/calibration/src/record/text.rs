@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use super::number::{is_decimal_sign_certain, single_group};
-use super::options::{Decimal, Encoding, ReadOptions, Separator};
+use super::number::{Decimal, is_decimal_sign_certain, single_group};
+use super::options::{Encoding, ReadOptions, Separator};
 use crate::error::InputError;
 
 /// One row of cells.
@@ -80,7 +80,8 @@ impl Sheet {
             lines.iter().map(|(line, text)| Row { line: *line, cells: split(text, separator) });
         let rows: Vec<Row> = rows.collect();
         let is_stated = options.decimal.is_some();
-        let is_decimal_certain = is_stated || is_decimal_sign_certain(&rows, decimal);
+        let is_decimal_certain =
+            is_stated || is_decimal_sign_certain(rows.iter().flat_map(|row| &row.cells), decimal);
         if !is_decimal_certain {
             check_groups(file, &rows, decimal)?;
         }
@@ -230,23 +231,6 @@ impl Separator {
             Self::Semicolon => ";",
             Self::Tab => "tab",
             Self::Space => "space",
-        }
-    }
-}
-
-impl Decimal {
-    /// The sign that is not the decimal sign.
-    fn other(self) -> Self {
-        match self {
-            Self::Point => Self::Comma,
-            Self::Comma => Self::Point,
-        }
-    }
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Point => "decimal point",
-            Self::Comma => "decimal comma",
         }
     }
 }

@@ -5,7 +5,8 @@ use std::path::Path;
 
 use calamine::{Data, Reader, Xlsx};
 
-use super::options::{Decimal, ReadOptions};
+use super::number::Decimal;
+use super::options::ReadOptions;
 use super::text::{Row, Sheet};
 use crate::error::InputError;
 
@@ -41,7 +42,7 @@ pub(super) fn sheet(
     let filled = |row: &Row| row.cells.iter().any(|cell| !cell.is_empty());
     let understood = vec![format!("sheet {name:?}")];
     let rows = rows.filter(filled).collect();
-    Ok(Sheet { rows, decimal: Decimal::Point, is_decimal_certain: true, understood })
+    Ok(Sheet { rows, decimal: Decimal::Point, is_decimal_certain: false, understood })
 }
 
 /// Formats a cell as text with a decimal point. A date or a duration becomes a clock time in hours, minutes and seconds,
