@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use fem::{ReadOptions, StackHeader, TetMesh};
 
+use super::check_mask::mask_in_words;
 use super::check_outside::{measured_specimens, source_in_words};
 use super::expected_cost::ExpectedCost;
 use super::experiment_inputs;
@@ -280,7 +281,10 @@ impl CaseCheck {
                 let image = file.case.specimen.image.as_ref();
                 let mask = image.and_then(|image| image.segmentation.region.mask.as_ref());
                 if let Some(mask) = mask {
-                    self.mask(file, &file.beside(mask), header.as_ref());
+                    match mask_in_words(file, &file.beside(mask), header.as_ref()) {
+                        Ok(text) => self.say("mask", text),
+                        Err(mistake) => self.fail(mistake),
+                    }
                 }
                 Some(MeshSize::of_cylinder([(*height_mm)?, (*radius_mm)?]))
             }
@@ -321,32 +325,6 @@ impl CaseCheck {
                 self.fail(mistake);
                 None
             }
-        }
-    }
-
-    /// Reads the header of the mask `region.mask`, which must have the size of the image. The voxel size of its file is not
-    /// used. `image` is the header of the image, if it can be read.
-    fn mask(&mut self, file: &CaseFile, mask: &Path, image: Option<&StackHeader>) {
-        let bin = image.map_or(1, |image| image.bin);
-        let voxel_mm = image.map_or(1.0, |image| image.voxel_mm / bin as f64);
-        let options = ReadOptions { voxel_mm: Some(voxel_mm), bin, dataset: None };
-        match StackHeader::read(mask, &options) {
-            Ok(StackHeader { shape: [nx, ny, nz], contents, .. }) => {
-                let text = format!("{}: {contents}; {nx} × {ny} × {nz} voxels", mask.display());
-                self.say("mask", text);
-                if let Some([ix, iy, iz]) =
-                    image.map(|image| image.shape).filter(|shape| *shape != [nx, ny, nz])
-                {
-                    let problem = format!(
-                        "has {nx} × {ny} × {nz} voxels, but the image has {ix} × {iy} × {iz} voxels"
-                    );
-                    let key = "specimen.image.region.mask";
-                    let value = mask.display().to_string();
-                    let help = "Give one value to each voxel of the image.";
-                    self.fail(file.error(key, value, problem, help));
-                }
-            }
-            Err(mistake) => self.fail(mistake),
         }
     }
 

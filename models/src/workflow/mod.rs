@@ -54,6 +54,7 @@
 mod adoption;
 mod calibrate;
 mod check;
+mod check_mask;
 mod check_outside;
 mod closed_form;
 mod confirm;
