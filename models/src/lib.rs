@@ -59,7 +59,7 @@ pub use breccia_calibration::{
 };
 use breccia_calibration::{
     budget, curve_check, error, experiment, fracture, further_test, machine, predicted_curve,
-    prior, qoi, record, specimen_files, table, table_format, validation,
+    prior, qoi, record, same_test, specimen_files, table, table_format, validation,
 };
 pub use case::{
     AdaptiveCase, ArcLengthCase, BetweenTestsCase, BoundsCase, ByParameter, CalibrationCase,

@@ -135,6 +135,34 @@ fn images_are_checked_by_their_headers_and_meshes_by_their_files() {
     );
     assert!(out.contains("once it has been segmented"), "{out}");
 
+    // the mask is read, too: one value for each voxel of the image
+    let key = "voxel_mm = 0.1\nregion.mask = \"mask.tif\"";
+    std::fs::write(mine.join("case.toml"), case(&image.replace("voxel_mm = 0.1", key))).unwrap();
+    let check = || said(&breccia(dir.path(), &["check", "mine/case.toml"]));
+    let mask = |shape: [usize; 3]| {
+        let values = vec![1_u32; shape.iter().product()];
+        let volume = fem::Volume { shape, voxel_mm: 0.1, values };
+        fem::tiff::write_labels(&mine.join("mask.tif"), &volume).unwrap();
+    };
+    mask([40, 40, 50]);
+    let (code, out, err) = check();
+    assert!(code == Some(0) && out.contains("mask.tif: "), "{out}{err}");
+    mask([40, 40, 49]);
+    let (code, _, err) = check();
+    assert!(code == Some(1) && err.contains("40 × 40 × 49 voxels, but the image has"), "{err}");
+    std::fs::write(mine.join("mask.tif"), "no image").unwrap();
+    let (code, _, err) = check();
+    assert!(code == Some(1) && err.contains("mask.tif"), "{err}");
+    std::fs::remove_file(mine.join("mask.tif")).unwrap();
+    #[cfg(unix)]
+    {
+        let pipe = std::process::Command::new("mkfifo").arg(mine.join("mask.tif")).status();
+        assert!(pipe.unwrap().success());
+        let (code, _, err) = check();
+        assert!(code == Some(1) && err.contains("mask.tif") && err.contains("pipe"), "{err}");
+    }
+    std::fs::write(mine.join("case.toml"), case(image)).unwrap();
+
     let bytes = std::fs::read(mine.join("scan.tif")).unwrap();
     std::fs::write(mine.join("scan.tif"), &bytes[..bytes.len() / 3]).unwrap();
     let (code, _, err) = said(&breccia(dir.path(), &["check", "mine/case.toml"]));
@@ -149,7 +177,8 @@ fn images_are_checked_by_their_headers_and_meshes_by_their_files() {
     assert_eq!(code, Some(0), "{out}{err}");
     assert!(out.contains("height 4.4000 mm, radius 2.0000 mm"), "{out}");
     // equal stress: forces are scaled by (2 / 2.5)²
-    let scaled = "S-01 has a radius of 2.5 mm, the mesh 2.0000 mm: its forces are scaled by 0.6400";
+    let scaled =
+        "warning  S-01 has a radius of 2.5 mm, the mesh 2.0000 mm: its forces are scaled by 0.6400";
     assert!(out.contains(scaled), "{out}");
 }
 

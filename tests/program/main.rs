@@ -9,6 +9,7 @@ mod edited_files;
 mod foreign_files;
 mod images;
 mod mesh_files;
+mod named_inputs;
 mod pipes;
 mod surfaces;
 

@@ -256,6 +256,6 @@ impl SpecimenTable {
 }
 
 /// Path of the CSV file with the curve of a specimen: `curves/<id>.csv` beside the table.
-pub(crate) fn curve_file(table: &Path, id: &str) -> PathBuf {
+pub fn curve_file(table: &Path, id: &str) -> PathBuf {
     table.with_file_name("curves").join(format!("{id}.csv"))
 }

@@ -22,8 +22,8 @@
 //!
 //! 1. `error`, `table`, `record`, `table_format`: errors in files, small tables, records of testing machines, tables
 //!    saved from spreadsheets
-//! 2. `branch`, `prior`, `experiment`, `specimen_files`, `qoi`, `machine`: priors of parameters, specimens with their curves and files,
-//!    quantities of interest, testing machines
+//! 2. `branch`, `prior`, `experiment`, `same_test`, `specimen_files`, `qoi`, `machine`: priors of parameters, specimens with their
+//!    curves and files, quantities of interest, testing machines
 //! 3. `curve_check`: findings on a measured curve
 //! 4. `fracture`, `hyperelastic`, `tension`, `viscoplastic`: calibration models, each the pattern that a user copies, and
 //!    parts of a calibration model of metals that neck
@@ -56,6 +56,8 @@ pub mod prior;
 pub mod qoi;
 #[doc(hidden)]
 pub mod record;
+#[doc(hidden)]
+pub mod same_test;
 #[doc(hidden)]
 pub mod specimen_files;
 #[doc(hidden)]

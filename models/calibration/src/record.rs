@@ -5,6 +5,7 @@
 
 mod columns;
 mod header;
+mod number;
 mod options;
 mod text;
 mod unit;
@@ -13,9 +14,11 @@ mod workbook;
 use std::path::Path;
 
 use crate::error::InputError;
+pub(crate) use columns::is_time_column;
 use columns::{Column, Columns};
 use header::Layout;
-pub use options::{Compression, Decimal, Encoding, ReadOptions, Separator};
+pub use number::Decimal;
+pub use options::{Compression, Encoding, ReadOptions, Separator};
 use text::Sheet;
 pub(crate) use text::decoded;
 use unit::Dimension;
@@ -41,8 +44,8 @@ impl Record {
     /// Reads a text export or a workbook (`.xlsx`).
     ///
     /// # Errors
-    /// If there is no column of displacement or force, or more than one, a unit is missing or unknown, or a cell is not
-    /// a number. The error names file, line, column, value and help.
+    /// If there is no column of displacement or force, or more than one column of a kind, a unit is missing or unknown, or
+    /// a cell is not a number. The error names file, line, column, value and help.
     pub fn read(
         file: &Path,
         options: &ReadOptions,
@@ -62,6 +65,7 @@ impl Record {
             1 => "1 header line".to_owned(),
             lines => format!("{lines} header lines"),
         });
+        understood.extend(layout.after_readings.clone());
         let mut displacement_mm = columns.displacement.read(file, &layout, &sheet)?;
         let mut force_n = columns.force.read(file, &layout, &sheet)?;
         let time = columns.time.as_ref();

@@ -1,6 +1,6 @@
 //! Paths of the files that a case names.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use toml::{Table, Value};
 
@@ -20,46 +20,85 @@ pub(crate) const FILES: [&str; 9] = [
     "experiments.values",
 ];
 
-/// Makes all paths in the table of a case absolute; relative paths refer to the folder of the file `case`.
-pub(crate) fn make_absolute(table: &mut Table, case: &Path) {
+/// Keys of a case whose values are lists of files.
+const LISTS: [&str; 2] = ["specimen.image.further_stacks", "simulator.files"];
+
+/// Lists of a case whose entries have keys of a case in their table `set`.
+const OVERLAYS: [&str; 3] = ["further_tests.candidate", "tests", "validation"];
+
+/// Calls `visit` for each path in the table of a case, with its key: the paths of [`FILES`], of lists, of the program of
+/// `[simulator]`, of tables of yield stresses, and of the keys of candidates, tests and validations. All functions that need
+/// the files of a case use this function, so that no file is missing in one of them.
+pub(crate) fn visit_paths(table: &mut Table, visit: &mut dyn FnMut(&str, &mut String)) {
+    visit_below(table, "", visit);
+}
+
+fn visit_below(table: &mut Table, prefix: &str, visit: &mut dyn FnMut(&str, &mut String)) {
+    let mut visit_value = |key: &str, value: Option<&mut Value>| {
+        if let Some(Value::String(path)) = value {
+            visit(&format!("{prefix}{key}"), path);
+        }
+    };
     for key in FILES {
-        let mut keys = key.split('.');
-        let first = keys.next().and_then(|key| table.get_mut(key));
-        absolute(case, keys.fold(first, |value, key| value?.get_mut(key)));
+        visit_value(key, at(table, key));
     }
-    for list in [&["specimen", "image", "further_stacks"][..], &["simulator", "files"]] {
-        let first = table.get_mut(list[0]);
-        let files = list[1..].iter().fold(first, |value, key| value?.get_mut(key));
-        for file in files.and_then(Value::as_array_mut).into_iter().flatten() {
-            absolute(case, Some(file));
+    for list in LISTS {
+        for file in at(table, list).and_then(Value::as_array_mut).into_iter().flatten() {
+            visit_value(list, Some(file));
         }
     }
-    let command = table.get_mut("simulator").and_then(|table| table.get_mut("command"));
-    let program = command.and_then(|command| command.get_mut(0));
+    let program = at(table, "simulator.command").and_then(|command| command.get_mut(0));
     // a program without a folder is searched in PATH
     let has_folder = |program_path: &str| Path::new(program_path).components().count() > 1;
     if program.as_ref().and_then(|program_path| program_path.as_str()).is_some_and(has_folder) {
-        absolute(case, program);
+        visit_value("simulator.command", program);
     }
     let materials = table.get_mut("material").and_then(Value::as_table_mut);
-    for (_, material) in materials.into_iter().flatten() {
+    for (region, material) in materials.into_iter().flatten() {
         let path = ["plastic", "hardening", "table"];
-        absolute(case, path.iter().try_fold(material, |value, key| value.get_mut(key)));
+        let file = path.iter().try_fold(material, |value, key| value.get_mut(key));
+        visit_value(&hardening_key(region), file);
     }
-    let further = table.get_mut("further_tests").and_then(|table| table.get_mut("candidate"));
-    make_overlays_absolute(further, case);
-    for list in ["tests", "validation"] {
-        make_overlays_absolute(table.get_mut(list), case);
+    for list in OVERLAYS {
+        for entry in at(table, list).and_then(Value::as_array_mut).into_iter().flatten() {
+            let name = entry.get("name").and_then(Value::as_str).unwrap_or_default();
+            let prefix = format!("{prefix}{list} ({name}).set.");
+            if let Some(Value::Table(set)) = entry.get_mut("set") {
+                visit_below(set, &prefix, visit);
+            }
+        }
     }
 }
 
-/// Makes all paths in the table `set` of each entry of a list absolute.
-fn make_overlays_absolute(list: Option<&mut Value>, case: &Path) {
-    for entry in list.and_then(Value::as_array_mut).into_iter().flatten() {
-        if let Some(Value::Table(set)) = entry.get_mut("set") {
-            make_absolute(set, case);
-        }
-    }
+/// Value at a dotted path.
+fn at<'a>(table: &'a mut Table, path: &str) -> Option<&'a mut Value> {
+    let mut keys = path.split('.');
+    let first = keys.next().and_then(|key| table.get_mut(key));
+    keys.fold(first, |value, key| value?.get_mut(key))
+}
+
+/// Key of the table of yield stresses of a region.
+pub(super) fn hardening_key(region: &str) -> String {
+    format!("material.{region}.plastic.hardening.table")
+}
+
+/// Makes all paths in the table of a case absolute; relative paths refer to the folder of the file `case`.
+pub(crate) fn make_absolute(table: &mut Table, case: &Path) {
+    visit_paths(table, &mut |_, path| {
+        let beside = case.with_file_name("").join(&*path);
+        let absolute = std::path::absolute(&beside).unwrap_or(beside);
+        *path = absolute.to_string_lossy().into_owned();
+    });
+}
+
+/// All files and folders that a case names, with their keys. Relative paths refer to the folder of the case.
+pub(crate) fn named_paths(file: &CaseFile) -> Vec<(String, PathBuf)> {
+    let mut named = file.hardening_tables.clone();
+    let Ok(mut table) = Table::try_from(&file.case) else { return named };
+    visit_paths(&mut table, &mut |key, path| {
+        named.push((key.to_owned(), file.beside(Path::new(path))));
+    });
+    named
 }
 
 /// The case with absolute paths.
@@ -100,11 +139,32 @@ pub(crate) fn validations_with_absolute_paths(
     Ok(entries)
 }
 
-/// Makes a path absolute; a relative path refers to the folder of the case.
-fn absolute(case: &Path, named: Option<&mut Value>) {
-    if let Some(Value::String(named)) = named {
-        let beside = case.with_file_name("").join(&*named);
-        let path = std::path::absolute(&beside).unwrap_or(beside);
-        *named = path.to_string_lossy().into_owned();
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CASE: &str = "[specimen]\nradius_mm = 2.5\nheight_mm = 4.4\nspacing_mm = 0.7\n\
+        [material.matrix]\nyoung_mpa = 275\npoisson = 0.25\n[test]\ndisplacement_mm = 0.2\n";
+
+    /// Every file in the keys of candidates, tests and validations is listed, and made absolute.
+    #[test]
+    fn files_in_every_key_of_an_overlay_are_listed() {
+        let keys = FILES.map(|key| (key.to_owned(), "\"own\""));
+        let lists = LISTS.map(|key| (key.to_owned(), "[\"own\"]"));
+        let others = [
+            (hardening_key("matrix"), "\"own\""),
+            ("simulator.command".to_owned(), "[\"./own\", \"argument\"]"),
+        ];
+        for (key, value) in keys.into_iter().chain(lists).chain(others) {
+            for list in OVERLAYS {
+                let text = format!("{CASE}[[{list}]]\nname = \"slow\"\nset.{key} = {value}\n");
+                let (file, _) = CaseFile::parse_all(&text, Path::new("folder/case.toml"));
+                let named = named_paths(&file.unwrap());
+                let (named_key, path) = named.first().unwrap_or_else(|| panic!("{list}: {key}"));
+                assert_eq!(*named_key, format!("{list} (slow).set.{key}"));
+                assert!(path.starts_with("folder") && path.ends_with("own"), "{path:?}");
+                assert_eq!(named.len(), 1, "{named:?}");
+            }
+        }
     }
 }

@@ -8,6 +8,7 @@ use super::Case;
 use super::excerpt::{excerpt, with_excerpt};
 use super::image::IMAGE_KEYS;
 use super::mistakes::ReadCase;
+use super::paths::hardening_key;
 use crate::error::{InputError, absence, closest};
 
 /// A case with the path of its file.
@@ -17,6 +18,8 @@ pub struct CaseFile {
     pub path: PathBuf,
     /// Contents of the case file.
     pub case: Case,
+    /// Keys and paths of the tables of yield stresses, whose rows replace their names in `case`.
+    pub hardening_tables: Vec<(String, PathBuf)>,
 }
 
 impl CaseFile {
@@ -57,7 +60,7 @@ impl CaseFile {
             read.errors.iter().map(|error| explain(error, text, path)).collect();
         let Some(mut case) = read.case.take() else { return (None, mistakes) };
         case.complete();
-        let mut file = Self { path: path.to_owned(), case };
+        let mut file = Self { path: path.to_owned(), case, hardening_tables: Vec::new() };
         mistakes.extend(file.read_hardening().into_iter().map(|m| with_excerpt(m, text, path)));
         let unexplained = file.validate().into_iter().filter(|mistake| !read.explains(mistake));
         mistakes.extend(unexplained.map(|mistake| with_excerpt(mistake, text, path)));
@@ -72,8 +75,9 @@ impl CaseFile {
         for (region, material) in &mut self.case.material {
             let Some(plastic) = material.plastic.as_mut() else { continue };
             let Some(table) = plastic.table().map(|table| folder.join(table)) else { continue };
+            let key = hardening_key(region);
+            self.hardening_tables.push((key.clone(), table.clone()));
             if let Err([problem, help]) = plastic.read_table(&table) {
-                let key = format!("material.{region}.plastic.hardening.table");
                 let value = table.display().to_string();
                 mistakes.push(InputError::new(&self.path, &key, value, problem, help));
             }
@@ -382,6 +386,7 @@ mod tests {
             separator: Some(Separator::Semicolon),
             decimal: Some(Decimal::Comma),
             skip: Some(4),
+            stop_at: Some("Maximum".into()),
             encoding: Some(Encoding::Latin1),
             sheet: Some("Readings".into()),
             displacement: Some("Weg".into()),

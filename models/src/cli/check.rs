@@ -12,7 +12,7 @@ use super::output::print_line;
 /// Prints the interpreted input of a case or a study; exit code 1 if there are mistakes.
 pub(super) fn check(path: &Path) -> Result<ExitCode, Failure> {
     if !StudyCheck::is_study(path) {
-        let CaseCheck { understood, notes, mistakes, tests, .. } = CaseCheck::read(path);
+        let CaseCheck { understood, notes, warnings, mistakes, tests, .. } = CaseCheck::read(path);
         print_understood(&understood)?;
         for (test, understood) in &tests {
             print_line(format_args!("\n{test}"))?;
@@ -21,26 +21,32 @@ pub(super) fn check(path: &Path) -> Result<ExitCode, Failure> {
         if !tests.is_empty() {
             print_line("")?;
         }
-        return conclude(&notes, &mistakes);
+        return conclude(&notes, &warnings, &mistakes);
     }
-    let StudyCheck { understood, parts, notes, mistakes } = StudyCheck::read(path);
+    let StudyCheck { understood, parts, notes, warnings, mistakes } = StudyCheck::read(path);
     print_understood(&understood)?;
     for PartCheck { folder, understood } in parts {
         print_line(format_args!("\n{folder}"))?;
         print_understood(&understood)?;
     }
     print_line("")?;
-    conclude(&notes, &mistakes)
+    conclude(&notes, &warnings, &mistakes)
 }
 
 fn print_understood(lines: &[(&str, String)]) -> Result<(), Failure> {
     lines.iter().try_for_each(|(subject, text)| print_line(format_args!("{subject:>10}  {text}")))
 }
 
-/// Prints notes, mistakes and the number of mistakes.
-fn conclude(notes: &[String], mistakes: &[String]) -> Result<ExitCode, Failure> {
-    for note in notes {
-        print_line(format_args!("{:>10}  {note}", "note"))?;
+/// Prints notes, warnings, mistakes and the number of mistakes.
+fn conclude(
+    notes: &[String],
+    warnings: &[String],
+    mistakes: &[String],
+) -> Result<ExitCode, Failure> {
+    for (kind, lines) in [("note", notes), ("warning", warnings)] {
+        for line in lines {
+            print_line(format_args!("{kind:>10}  {line}"))?;
+        }
     }
     let mut stderr = std::io::stderr();
     for mistake in mistakes {

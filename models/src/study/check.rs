@@ -19,6 +19,8 @@ pub struct StudyCheck {
     pub parts: Vec<PartCheck>,
     /// Notes for the user, with the names of the parts concerned.
     pub notes: Vec<String>,
+    /// Warnings: findings that may make results wrong, with the names of the parts concerned.
+    pub warnings: Vec<String>,
     /// Errors that would prevent a run, with the names of the parts concerned.
     pub mistakes: Vec<String>,
 }
@@ -58,9 +60,10 @@ impl StudyCheck {
             };
         };
         let checks: Vec<(String, CaseCheck)> = file.settings.iter().flat_map(checks).collect();
-        let mut notes = Concerning::default();
+        let [mut notes, mut warnings] = [Concerning::default(), Concerning::default()];
         for (folder, check) in &checks {
             check.notes.iter().for_each(|note| notes.add(folder, note.clone()));
+            check.warnings.iter().for_each(|warning| warnings.add(folder, warning.clone()));
             check.mistakes.iter().for_each(|mistake| all.add(folder, mistake.clone()));
         }
         let mut understood = vec![("study", summary(&file))];
@@ -92,6 +95,7 @@ impl StudyCheck {
             understood,
             parts: parts.collect(),
             notes: notes.into_texts(count),
+            warnings: warnings.into_texts(count),
             mistakes: all.into_texts(count),
         }
     }

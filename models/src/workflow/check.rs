@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use fem::{ReadOptions, StackHeader, TetMesh};
 
+use super::check_mask::mask_in_words;
 use super::check_outside::{measured_specimens, source_in_words};
 use super::expected_cost::ExpectedCost;
 use super::experiment_inputs;
@@ -34,6 +35,8 @@ pub struct CaseCheck {
     pub understood: Vec<(&'static str, String)>,
     /// Notes for the user, as the stages print them.
     pub notes: Vec<String>,
+    /// Warnings: findings that may make results wrong, as the stages print them.
+    pub warnings: Vec<String>,
     /// Mistakes that would stop a run.
     pub mistakes: Vec<String>,
     /// Expected simulations and their cost; `None` for a case without a prior.
@@ -82,6 +85,7 @@ impl CaseCheck {
             }
             let named = |text: &String| format!("{name}: {text}");
             self.notes.extend(check.notes.iter().map(named));
+            self.warnings.extend(check.warnings.iter().map(named));
             self.mistakes.extend(check.mistakes.iter().map(named));
             costs.extend(check.cost);
             self.tests.push((name, check.understood));
@@ -148,6 +152,7 @@ impl CaseCheck {
             let name = format!("validation {}", entry.name);
             let named = |text: &String| format!("{name}: {text}");
             self.notes.extend(check.notes.iter().map(named));
+            self.warnings.extend(check.warnings.iter().map(named));
             self.mistakes.extend(check.mistakes.iter().map(named));
             self.tests.push((name, check.understood));
         }
@@ -253,7 +258,7 @@ impl CaseCheck {
                 match imported_grains(&file.path, import, size, meshing) {
                     Ok(stl_grains) => {
                         self.say("specimen", stl_grains.in_words());
-                        self.notes.extend(stl_grains.warnings());
+                        self.warnings.extend(stl_grains.warnings());
                         let [radius_mm, height_mm] = stl_grains.size_mm();
                         let key = "specimen.spacing_mm";
                         let fits =
@@ -268,8 +273,18 @@ impl CaseCheck {
                 }
             }
             SpecimenGeometry::Image { stack, further, options, radius_mm, height_mm, .. } => {
+                let mut header = None;
                 for stack in [stack].into_iter().chain(further) {
-                    self.image(stack, options);
+                    let stack_header = self.image(stack, options);
+                    header = header.or(stack_header);
+                }
+                let image = file.case.specimen.image.as_ref();
+                let mask = image.and_then(|image| image.segmentation.region.mask.as_ref());
+                if let Some(mask) = mask {
+                    match mask_in_words(file, &file.beside(mask), header.as_ref()) {
+                        Ok(text) => self.say("mask", text),
+                        Err(mistake) => self.fail(mistake),
+                    }
                 }
                 Some(MeshSize::of_cylinder([(*height_mm)?, (*radius_mm)?]))
             }
@@ -298,13 +313,18 @@ impl CaseCheck {
         size
     }
 
-    fn image(&mut self, stack: &Path, options: &ReadOptions) {
+    /// Reads the header of an image; `None` if the image cannot be read.
+    fn image(&mut self, stack: &Path, options: &ReadOptions) -> Option<StackHeader> {
         match StackHeader::read(stack, options) {
             Ok(header) => {
                 self.say("image", format!("{}: {}", stack.display(), header.in_words()));
-                self.notes.extend(header.warnings);
+                self.warnings.extend_from_slice(&header.warnings);
+                Some(header)
             }
-            Err(mistake) => self.fail(mistake),
+            Err(mistake) => {
+                self.fail(mistake);
+                None
+            }
         }
     }
 
@@ -419,7 +439,7 @@ impl CaseCheck {
         match inspect(&inputs, table, size, &names, false) {
             Ok(InspectedSpecimens { table, notes, mistakes }) => {
                 self.notes.extend_from_slice(notes.lines());
-                self.notes.extend_from_slice(notes.warnings());
+                self.warnings.extend_from_slice(notes.warnings());
                 mistakes.into_iter().for_each(|mistake| self.fail(mistake));
                 self.means(file, &table, size);
             }

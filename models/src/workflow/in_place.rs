@@ -8,7 +8,9 @@ use super::pattern::{folder, matches};
 use super::stages::STAGES;
 use super::written::WRITTEN;
 use super::{InputInPlace, WorkflowError};
-use crate::case::{CaseFile, SimulatorCase};
+use crate::case::{CaseFile, named_paths};
+use crate::experiment::curve_file;
+use crate::specimen_files::recorded_file;
 use crate::table_format::DetectedTable;
 
 /// Files that are copied into a results folder when the folder is opened. If an input of the case already
@@ -96,39 +98,19 @@ fn is_virtual(source: &CaseFile) -> bool {
     source.case.experiments.as_ref().is_some_and(|e| e.virtual_specimens.is_some())
 }
 
-/// Lists all existing files that a case names.
+/// Lists all existing files that a case names, and the files that its tables of specimens and image headers name.
 fn named_by(source: &CaseFile) -> Vec<Named> {
-    let case = &source.case;
     let mut named = vec![Named { key: "the case".to_owned(), path: source.path.clone() }];
-    let mut add = |key: &str, path: &Path| {
-        named.push(Named { key: key.to_owned(), path: source.beside(path) });
-    };
-    case.specimen.mesh.iter().for_each(|mesh| add("specimen.mesh", mesh));
-    case.specimen.stl.iter().for_each(|stl| add("specimen.stl.surfaces", &stl.surfaces));
-    for candidate in &case.further_tests.candidate {
-        let mesh = candidate.mesh().into_iter();
-        mesh.for_each(|mesh| add("further_tests.candidate", Path::new(mesh)));
-    }
-    if let Some(image) = &case.specimen.image {
-        let mut add_image = |key: &str, stack: &Path| {
+    for (key, path) in named_paths(source) {
+        if key.contains("specimen.image.") {
             // the header of an image refers to a separate file of values
-            fem::image_files(&source.beside(stack)).iter().for_each(|file| add(key, file));
-        };
-        image.stack.iter().for_each(|stack| add_image("specimen.image.stack", stack));
-        image.labels.iter().for_each(|labels| add_image("specimen.image.labels", labels));
-        let further = image.further_stacks.iter().flatten();
-        further.for_each(|stack| add_image("specimen.image.further_stacks", stack));
-    }
-    for program_file in case.simulator.iter().flat_map(SimulatorCase::paths) {
-        add("simulator", program_file);
-    }
-    case.design.import.iter().for_each(|import| add("design.import", import));
-    if let Some(values) = case.experiments.as_ref().and_then(|e| e.values.as_ref()) {
-        add("experiments.values", values);
-    }
-    if let Some(table) = case.experiments.as_ref().and_then(|e| e.table.as_ref()) {
-        add("experiments.table", table);
-        named.extend(named_by_table(&source.beside(table)));
+            let files = fem::image_files(&path).into_iter();
+            named.extend(files.map(|path| Named { key: key.clone(), path }));
+        }
+        if key.ends_with("experiments.table") {
+            named.extend(named_by_table(&path));
+        }
+        named.push(Named { key, path });
     }
     named.retain(|named| named.path.exists());
     named
@@ -143,12 +125,13 @@ fn named_by_table(file: &Path) -> Vec<Named> {
     let mut named = Vec::new();
     for row in table.rows() {
         let id = row.text("id");
-        let curve = file.with_file_name("curves").join(format!("{id}.csv"));
+        let curve = recorded_file(file, id).unwrap_or_else(|_| curve_file(file, id));
         named.push(Named { key: format!("the curve of specimen {id}"), path: curve });
         let image = row.text("image");
         if !image.is_empty() {
-            let path = file.with_file_name(image);
-            named.push(Named { key: format!("the image of specimen {id}"), path });
+            let files = fem::image_files(&file.with_file_name(image)).into_iter();
+            let key = format!("the image of specimen {id}");
+            named.extend(files.map(|path| Named { key: key.clone(), path }));
         }
     }
     named
@@ -216,5 +199,28 @@ mod tests {
         ] {
             check(stack, out).unwrap();
         }
+    }
+
+    /// Files in the keys of a test are inputs, in the folder of the case and in the folder of the test.
+    #[test]
+    fn an_input_of_a_test_at_the_path_of_a_product_is_refused() {
+        let dir = tempfile::tempdir().unwrap();
+        let tests = dir.path().join("tests/slow");
+        std::fs::create_dir_all(&tests).unwrap();
+        for file in ["mesh.msh", "tests/slow/mesh.msh", "tests/slow/own.msh"] {
+            std::fs::write(dir.path().join(file), "").unwrap();
+        }
+        let check = |mesh: &str, out: &Path| {
+            let text = CASE.replace("STACK", "gone.tif")
+                + &format!("[[tests]]\nname = \"slow\"\nset.specimen.mesh = \"{mesh}\"\n");
+            let (case, _) = CaseFile::parse_all(&text, &dir.path().join("my.toml"));
+            check_inputs(&case.unwrap(), out)
+        };
+        for (mesh, out) in [("mesh.msh", dir.path()), ("tests/slow/mesh.msh", tests.as_path())] {
+            let error = check(mesh, out).unwrap_err().to_string();
+            assert!(error.contains("tests (slow).set.specimen.mesh"), "{error}");
+        }
+        check("tests/slow/own.msh", &tests).unwrap();
+        check("mesh.msh", &tests).unwrap();
     }
 }

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use super::cores::Cores;
+use super::in_place::check_inputs;
 use super::joint::folders;
 use super::neighbours::Together;
 use super::product_folder::{FolderAccess, ProductFolder};
@@ -50,6 +51,9 @@ impl<'a> JointWorkflow<'a> {
     ) -> Result<Self, WorkflowError> {
         let cores = Cores::new(threads);
         let singles = single_tests(source)?;
+        for test in &singles {
+            check_inputs(source, &dir.join(folders::of_test(&test.name)))?;
+        }
         let whole = Workflow::open_with(source, dir, threads, interrupt, access)?;
         let cases = singles.iter().map(|test| folders::of_test(&test.name)).collect();
         let folder = ProductFolder::new(dir, &access.replace);

@@ -5,6 +5,7 @@ use std::path::Path;
 use super::WorkflowError;
 use super::experiment_inputs;
 use super::mesh_scale::MeshScale;
+use super::specimen_quantities::check_scatter;
 use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
 use crate::error::InputError;
@@ -53,8 +54,8 @@ pub(super) fn read_measured(
     Ok(specimens)
 }
 
-/// Checks whether a calibration to the given specimens is possible: at least `least` specimens and means that are not
-/// zero are necessary.
+/// Checks whether a calibration to the given specimens is possible: at least `least` specimens, means that
+/// are not zero, and scatter of each quantity are necessary.
 ///
 /// # Errors
 /// Names the file and the quantity.
@@ -80,7 +81,8 @@ pub(super) fn check_measured(
             return Err(InputError::new(file, location, mean.to_string(), problem, help));
         }
     }
-    Ok(())
+    let without_scatter = (least > 1).then(|| check_scatter(file, quantities, &values)).flatten();
+    without_scatter.map_or(Ok(()), Err)
 }
 
 /// Writes `experiments.csv` from the table of measured quantities.
@@ -161,6 +163,10 @@ mod tests {
             ("id,u_mm,peak_force_N\na,1,-2\nb,1,2\n", "must be positive"),
             ("id,u_mm,peak_force_N\na,1,2\n", "has 1 specimens"),
             ("id,u_mm,peak_force_N\na,1,2\nb,-1,2\n", "column u_mm = 0: has a mean of zero"),
+            (
+                "id,u_mm,peak_force_N\na,1,2\nb,1.1,2\n",
+                "column peak_force_N = 2: is the value of all 2",
+            ),
         ] {
             let error = read(text).err().unwrap();
             assert!(error.contains(problem), "{error}");

@@ -54,6 +54,7 @@
 mod adoption;
 mod calibrate;
 mod check;
+mod check_mask;
 mod check_outside;
 mod closed_form;
 mod confirm;
@@ -263,8 +264,13 @@ impl<'a> Workflow<'a> {
         adopt_products(&folder, dir)?;
         folder.claim(STAGES_FILE, "run")?;
         copies.write(source, dir, &folder)?;
+        let held_out = held_out_cases(source)?;
+        // files that only the case names must not be in the place of products of a validation
+        for (name, _) in &held_out {
+            check_inputs(source, &dir.join(folder_of(name)))?;
+        }
         let mut validations = Vec::new();
-        for (name, held_out) in held_out_cases(source)? {
+        for (name, held_out) in held_out {
             // these folders belong to the folder of the case, whose owner has been checked
             let access = FolderAccess { reuse: true, replace: access.replace.clone() };
             let validation_folder = dir.join(folder_of(&name));
@@ -272,7 +278,9 @@ impl<'a> Workflow<'a> {
                 Self::open_with(&held_out, &validation_folder, threads, interrupt, &access)?;
             validations.push((name, Self { is_held_out: true, ..workflow }));
         }
-        let file = CaseFile { path: dir.join("case.toml"), case: copies.case.clone() };
+        let (path, case) = (dir.join("case.toml"), copies.case.clone());
+        // the case in the results folder has the rows of the tables of yield stresses
+        let file = CaseFile { path, case, hardening_tables: Vec::new() };
         Ok(Self {
             file,
             dir: dir.to_owned(),

@@ -42,7 +42,7 @@ pub(super) struct Setup<'a> {
 }
 
 impl<'a> From<&'a CaseFile> for Setup<'a> {
-    fn from(CaseFile { path, case }: &'a CaseFile) -> Self {
+    fn from(CaseFile { path, case, .. }: &'a CaseFile) -> Self {
         Self {
             path,
             order: case.specimen.order,

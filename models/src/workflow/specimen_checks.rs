@@ -11,7 +11,7 @@ use super::inputs::Inputs;
 use super::mesh_scale::MeshSize;
 use super::preparation::Preparation;
 use super::specimen_notes::{Notes, check_machine, check_rates, note_sizes};
-use super::specimen_quantities::{SpecimenNames, compared};
+use super::specimen_quantities::{SpecimenNames, check_scatter, compared};
 use super::task::Task;
 use crate::curve_check::{Finding, Weight};
 use crate::error::InputError;
@@ -101,7 +101,7 @@ pub(super) fn inspect(
         ));
     }
     let (qoi, preparation) = (inputs.qoi(), Preparation::of(inputs));
-    let mut toes = Vec::new();
+    let (mut toes, mut values) = (Vec::new(), Vec::new());
     for specimen in &mut table.specimens {
         let fraction = specimen.slope_fraction.unwrap_or(qoi.slope_fraction);
         let (curve, findings) = preparation.apply(&specimen.curve, fraction);
@@ -123,12 +123,20 @@ pub(super) fn inspect(
             }
             notes.list(&specimen.id, name, value, format!("{problem}. {help}"));
         }
-        let unusable = || {
-            let problem = compared(specimen, mesh, qoi, &qoi.quantities).err()?.to_string();
-            let help = "Correct the curve, or remove the specimen from the table.";
-            Some(InputError::new(&file, "", "", problem, help))
+        let unusable = match compared(specimen, mesh, qoi, &qoi.quantities) {
+            Ok(row) => {
+                values.push(row);
+                None
+            }
+            Err(error) => {
+                let help = "Correct the curve, or remove the specimen from the table.";
+                Some(InputError::new(&file, "", "", error.to_string(), help))
+            }
         };
-        mistakes.extend(refused.or_else(unusable));
+        mistakes.extend(refused.or(unusable));
+    }
+    if inputs.least_specimens() > 1 {
+        mistakes.extend(check_scatter(names.table, &qoi.quantities, &values));
     }
     notes.say_what_was_left_out();
     let [low, high] = toes.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &toe| {

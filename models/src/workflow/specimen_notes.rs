@@ -175,12 +175,15 @@ pub(super) fn check_rates(
 ) -> Vec<InputError> {
     let Some(displacement_mm) = test.displacement_mm else { return Vec::new() };
     let case = CaseRate { displacement_mm, duration_s: test.duration_s(), height_mm };
-    let is_unknown = |specimen: &Specimen| specimen.rate_mm_per_s.is_none();
-    if !are_virtual && table.specimens.iter().any(is_unknown) {
+    let is_unknown = |specimen: &&Specimen| specimen.rate_mm_per_s.is_none();
+    let unknown = table.specimens.iter().filter(is_unknown).count();
+    if !are_virtual && unknown > 0 {
         let rate = displacement_mm / test.duration_s();
         let text = format!(
-            "curves without a column time_s are taken as tests at {rate:.4} mm/s (test.displacement_mm / \
-             test.duration_s), and the viscosity is inversely proportional to this speed"
+            "no times were read for {unknown} of {} curves, and the table has no rate_mm_per_s for them: they are taken as \
+             tests at {rate:.4} mm/s (test.displacement_mm / test.duration_s), and the viscosity is inversely proportional \
+             to this speed",
+            table.specimens.len()
         );
         notes.say("rate", &text);
         notes.list("all", "rate", rate, text);

@@ -8,6 +8,7 @@ use super::measured_values::read_measured;
 use crate::case::{CaseFile, validation_case};
 use crate::error::InputError;
 use crate::experiment::Specimen;
+use crate::same_test::is_same_test;
 use crate::specimen_files::SpecimenFiles;
 
 /// Name of the stage that compares held-out specimens with their predictions.
@@ -42,7 +43,7 @@ pub(super) fn held_out_cases(source: &CaseFile) -> Result<Vec<(String, CaseFile)
     Ok(cases)
 }
 
-/// Refuses held-out specimens that the calibration uses: specimens with the same curve, or with the same name and the same
+/// Refuses held-out specimens that the calibration uses: specimens with the readings of the same test, or with the same name and the same
 /// measured quantities.
 ///
 /// # Errors
@@ -59,7 +60,7 @@ pub(super) fn refuse_calibrated(
         (measured(calibration), measured(held_out))
     {
         for specimen in &measured_specimens {
-            let is_same = |other: &&Specimen| other.curve == specimen.curve;
+            let is_same = |other: &&Specimen| is_same_test(&other.curve, &specimen.curve);
             if let Some(other) = calibrated.iter().find(is_same) {
                 return refuse(&path, &specimen.id, &other.id);
             }

@@ -32,7 +32,6 @@ pub(super) const FOREIGN_IMPLS: [(&str, &str); 70] = [
     ("models/calibration", "fracture/influence.rs: impl Calibration"),
     ("models/calibration", "fracture/loo.rs: impl Calibration"),
     ("models/calibration", "fracture/units.rs: impl Calibration"),
-    ("models/calibration", "record/text.rs: impl Decimal"),
     ("models/calibration", "record/text.rs: impl Separator"),
     ("models/calibration", "specimen_files.rs: impl SpecimenTable"),
     ("models/calibration", "specimen_files.rs: impl TestCurve"),

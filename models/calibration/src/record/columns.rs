@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::header::Layout;
+use super::header::{Layout, name_and_unit};
 use super::options::ReadOptions;
 use super::text::Sheet;
 use super::unit::{Dimension, Unit};
@@ -19,6 +19,8 @@ pub(super) struct Column {
     factor: f64,
     /// Name of the unit, or a description of the factor that the options state.
     unit: String,
+    /// Whether the cells are clock times.
+    is_clock: bool,
 }
 
 /// Columns of a record that are read.
@@ -32,6 +34,8 @@ pub(super) struct Columns {
 struct Role<'a> {
     /// Key of the role under `[experiments.read]`.
     key: &'static str,
+    /// Name of the column in a plain file. A column with exactly this name is preferred to all other columns.
+    plain: &'static str,
     /// Words in column names of testing machines, in English, German and French.
     words: &'static [&'static str],
     /// Physical dimensions that the column may have, in order of preference.
@@ -42,12 +46,42 @@ struct Role<'a> {
     factor: Option<f64>,
 }
 
+/// Words in names of columns of times, in English, German and French.
+const TIME_WORDS: &[&str] =
+    &["time", "zeit", "temps", "second", "sekunde", "seconde", "elapsed", "minutes", "minuten"];
+
+/// Whether a name is an abbreviation of time without a further word.
+fn is_time_name(name: &str) -> bool {
+    matches!(name, "t" | "sec" | "Sec" | "secs" | "Sek" | "sek")
+}
+
+fn is_time_unit(name: &&str) -> bool {
+    Unit::named(name).is_some_and(|unit| unit.dimension == Dimension::Time)
+}
+
+/// Whether the unit of clock times with two parts is hours and minutes, as in `hh:mm`.
+fn are_hours_and_minutes(unit: Option<&str>) -> bool {
+    let bare = unit.unwrap_or_default().trim_matches(['(', '[', ')', ']', ' ']).to_lowercase();
+    bare.starts_with('h') && bare.matches(':').count() == 1
+}
+
+/// Whether the name of a column, with or without a unit, is the name of a column of times.
+pub(crate) fn is_time_column(written: &str) -> bool {
+    let (name, unit) = name_and_unit(written);
+    let has_word = TIME_WORDS.iter().any(|word| name.to_lowercase().contains(word));
+    let dimension = unit.as_deref().and_then(Unit::named).map(|unit| unit.dimension);
+    match dimension {
+        Some(dimension) => dimension == Dimension::Time,
+        None => has_word || is_time_name(&name),
+    }
+}
+
 impl Columns {
     /// Finds the columns of a record.
     ///
     /// # Errors
-    /// If there is no column of displacement or force, or more than one, or a unit is missing, unknown or of another
-    /// dimension.
+    /// If there is no column of displacement or force, or more than one column of a kind, or a unit is missing, unknown or
+    /// of another dimension.
     pub(super) fn of(
         file: &Path,
         layout: &Layout,
@@ -55,6 +89,7 @@ impl Columns {
     ) -> Result<Self, InputError> {
         let displacement = Role {
             key: "displacement",
+            plain: "displacement_mm",
             words: &[
                 "displacement",
                 "déplacement",
@@ -79,6 +114,7 @@ impl Columns {
         };
         let force = Role {
             key: "force",
+            plain: "force_N",
             words: &["force", "load", "kraft", "last", "stress", "spannung", "contrainte"],
             dimensions: &[Dimension::Force, Dimension::Stress],
             chosen: options.force.as_deref(),
@@ -87,7 +123,8 @@ impl Columns {
         };
         let time = Role {
             key: "time",
-            words: &["time", "zeit", "temps"],
+            plain: "time_s",
+            words: TIME_WORDS,
             dimensions: &[Dimension::Time],
             chosen: options.time.as_deref(),
             unit: options.time_unit.as_deref(),
@@ -95,13 +132,13 @@ impl Columns {
         };
         let displacement = displacement.column(file, layout)?;
         let force = force.column(file, layout)?;
-        // an unreadable time column is ignored unless the options name it
         let time = match time.chosen {
+            Some(name) if name.trim().is_empty() => None,
             Some(_) => Some(time.column(file, layout)?),
-            None => time.column(file, layout).ok(),
+            None => {
+                time.detected(file, layout)?.map(|i| time.in_unit(file, layout, i)).transpose()?
+            }
         };
-        let has_numbers = |column: &Column| layout.is_numeric(column.index);
-        let time = time.filter(|column| options.time.is_some() || has_numbers(column));
         Ok(Self { displacement, force, time })
     }
 }
@@ -110,19 +147,42 @@ impl Role<'_> {
     fn column(&self, file: &Path, layout: &Layout) -> Result<Column, InputError> {
         let index = match self.chosen {
             Some(name) => self.named(file, layout, name)?,
-            None => self.detected(file, layout)?,
+            None => self.detected(file, layout)?.ok_or_else(|| self.missing(file, layout))?,
         };
+        self.in_unit(file, layout, index)
+    }
+
+    /// The column with its unit.
+    fn in_unit(&self, file: &Path, layout: &Layout, index: usize) -> Result<Column, InputError> {
         let name = layout.names[index].name.clone();
+        let (dimension, written) = (self.dimensions[0], layout.names[index].unit.as_deref());
         if let Some(factor) = self.factor {
             let unit = format!("units of {factor}");
-            return Ok(Column { index, name, dimension: self.dimensions[0], factor, unit });
+            return Ok(Column { index, name, dimension, factor, unit, is_clock: false });
         }
-        let written = layout.names[index].unit.as_deref();
-        let Some(text) = self.unit.or(written) else {
+        if dimension == Dimension::Time && layout.is_clock(index) {
+            let unit = match are_hours_and_minutes(self.unit.or(written)) {
+                true => "hh:mm",
+                false => "mm:ss or hh:mm:ss",
+            };
+            let unit = unit.to_owned();
+            return Ok(Column { index, name, dimension, factor: 1.0, unit, is_clock: true });
+        }
+        let no_time = match dimension {
+            Dimension::Time => " To read no time, write time = \"\".",
+            _ => "",
+        };
+        // a column of times may have the name of its unit, such as Seconds
+        let by_name = || (dimension == Dimension::Time).then(|| name.as_str()).filter(is_time_unit);
+        let Some(text) = self.unit.or(written).or_else(by_name) else {
             let help = format!(
-                "Write {0}_unit = \"{1}\" under [experiments.read], or another of: {2}.",
+                "Write {0}_unit = \"{1}\" under [experiments.read], or another of: {2}.{no_time}",
                 self.key,
-                if self.dimensions[0] == Dimension::Force { "kN" } else { "mm" },
+                match dimension {
+                    Dimension::Force => "kN",
+                    Dimension::Time => "s",
+                    _ => "mm",
+                },
                 self.units()
             );
             return Err(layout.error(file, &name, "", "has no unit", help));
@@ -131,20 +191,27 @@ impl Role<'_> {
             Some(Unit { name: unit, dimension, factor })
                 if self.dimensions.contains(&dimension) =>
             {
-                Ok(Column { index, name, dimension, factor, unit })
+                Ok(Column { index, name, dimension, factor, unit, is_clock: false })
             }
             other_unit => {
                 let problem = match other_unit {
                     Some(_) => format!("has a unit that is not a unit of {}", self.key),
                     None => "has an unknown unit".to_owned(),
                 };
-                let help = format!(
-                    "Known units are: {}. For another unit, write {1}_factor = … under [experiments.read]: \
-                     the value of one unit of the file in {2}.",
-                    self.units(),
-                    self.key,
-                    if self.dimensions[0] == Dimension::Force { "N" } else { "mm" },
-                );
+                let base = if dimension == Dimension::Force { "N" } else { "mm" };
+                let other = match dimension {
+                    Dimension::Time => {
+                        format!(
+                            "Write time_unit = \"s\" under [experiments.read], or another.{no_time}"
+                        )
+                    }
+                    _ => format!(
+                        "For another unit, write {}_factor = … under [experiments.read]: the value of one unit of the \
+                         file in {base}.",
+                        self.key
+                    ),
+                };
+                let help = format!("Known units are: {}. {other}", self.units());
                 Err(layout.error(file, &name, text, problem, help))
             }
         }
@@ -164,8 +231,11 @@ impl Role<'_> {
         })
     }
 
-    /// Index of the only column whose name or unit matches the role.
-    fn detected(&self, file: &Path, layout: &Layout) -> Result<usize, InputError> {
+    /// Index of the only column whose name or unit matches the role; `None` if no column matches.
+    fn detected(&self, file: &Path, layout: &Layout) -> Result<Option<usize>, InputError> {
+        if let Some(index) = layout.names.iter().position(|name| name.written == self.plain) {
+            return Ok(Some(index));
+        }
         let unit = |index: usize| {
             let written = layout.names[index].unit.as_deref();
             written.map(|text| Unit::named(text).map(|unit| unit.dimension))
@@ -178,30 +248,35 @@ impl Role<'_> {
                 None | Some(None) => dimension == self.dimensions[0],
             };
             let has_word = |i: &usize| {
-                let name = layout.names[*i].name.to_lowercase();
-                self.words.iter().any(|word| name.contains(word))
+                let name = &layout.names[*i].name;
+                let is_time = dimension == Dimension::Time && is_time_name(name);
+                is_time || self.words.iter().any(|word| name.to_lowercase().contains(word))
             };
             let matches: Vec<usize> = columns().filter(fits).filter(has_word).collect();
             match matches[..] {
                 [] => {}
-                [only] => return Ok(only),
+                [only] => return Ok(Some(only)),
                 _ => return Err(self.ambiguous(file, layout, &matches)),
             }
             let by_unit = |i: &usize| unit(*i) == Some(Some(dimension));
             let matches: Vec<usize> = columns().filter(by_unit).collect();
             match matches[..] {
                 [] => {}
-                [only] => return Ok(only),
+                [only] => return Ok(Some(only)),
                 _ => return Err(self.ambiguous(file, layout, &matches)),
             }
         }
+        Ok(None)
+    }
+
+    fn missing(&self, file: &Path, layout: &Layout) -> InputError {
         let help = format!(
             "State the column: {0} = \"…\" under [experiments.read]. The columns are: {1}.",
             self.key,
             layout.listed()
         );
         let location = format!("line {}", layout.names_line);
-        Err(InputError::new(file, location, "", format!("no column is a {}", self.key), help))
+        InputError::new(file, location, "", format!("no column is a {}", self.key), help)
     }
 
     fn ambiguous(&self, file: &Path, layout: &Layout, matches: &[usize]) -> InputError {
@@ -233,7 +308,19 @@ impl Column {
         layout: &Layout,
         sheet: &Sheet,
     ) -> Result<Vec<f64>, InputError> {
-        let numbers = layout.numbers(file, sheet, self.index)?;
+        if self.is_clock {
+            let are_hours = self.unit == "hh:mm";
+            return layout.clock_times(file, sheet, self.index, are_hours);
+        }
+        let numbers = layout.numbers(file, sheet, self.index).map_err(|error| match self.dimension {
+            Dimension::Time => InputError {
+                help: "Times are numbers, mm:ss or hh:mm:ss. Name another column with time = \"…\" and its unit with \
+                       time_unit = \"…\", or write time = \"\" to read no time, under [experiments.read]."
+                    .into(),
+                ..error
+            },
+            _ => error,
+        })?;
         Ok(numbers.into_iter().map(|number| self.factor * number).collect())
     }
 

@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
+use super::number::clock_seconds;
 use super::options::ReadOptions;
-use super::text::{Row, Sheet, has_readings};
+use super::text::{Row, Sheet};
 use super::unit::Unit;
 use crate::error::InputError;
 
@@ -30,8 +31,12 @@ pub(super) struct Layout {
     pub(super) header_lines: usize,
     /// Index of the first row with readings.
     first: usize,
-    /// For each column, whether the first row with readings has a number.
-    numeric: Vec<bool>,
+    /// Index after the last row with readings.
+    end: usize,
+    /// For each column, whether the first row with readings has a clock time.
+    is_clock: Vec<bool>,
+    /// Description of the lines after the readings; `None` if there are none.
+    pub(super) after_readings: Option<String>,
 }
 
 impl Layout {
@@ -44,8 +49,11 @@ impl Layout {
         sheet: &Sheet,
         options: &ReadOptions,
     ) -> Result<Self, InputError> {
-        let rows = &sheet.rows;
-        let is_reading = |row: &Row| has_readings(row, sheet.decimal);
+        let (rows, stopped) = match stop(&sheet.rows, options) {
+            Some(index) => (&sheet.rows[..index], sheet.rows.get(index)),
+            None => (&sheet.rows[..], None),
+        };
+        let is_reading = |row: &Row| sheet.has_readings(row);
         let is_start = |i: usize| {
             let following = &rows[i..(i + 1 + FOLLOWING).min(rows.len())];
             following.iter().all(|row| is_reading(row) && row.cells.len() == rows[i].cells.len())
@@ -92,19 +100,51 @@ impl Layout {
             let unit = units.and_then(|units| units.cells.get(i)).filter(|unit| !unit.is_empty());
             Name { written: written.clone(), name, unit: unit.cloned().or(own_unit) }
         });
-        let numeric = rows[first].cells.iter().map(|cell| sheet.decimal.number(cell).is_some());
+        let end = end_of_readings(sheet, &rows[first..]).map_or(rows.len(), |count| first + count);
+        let is_clock = rows[first].cells.iter().map(|cell| clock_seconds(cell, false).is_some());
+        let following = rows.get(end).or(stopped);
+        let after_readings = following.map(|row| {
+            let lines = sheet.rows.len() - end;
+            let text = row.cells.iter().find(|cell| !cell.is_empty()).map_or("", String::as_str);
+            let lines = if lines == 1 { "1 line".to_owned() } else { format!("{lines} lines") };
+            format!("{lines} after the readings omitted, from line {} ({text:?})", row.line)
+        });
         Ok(Self {
             names: names.collect(),
             names_line: header.line,
             header_lines: rows[first].line - 1,
             first,
-            numeric: numeric.collect(),
+            end,
+            is_clock: is_clock.collect(),
+            after_readings,
         })
     }
 
-    /// Whether the first reading of a column is a number.
-    pub(super) fn is_numeric(&self, index: usize) -> bool {
-        self.numeric.get(index).copied().unwrap_or(false)
+    /// Whether the first reading of a column is a clock time.
+    pub(super) fn is_clock(&self, index: usize) -> bool {
+        self.is_clock.get(index).copied().unwrap_or(false)
+    }
+
+    /// Reads a column of clock times in s. `are_hours`: whether two parts are hours and minutes.
+    ///
+    /// # Errors
+    /// If a cell is not a clock time.
+    pub(super) fn clock_times(
+        &self,
+        file: &Path,
+        sheet: &Sheet,
+        index: usize,
+        are_hours: bool,
+    ) -> Result<Vec<f64>, InputError> {
+        let time = |row: &Row| {
+            let cell = row.cells.get(index).map_or("", String::as_str);
+            clock_seconds(cell, are_hours).ok_or_else(|| {
+                let help = "Clock times are mm:ss or hh:mm:ss. Name another column with time = \"…\", or write \
+                            time = \"\" to read no time, under [experiments.read].";
+                self.cell_error(file, row, index, "is not a clock time", help)
+            })
+        };
+        sheet.rows[self.first..self.end].iter().map(time).collect()
     }
 
     /// Reads the numbers of a column without conversion of units.
@@ -119,13 +159,26 @@ impl Layout {
     ) -> Result<Vec<f64>, InputError> {
         let number = |row: &Row| {
             let cell = row.cells.get(index).map_or("", String::as_str);
-            sheet.decimal.number(cell).ok_or_else(|| {
-                let location = format!("line {}, column {}", row.line, self.names[index].written);
-                let help = "Remove rows that are not readings, or state separator and decimal under [experiments.read].";
-                InputError::new(file, location, cell, "is not a finite number", help)
+            sheet.number(cell).ok_or_else(|| {
+                let help = "State separator and decimal under [experiments.read]. If the readings end above this line, \
+                            write stop_at = \"…\" with the text at the start of the first line after them.";
+                self.cell_error(file, row, index, "is not a finite number", help)
             })
         };
-        sheet.rows[self.first..].iter().map(number).collect()
+        sheet.rows[self.first..self.end].iter().map(number).collect()
+    }
+
+    fn cell_error(
+        &self,
+        file: &Path,
+        row: &Row,
+        index: usize,
+        problem: &str,
+        help: &str,
+    ) -> InputError {
+        let location = format!("line {}, column {}", row.line, self.names[index].written);
+        let cell = row.cells.get(index).map_or("", String::as_str);
+        InputError::new(file, location, cell, problem, help)
     }
 
     /// Lists the names of the columns as written in the file.
@@ -148,6 +201,43 @@ impl Layout {
     }
 }
 
+/// Index of the row at which the readings end by the option `stop_at`.
+fn stop(rows: &[Row], options: &ReadOptions) -> Option<usize> {
+    let text = options.stop_at.as_ref().map(|text| text.trim().to_lowercase())?;
+    let after_skip = |row: &Row| row.line > options.skip.unwrap_or(0) + 1;
+    let is_stop = |row: &Row| {
+        let mut filled = row.cells.iter().filter(|cell| !cell.is_empty());
+        filled.next().is_some_and(|cell| cell.to_lowercase().starts_with(&text))
+    };
+    rows.iter().position(|row| after_skip(row) && is_stop(row))
+}
+
+/// Number of rows with readings, if all rows after them start with a word in a column of numbers, such as a row
+/// `Maximum;0,15;147`. `None` if the readings extend to the last row, or if the rows after the readings may be readings
+/// with mistakes.
+fn end_of_readings(sheet: &Sheet, rows: &[Row]) -> Option<usize> {
+    let is_value =
+        |cell: &str| sheet.number(cell).is_some() || clock_seconds(cell, false).is_some();
+    let columns: Vec<usize> =
+        (0..rows[0].cells.len()).filter(|&i| is_value(&rows[0].cells[i])).collect();
+    let is_reading =
+        |row: &Row| columns.iter().all(|&i| row.cells.get(i).is_some_and(|cell| is_value(cell)));
+    let count = rows.iter().rposition(is_reading)? + 1;
+    let is_word =
+        |cell: &str| cell.chars().filter(|c| c.is_alphabetic()).count() >= 2 && !is_missing(cell);
+    let starts_with_word = |row: &Row| {
+        let filled = row.cells.iter().position(|cell| !cell.is_empty());
+        filled.is_some_and(|i| columns.contains(&i) && is_word(&row.cells[i]))
+    };
+    (count < rows.len() && rows[count..].iter().all(starts_with_word)).then_some(count)
+}
+
+/// Whether a cell is a placeholder for a missing number.
+fn is_missing(cell: &str) -> bool {
+    let names = ["n/a", "na", "nan", "inf", "-inf", "null", "none"];
+    names.iter().any(|name| cell.eq_ignore_ascii_case(name))
+}
+
 /// Whether a row contains units: at least two cells are filled, and all filled cells are units or in brackets.
 fn is_of_units(row: &Row) -> bool {
     let filled = || row.cells.iter().filter(|cell| !cell.is_empty());
@@ -156,7 +246,7 @@ fn is_of_units(row: &Row) -> bool {
 }
 
 /// Splits a column name such as `Load (kN)`, `Load [kN]`, `Load / kN`, `load in kN` or `force_kN` into name and unit.
-fn name_and_unit(written: &str) -> (String, Option<String>) {
+pub(super) fn name_and_unit(written: &str) -> (String, Option<String>) {
     let both = |name: &str, unit: &str| (name.trim().to_owned(), Some(unit.trim().to_owned()));
     for (opening, close) in [('(', ')'), ('[', ']'), ('{', '}')] {
         let inner =

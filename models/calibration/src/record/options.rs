@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::number::Decimal;
+
 /// Options `[experiments.read]` for reading records. Options that are absent are detected from the file.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -15,6 +17,10 @@ pub struct ReadOptions {
     /// Number of lines before the names of the columns.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub skip: Option<usize>,
+    /// Text at which the readings end: the readings end before the first row whose first filled cell starts with this
+    /// text.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stop_at: Option<String>,
     /// Encoding of the text.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub encoding: Option<Encoding>,
@@ -27,7 +33,7 @@ pub struct ReadOptions {
     /// Name of the column of the force (or stress).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub force: Option<String>,
-    /// Name of the column of the time.
+    /// Name of the column of the time. An empty name means that no time is read.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time: Option<String>,
     /// Unit of the displacement. It replaces the unit that the file states.
@@ -71,17 +77,6 @@ pub enum Separator {
     Space,
 }
 
-/// Decimal sign.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Decimal {
-    /// `1.5`
-    #[serde(rename = ".", alias = "point")]
-    Point,
-    /// `1,5`
-    #[serde(rename = ",", alias = "comma")]
-    Comma,
-}
-
 /// Encoding of a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -89,7 +84,7 @@ pub enum Encoding {
     /// UTF-8, with or without a byte order mark.
     #[serde(rename = "utf-8")]
     Utf8,
-    /// UTF-16 with a byte order mark.
+    /// UTF-16, with or without a byte order mark.
     #[serde(rename = "utf-16")]
     Utf16,
     /// ISO 8859-1.
@@ -105,17 +100,4 @@ pub enum Compression {
     Positive,
     /// Compression is negative.
     Negative,
-}
-
-impl Decimal {
-    /// Parses a cell as a finite number; `None` if it is not a finite number with this decimal sign.
-    pub(super) fn number(self, cell: &str) -> Option<f64> {
-        let cell = cell.trim().replace('\u{2212}', "-");
-        let text = match self {
-            Self::Point => cell,
-            Self::Comma if cell.contains('.') => return None,
-            Self::Comma => cell.replace(',', "."),
-        };
-        text.parse().ok().filter(|number: &f64| number.is_finite())
-    }
 }

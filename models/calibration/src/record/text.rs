@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use super::options::{Decimal, Encoding, ReadOptions, Separator};
+use super::number::{Decimal, is_decimal_sign_certain, single_group};
+use super::options::{Encoding, ReadOptions, Separator};
 use crate::error::InputError;
 
 /// One row of cells.
@@ -18,6 +19,8 @@ pub(super) struct Row {
 pub(super) struct Sheet {
     pub(super) rows: Vec<Row>,
     pub(super) decimal: Decimal,
+    /// Whether a cell proves the decimal sign. If so, the other sign separates thousands, also in `1,234`.
+    pub(super) is_decimal_certain: bool,
     /// Descriptions of the detected format.
     pub(super) understood: Vec<String>,
 }
@@ -75,29 +78,70 @@ impl Sheet {
         };
         let rows =
             lines.iter().map(|(line, text)| Row { line: *line, cells: split(text, separator) });
+        let rows: Vec<Row> = rows.collect();
+        let is_stated = options.decimal.is_some();
+        let is_decimal_certain =
+            is_stated || is_decimal_sign_certain(rows.iter().flat_map(|row| &row.cells), decimal);
+        if !is_decimal_certain {
+            check_groups(file, &rows, decimal)?;
+        }
         let mut understood = vec![format!("separator {}", separator.name())];
         understood.push(decimal.name().to_owned());
         understood.extend(encoding.map(str::to_owned));
-        Ok(Self { rows: rows.collect(), decimal, understood })
+        Ok(Self { rows, decimal, is_decimal_certain, understood })
     }
+
+    /// Parses a cell as a finite number; `None` if it is not a finite number.
+    pub(super) fn number(&self, cell: &str) -> Option<f64> {
+        let number = self.decimal.number(cell);
+        number.or_else(|| {
+            self.is_decimal_certain.then(|| single_group(cell, self.decimal.other())).flatten()
+        })
+    }
+
+    /// Whether a row has readings.
+    pub(super) fn has_readings(&self, row: &Row) -> bool {
+        score_by(&row.cells, |cell| self.number(cell).is_some()) > 0
+    }
+}
+
+/// Returns an error for a column in which the detected decimal sign may separate thousands: some numbers have the sign
+/// before exactly three digits, and others are whole numbers of three digits, as in `980`, `1,020`.
+fn check_groups(file: &Path, rows: &[Row], decimal: Decimal) -> Result<(), InputError> {
+    let is_hundreds = |cell: &str| cell.len() == 3 && cell.bytes().all(|b| b.is_ascii_digit());
+    let width = rows.iter().map(|row| row.cells.len()).max().unwrap_or(0);
+    for column in 0..width {
+        let cells =
+            || rows.iter().filter_map(move |row| Some((row.line, row.cells.get(column)?.trim())));
+        let Some((line, cell)) = cells().find(|(_, cell)| single_group(cell, decimal).is_some())
+        else {
+            continue;
+        };
+        if cells().any(|(_, cell)| is_hundreds(cell.trim_start_matches('-'))) {
+            let location = format!("line {line}, column {}", column + 1);
+            let problem = "may have a decimal sign or a separator of thousands";
+            let help = "Write decimal = \".\" or decimal = \",\" under [experiments.read].";
+            return Err(InputError::new(file, location, cell, problem, help));
+        }
+    }
+    Ok(())
 }
 
 /// Score of a line as a row of readings: 2 if it has at least two numbers and all filled cells are numbers, 1 if it has
 /// at least two numbers and at least half of the filled cells are numbers, else 0.
 fn score(cells: &[String], decimal: Decimal) -> usize {
+    score_by(cells, |cell| decimal.number(cell).is_some())
+}
+
+fn score_by(cells: &[String], is_number: impl Fn(&str) -> bool) -> usize {
     let filled = cells.iter().filter(|cell| !cell.is_empty()).count();
-    let numbers = cells.iter().filter(|cell| decimal.number(cell).is_some()).count();
+    let numbers = cells.iter().filter(|cell| is_number(cell)).count();
     match numbers {
         ..2 => 0,
         _ if numbers == filled => 2,
         _ if 2 * numbers >= filled => 1,
         _ => 0,
     }
-}
-
-/// Whether a row has readings.
-pub(super) fn has_readings(row: &Row, decimal: Decimal) -> bool {
-    score(&row.cells, decimal) > 0
 }
 
 /// Splits a line into cells, and removes the quotes around each cell.
@@ -144,6 +188,10 @@ pub(crate) fn decoded(
         (None | Some(Encoding::Utf16), [0xfe, 0xff, rest @ ..]) => {
             Ok((utf16(rest, u16::from_be_bytes)?, Some("UTF-16")))
         }
+        (None | Some(Encoding::Utf16), _) if utf16_without_mark(bytes).is_some() => {
+            let unit = utf16_without_mark(bytes).unwrap_or(u16::from_le_bytes);
+            Ok((utf16(bytes, unit)?, Some("UTF-16 without byte order mark")))
+        }
         (Some(Encoding::Utf16), _) => Err(wrong("UTF-16")),
         (Some(Encoding::Latin1), _) => Ok((latin1(bytes), Some("Latin-1"))),
         (None | Some(Encoding::Utf8), _) => {
@@ -154,6 +202,20 @@ pub(crate) fn decoded(
                 (Err(_), Some(_)) => Err(wrong("UTF-8")),
             }
         }
+    }
+}
+
+/// Byte order of UTF-16 text without a byte order mark; `None` if the bytes are other text. Most characters of an export
+/// are ASCII, so that one byte of most pairs is zero; other encodings have no zero bytes.
+fn utf16_without_mark(bytes: &[u8]) -> Option<fn([u8; 2]) -> u16> {
+    let pairs = bytes.len() / 2;
+    let zeros = |place: usize| bytes.chunks_exact(2).filter(|pair| pair[place] == 0).count();
+    let [big, little] = [zeros(0), zeros(1)];
+    match () {
+        () if pairs == 0 || bytes.len() % 2 == 1 => None,
+        () if 2 * little > pairs && big == 0 => Some(u16::from_le_bytes),
+        () if 2 * big > pairs && little == 0 => Some(u16::from_be_bytes),
+        () => None,
     }
 }
 
@@ -169,15 +231,6 @@ impl Separator {
             Self::Semicolon => ";",
             Self::Tab => "tab",
             Self::Space => "space",
-        }
-    }
-}
-
-impl Decimal {
-    fn name(self) -> &'static str {
-        match self {
-            Self::Point => "decimal point",
-            Self::Comma => "decimal comma",
         }
     }
 }

@@ -5,7 +5,8 @@ use std::path::Path;
 
 use calamine::{Data, Reader, Xlsx};
 
-use super::options::{Decimal, ReadOptions};
+use super::number::Decimal;
+use super::options::ReadOptions;
 use super::text::{Row, Sheet};
 use crate::error::InputError;
 
@@ -40,16 +41,23 @@ pub(super) fn sheet(
         .map(|(i, cells)| Row { line: first + i + 1, cells: cells.iter().map(text).collect() });
     let filled = |row: &Row| row.cells.iter().any(|cell| !cell.is_empty());
     let understood = vec![format!("sheet {name:?}")];
-    Ok(Sheet { rows: rows.filter(filled).collect(), decimal: Decimal::Point, understood })
+    let rows = rows.filter(filled).collect();
+    Ok(Sheet { rows, decimal: Decimal::Point, is_decimal_certain: false, understood })
 }
 
-/// Formats a cell as text with a decimal point.
+/// Formats a cell as text with a decimal point. A date or a duration becomes a clock time in hours, minutes and seconds,
+/// because differences of times are sufficient for the rate of a test.
 fn text(cell: &Data) -> String {
     match cell {
         Data::Float(number) => number.to_string(),
         Data::Int(number) => number.to_string(),
         Data::String(text) => text.trim().to_owned(),
         Data::Empty => String::new(),
+        Data::DateTime(days) => {
+            let seconds = days.as_f64() * 86_400.0;
+            let (hours, rest) = ((seconds / 3600.0).floor(), seconds.rem_euclid(3600.0));
+            format!("{hours}:{}:{:.6}", (rest / 60.0).floor(), (rest % 60.0).min(59.999_999))
+        }
         other => other.to_string(),
     }
 }

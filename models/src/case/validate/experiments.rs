@@ -22,6 +22,11 @@ impl CaseFile {
                     )));
                 }
             }
+            if read.stop_at.as_ref().is_some_and(|text| text.trim().is_empty()) {
+                let help = "Write the text at the start of the first line after the readings, or remove the key.";
+                let key = "experiments.read.stop_at";
+                mistakes.note(Err(self.error(key, "", "is empty", help)));
+            }
             if experiments.virtual_specimens.is_some() {
                 mistakes.note(Err(self.error(
                     "experiments.read",
