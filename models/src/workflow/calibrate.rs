@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::sync::Mutex;
 
 use ppl::diagnostics::e_bfmi;
-use ppl::{ChainStatus, Nuts, Posterior, Progress, WarningKind};
+use ppl::{ChainStatus, Posterior, Progress, WarningKind};
 use surrogate::Input;
 
 use super::WorkflowError;
@@ -38,15 +38,8 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let outside = check_range(task, &specimens)?;
     let settings = inputs.calibration();
     let bar = ChainsBar::new(settings.chains);
-    let sampler = Nuts::default()
-        .chains(settings.chains)
-        .warmup(settings.warmup)
-        .draws(settings.burn_in.div_ceil(settings.thin) + settings.draws)
-        .thin(settings.thin)
-        .target_accept(settings.target_accept)
-        .seed(settings.seed)
-        .interrupt(task.interrupt);
-    let burn_in = settings.burn_in.div_ceil(settings.thin);
+    let sampler = settings.sampler(task.interrupt);
+    let burn_in = settings.burn_in_draws();
     let means = column_means(&specimens);
     let shared = SharedError::of(&fitted, &settings.discrepancy, &means)?;
     fitted.known_stiffness.note.iter().for_each(|note| say("note", note));

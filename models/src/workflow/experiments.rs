@@ -19,7 +19,7 @@ use super::specimen_quantities::compared;
 use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
 use super::virtual_inputs;
-use crate::case::{ByParameter, Parameter, QoiCase, SpecimenGeometry};
+use crate::case::{ByParameter, Parameter, QoiComparison, SpecimenGeometry};
 use crate::error::InputError;
 use crate::experiment::{Specimen, SpecimenTable, TestCurve};
 use crate::qoi::Qois;
@@ -65,7 +65,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
 /// Size of the mesh, if there is one, and the quantities that are compared between specimens and simulations.
 struct Comparison<'a> {
     mesh: Option<MeshSize>,
-    qoi: &'a QoiCase,
+    qoi: &'a QoiComparison,
 }
 
 impl Comparison<'_> {

@@ -10,7 +10,7 @@ use super::run_source::{RequestedRuns, RunSource};
 use super::runs::NamedRuns;
 use super::simulator::{jacobian, quantities};
 use super::task::Task;
-use crate::case::QoiCase;
+use crate::case::QoiComparison;
 
 /// Subfolder with the records of runs.
 pub(super) const FOLDER: &str = "ensemble";
@@ -73,7 +73,7 @@ struct RunQuantities {
 
 impl LevelRuns {
     /// Computes the quantities of the records, with derivatives if requested.
-    pub(super) fn new(records: Vec<RunRecord>, qoi: &QoiCase, derivatives: bool) -> Self {
+    pub(super) fn new(records: Vec<RunRecord>, qoi: &QoiComparison, derivatives: bool) -> Self {
         let result = |record| {
             let jacobian = || if derivatives { jacobian(record, qoi) } else { Ok(Vec::new()) };
             Ok(RunQuantities { quantities: quantities(record, qoi)?, jacobian: jacobian()? })

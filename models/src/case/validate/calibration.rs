@@ -139,7 +139,7 @@ impl CaseFile {
     /// the force is x e^((1 − x³)/3) times the peak force. This force decreases faster than with rate-independent
     /// damage.
     fn check_reach(&self) -> Result<(), InputError> {
-        let (test, compared) = (&self.case.test, self.case.compared());
+        let (test, compared) = (&self.case.test, self.case.compared_quantities());
         let reach = |quantity: &Quantity| match quantity.extent() {
             Extent::Fraction(fraction) if fraction > 1.0 => Some(fraction),
             _ => None,
@@ -205,7 +205,7 @@ impl CaseFile {
     }
 
     fn check_discrepancy(&self, discrepancy: &DiscrepancyCase) -> Result<(), InputError> {
-        let compared = self.case.compared();
+        let compared = self.case.compared_quantities();
         for (quantity, &percent) in &discrepancy.percent {
             let key = format!("calibration.discrepancy.percent.{quantity}");
             if !compared.contains(quantity) {

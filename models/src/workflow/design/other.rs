@@ -35,7 +35,7 @@ pub(super) fn test(
     // of the runs
     test_task.inputs.geometry()?;
     let mut plan = Plan::of(&test_task.inputs, usize::MAX)?;
-    let quantities = file.case.qoi.quantities.clone();
+    let quantities = file.case.compared_quantities();
     let runs = plan.make_cheap(&test_task)?;
     let failed: Vec<String> =
         runs.failed().map(|(record, why)| format!("run {}: {why}", record.id)).collect();

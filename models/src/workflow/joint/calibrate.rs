@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use ppl::{Nuts, Posterior, WarningKind};
+use ppl::{Posterior, WarningKind};
 
 use super::super::WorkflowError;
 use super::super::calibrate::{ChainsBar, parameter_name, write_draws, write_sampling};
@@ -20,15 +20,8 @@ pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let inputs = &task.inputs;
     let tests = TestEvidence::read_all(inputs, task.accept_out_of_range)?;
     let settings = inputs.calibration();
-    let burn_in = settings.burn_in.div_ceil(settings.thin);
-    let sampler = Nuts::default()
-        .chains(settings.chains)
-        .warmup(settings.warmup)
-        .draws(burn_in + settings.draws)
-        .thin(settings.thin)
-        .target_accept(settings.target_accept)
-        .seed(settings.seed)
-        .interrupt(task.interrupt);
+    let sampler = settings.sampler(task.interrupt);
+    let burn_in = settings.burn_in_draws();
     let between = relations(inputs);
     let all: Vec<JointTest> = tests.iter().map(TestEvidence::joint_test).collect();
     let calibrated = |tests: &[JointTest]| {
