@@ -180,7 +180,7 @@ fn run(request: Request, threads: usize, ranks: &Ranks) -> Result<ExitCode, Fail
 
 /// Returns the stage with this name.
 fn stage_named(name: &str) -> Result<&'static Stage, WorkflowError> {
-    Stage::named(name).ok_or_else(|| {
+    Stage::named(name).or_else(|| Stage::formerly_named(name)).ok_or_else(|| {
         let names: Vec<&str> = STAGES.iter().map(|stage| stage.name).collect();
         let help = format!("Name one of: {}.", names.join(", "));
         InputError::new(Path::new("--until"), name, "", "is not a stage", help).into()

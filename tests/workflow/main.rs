@@ -243,10 +243,10 @@ fn from_an_empty_directory_to_every_documented_file() {
         ),
         ("confirm.csv", "qoi,experiment_mean,map_simulation,percent_error"),
         (
-            "design.csv",
+            "next-test.csv",
             "candidate,parameter,specimens,contraction,contraction_q05,contraction_q95,width90\nmore specimens,",
         ),
-        ("design_specimens.csv", "candidate,parameter,goal,value,specimens,limit"),
+        ("next-test-specimens.csv", "candidate,parameter,goal,value,specimens,limit"),
         (
             "curves/run-001.csv",
             "time_s,displacement_mm,force_N,elastic_N_mm,fracture_N_mm,viscous_N_mm,phi_mean,phi_max",

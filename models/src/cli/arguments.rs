@@ -44,7 +44,7 @@ Examples:
   breccia study my-study.toml --out study --slurm   the same as jobs of a Slurm cluster
 
 Stages, in order: segment, mesh, experiments, ensemble, surrogate, calibrate, confirm, validate,
-verdict, design, report.
+verdict, next-test, report.
 `breccia help STAGE` describes a stage and the files that it writes.";
 
 #[derive(Subcommand)]

@@ -12,7 +12,7 @@
 //! | confirm | `map.csv`, `posterior.csv`, `mesh.msh` | `confirm.csv`, `confirm_runs.csv`, `curves/baseline.csv`, `curves/map.csv`, `curves/draw-*.csv`, `fields/map*` (`.vtu`, `.pvd`, pictures, `map.csv`), `curves/second-mesh.csv` |
 //! | validate | `posterior.csv`, `surrogate.json`, `experiments.csv`; `mesh.msh`, `experiments.csv`, `experiments/` in the folder of each validation | `validation.csv` (one row for each validation, quantity and specimen), `validation_summary.csv` (for each validation and quantity), `validation_coverage.csv`, `validation_curves.csv` |
 //! | verdict | results and warnings of the earlier stages | `verdict.csv` (`parameter,contraction,verdict`), `warnings.txt`, `summary.txt` |
-//! | design | `posterior.csv`, `surrogate.json`, `experiments.csv`; runs and curves, for candidates with further quantities of existing curves | `design.csv` (`candidate,parameter,specimens,contraction,contraction_q05,contraction_q95,width90`), `design_specimens.csv` (`candidate,parameter,goal,value,specimens,limit`; `specimens` is empty if 1000 specimens do not reach the goal), `design/candidate-*.csv` (runs of each candidate, a [`surrogate::Dataset`]) |
+//! | next-test | `posterior.csv`, `surrogate.json`, `experiments.csv`; runs and curves, for candidates with further quantities of existing curves | `next-test.csv` (`candidate,parameter,specimens,contraction,contraction_q05,contraction_q95,width90`), `next-test-specimens.csv` (`candidate,parameter,goal,value,specimens,limit`; `specimens` is empty if 1000 specimens do not reach the goal), `next-test/candidate-*.csv` (runs of each candidate, a [`surrogate::Dataset`]) |
 //! | report | the results of all other stages | `report.html` |
 //!
 //! The runs come from a source (`run_sources/`, one file per source): simulations of this program, a program of the
@@ -61,7 +61,6 @@ mod content_hash;
 mod copies;
 mod cores;
 mod damage_of;
-mod design;
 mod editable;
 mod effort_file;
 mod ensemble;
@@ -99,6 +98,7 @@ mod mesh_error;
 mod mesh_scale;
 mod microstructures;
 mod neighbours;
+mod next_test;
 mod one_stage;
 mod ownership;
 mod packings;
@@ -166,6 +166,7 @@ pub(crate) use product_folder::ProductFolder;
 pub use product_folder::{FolderAccess, create_file};
 pub use simulate::{DeviceChoice, simulate};
 pub use stage::Stage;
+pub(crate) use stages::FORMER_NAMES;
 pub use stages::STAGES;
 use stages::stages_of;
 pub use status::{RunCounts, StageState, StageStatus, status};

@@ -117,7 +117,7 @@ pub(in crate::workflow) fn load_done(
         results.validations = validated::validations(inputs)?;
         results.validation_coverage = validated::coverage(inputs)?;
     }
-    if done("design") {
+    if done("next-test") {
         results.further = further::further(inputs, case)?;
     }
     results.notes.extend(edited::edited(inputs)?);

@@ -53,7 +53,7 @@ pub(super) fn test(
         let all = data.len() + failed.len();
         say("note", &format!("{} of {all} runs have no quantities: {first}", failed.len()));
     }
-    let name = format!("design/candidate-{number}.csv");
+    let name = format!("next-test/candidate-{number}.csv");
     let table = data.to_csv().map_err(|e| WorkflowError::io(&task.path(&name), e))?;
     task.write(&name, table)?;
     let specimens = of_specimens(&task.inputs)?;

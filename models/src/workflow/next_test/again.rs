@@ -44,7 +44,7 @@ pub(super) fn test(
         plan.make(&ensemble)?.into_iter().map(|level| with_quantities(level, &further)).collect();
     let (data, corrections) = plan.learnt(&ensemble.inputs, &quantities, &done)?;
     inputs.reads_with(&ensemble.inputs);
-    let name = format!("design/candidate-{number}.csv");
+    let name = format!("next-test/candidate-{number}.csv");
     let table = data.to_csv().map_err(|e| WorkflowError::io(&task.path(&name), e))?;
     task.write(&name, table)?;
     let corrections: Vec<_> = corrections.iter().map(|one| one.report().clone()).collect();
