@@ -5,12 +5,12 @@ use std::collections::BTreeSet;
 use fem::{Cylinder, LabelRules, Volume, tiff};
 
 use super::WorkflowError;
-use super::found::GrainPhases;
 use super::freshness::finished_in;
 use super::images::segmented_file;
 use super::inputs::Inputs;
 use super::segment::WHOLE;
 use super::specimen::{Measured, Scanned, Source};
+use super::specimen_grains::GrainPhases;
 use crate::table::{CsvTable, TableRow};
 
 /// Labelled voxels, and the phase and measured volume of each grain.
