@@ -102,6 +102,8 @@ struct Finished {
     dir: tempfile::TempDir,
     /// Standard output of `breccia run`.
     printed: String,
+    /// Standard error of `breccia run`.
+    progress: String,
 }
 
 fn finished_tiny() -> &'static Finished {
@@ -111,7 +113,7 @@ fn finished_tiny() -> &'static Finished {
         let run = ["run", "tiny.toml", "--out", "results", "--threads", "2"];
         let (code, printed, err) = breccia(dir.path(), &run);
         assert_eq!(code, Some(0), "{err}");
-        Finished { dir, printed }
+        Finished { dir, printed, progress: err }
     })
 }
 
@@ -195,6 +197,21 @@ fn without_seconds(path: &Path) -> Vec<BTreeMap<String, String>> {
     let mut rows = table(path);
     rows.iter_mut().for_each(|row| drop(row.remove("seconds")));
     rows
+}
+
+/// The output names what is simulated, what each percentage counts, and both kinds of time.
+#[test]
+fn progress_has_labels_and_named_times() {
+    let progress = &finished_tiny().progress;
+    assert_eq!(progress.matches("3 virtual specimens are simulated").count(), 1, "{progress}");
+    for part in ["virtual specimens: ", "runs: ", "runs at the mode and at draws: ", "draws: "] {
+        let is_of_bar = |line: &str| line.contains(" %  ") && line.contains(part);
+        assert!(progress.lines().any(is_of_bar), "{part} is not in {progress}");
+    }
+    let ensemble = progress.lines().find(|line| line.contains("runs usable")).unwrap();
+    for part in ["processor time ", " s per run; elapsed time "] {
+        assert!(ensemble.contains(part), "{part} is not in {ensemble}");
+    }
 }
 
 #[test]

@@ -95,7 +95,8 @@ mod tests {
         let again = CaseFile::parse(&file.case.to_toml(), &file.path).unwrap();
         assert_eq!(again, file);
 
-        let held_out = |file: &CaseFile| validation_case(file, &file.case.validation[0], 0).unwrap();
+        let held_out =
+            |file: &CaseFile| validation_case(file, &file.case.validation[0], 0).unwrap();
         let own = held_out(&file).case;
         assert_eq!(own.compared_quantities(), file.case.compared_quantities());
         let own = held_out(&read("set.qoi.quantities = [\"slope\"]")).case;

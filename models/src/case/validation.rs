@@ -130,8 +130,7 @@ fn overlaid(file: &CaseFile, entry: &ValidationCase, place: usize) -> Result<Tab
     (*fidelity, *confirm) = Default::default();
     // quantities that the validation names replace the comparison of the curves
     let names_quantities = at(&entry.set, "qoi.quantities").is_some();
-    let likelihood =
-        if names_quantities { Likelihood::Quantities } else { calibration.likelihood };
+    let likelihood = if names_quantities { Likelihood::Quantities } else { calibration.likelihood };
     *calibration = CalibrationCase { likelihood, ..CalibrationCase::default() };
     case.further_tests = Default::default();
     let mut table = match Table::try_from(&case) {

@@ -37,7 +37,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let specimens = read_experiments(inputs, pce.outputs())?;
     let outside = check_range(task, &specimens)?;
     let settings = inputs.calibration();
-    let bar = ChainsBar::new(settings.chains);
+    let bar = ChainsBar::new(settings.chains, "draws");
     let sampler = settings.sampler(task.interrupt);
     let burn_in = settings.burn_in_draws();
     let means = column_means(&specimens);
@@ -270,8 +270,9 @@ pub(super) struct ChainsBar {
 }
 
 impl ChainsBar {
-    pub(super) fn new(chains: usize) -> Self {
-        Self { bar: Bar::new("calibrate"), fractions: Mutex::new(vec![(0.0, 0); chains]) }
+    /// Starts a bar at zero for a number of chains. `label` is what the bar counts.
+    pub(super) fn new(chains: usize, label: &str) -> Self {
+        Self { bar: Bar::new("calibrate", label), fractions: Mutex::new(vec![(0.0, 0); chains]) }
     }
 }
 

@@ -445,8 +445,7 @@ impl CaseCheck {
 
     fn quantities_and_priors(&mut self, file: &CaseFile) {
         let compared = file.case.compared_quantities();
-        let names: Vec<String> =
-            compared.iter().map(|q| q.column().into_owned()).collect();
+        let names: Vec<String> = compared.iter().map(|q| q.column().into_owned()).collect();
         if file.case.prior.is_some() {
             self.say("compared", names.join(", "));
         }

@@ -137,9 +137,10 @@ fn test_virtual_specimens(task: &Task<'_>) -> Result<SpecimenTable, WorkflowErro
         .map(|(id, (_, parameters))| RunInput { id, inputs: parameters.clone() })
         .collect();
     let names: Vec<String> = truth.names().collect();
-    let records = run_ensemble(task, "experiments/runs", &names, &runs, &|run| {
-        Ok(Cow::Borrowed(&tests[run.id - 1].0))
-    })?;
+    let records =
+        run_ensemble(task, "experiments/runs", "virtual specimens", &names, &runs, &|run| {
+            Ok(Cow::Borrowed(&tests[run.id - 1].0))
+        })?;
     for (record, name) in
         records.iter().zip(specimens.iter().map(|v| v.id.as_str()).chain(["bias", "bias"]))
     {

@@ -312,7 +312,21 @@ impl<'a> Workflow<'a> {
     /// The error that ended a stage.
     pub fn run_all(&self) -> Result<(), WorkflowError> {
         self.check_ready()?;
+        self.report_virtual_specimens();
         self.stages().iter().try_for_each(|stage| self.make(stage))
+    }
+
+    /// Prints a line if the specimens are virtual.
+    fn report_virtual_specimens(&self) {
+        let experiments = self.file.case.experiments.as_ref();
+        if let Some(specimens) = experiments.and_then(|e| e.virtual_specimens.as_ref()) {
+            let count = specimens.specimens;
+            let text = format!(
+                "no specimen is measured: {count} virtual specimens are simulated with known parameters \
+                 ([experiments.virtual])"
+            );
+            say("note", &text);
+        }
     }
 
     /// Stages that are run in this folder, in order.
@@ -390,7 +404,8 @@ impl<'a> Workflow<'a> {
                 Ok((result, task.trace()))
             })?,
         };
-        say(stage.name, &format!("{result} ({:.1} s)", start.elapsed().as_secs_f64()));
+        let elapsed = start.elapsed().as_secs_f64();
+        say(stage.name, &format!("{result}; elapsed time {elapsed:.1} s"));
         self.remove_leftovers(stage, &record)?;
         self.remember(stage, record)
     }

@@ -91,7 +91,8 @@ impl<'a> Batches<'a> {
         inputs.file("experiments.csv")?;
         inputs.surrogate();
         inputs.calibration();
-        let level = level.named(&format!("batches of {batch}\n{}", inputs.manifest()));
+        let level =
+            level.named(&format!("batches of {batch}\n{}", inputs.manifest()), "runs in batches");
         let Some(case) = inputs.sequential().clone() else { return Ok(None) };
         let folder = folder_of_runs(dir, Neighbours::of(dir).as_ref(), FOLDER, &level.manifest);
         Ok(Some(Self { case, level, folder, first: runs + 1 }))

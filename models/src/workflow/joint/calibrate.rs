@@ -24,9 +24,9 @@ pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let burn_in = settings.burn_in_draws();
     let between = relations(inputs);
     let all: Vec<JointTest> = tests.iter().map(TestEvidence::joint_test).collect();
-    let calibrated = |tests: &[JointTest]| {
+    let calibrated = |tests: &[JointTest], label: &str| {
         let between = &relations_in(&between, tests);
-        let bar = ChainsBar::new(settings.chains);
+        let bar = ChainsBar::new(settings.chains, label);
         let result = task.on_threads(settings.chains, |threads| {
             let shown = sampler.clone().threads(threads).progress(&bar);
             calibrate_tests(tests, between, &shown, burn_in, settings.seed)
@@ -35,7 +35,7 @@ pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         task.check_interrupt()?;
         Ok::<JointCalibration, WorkflowError>(result?)
     };
-    let joint = calibrated(&all)?;
+    let joint = calibrated(&all, "draws of all tests")?;
     if !joint.mode.converged {
         let mode = &joint.mode;
         let text = format!(
@@ -56,7 +56,8 @@ pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         say("calibrate", &format!("without {left_out}"));
         let others: Vec<JointTest> =
             all.iter().filter(|test| test.name != *left_out).cloned().collect();
-        without.push((left_out.clone(), calibrated(&others)?));
+        without
+            .push((left_out.clone(), calibrated(&others, &format!("draws without {left_out}"))?));
     }
     write_without_tests(task, &joint, &without)?;
     let posterior = &joint.posterior;
