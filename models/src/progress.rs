@@ -1,7 +1,6 @@
 //! Progress on stderr: a bar on a terminal, otherwise a line for each tenth of the work.
 
 use std::cell::RefCell;
-use std::fmt::Write as _;
 use std::io::Write as _;
 use std::sync::LazyLock;
 use std::sync::atomic::{AtomicU64, Ordering};
