@@ -23,7 +23,7 @@ use crate::{
     CaseFile, InputError, Registry, STAGES, Stage, Study, StudyFile, SurfaceOptions, Workflow,
     WorkflowError,
 };
-use arguments::Command;
+use arguments::{Command, StudyAction};
 use check::check;
 use cluster::{slurm, slurm_study};
 use failure::Failure;
@@ -130,7 +130,13 @@ fn run(request: Request, threads: usize, ranks: &Ranks) -> Result<ExitCode, Fail
             print_line(target.open(&file, threads)?.surfaces(&options)?.display())?;
         }
         Request::Command(Command::Prony { table, out }) => prony(&table, &out)?,
-        Request::Command(Command::Study { file: path, out, set, replace, only, until, jobs }) => {
+        Request::Command(Command::Study { action: Some(action), .. }) => {
+            let StudyAction::Detach { case, dest } = action;
+            crate::detach(&case, &dest)?;
+            print_line(dest.display())?;
+        }
+        Request::Command(Command::Study { file, out, set, replace, only, until, jobs, .. }) => {
+            let path = file.unwrap_or_default();
             let replace = replaceable(&out, &replace)?;
             let file = StudyFile::read(&path, &set).map_err(WorkflowError::from)?;
             let until = until.map(|name| stage_named(&name)).transpose()?;

@@ -84,5 +84,5 @@ pub use virtual_specimen::VirtualSpecimen;
 pub use workflow::{
     CaseCheck, DeviceChoice, ExpectedCost, FolderAccess, InputInPlace, JointWorkflow, RunCounts,
     STAGES, SimulatedLaboratories, Stage, StageState, StageStatus, SurfaceOptions, Workflow,
-    WorkflowError, create_file, missing_case, simulate, simulate_laboratories, status,
+    WorkflowError, create_file, detach, missing_case, simulate, simulate_laboratories, status,
 };

@@ -72,7 +72,9 @@ pub(crate) use overlay::{merge, remove};
 pub use parameter::{BoundsCase, ByParameter, PriorCase};
 #[cfg(test)]
 pub(crate) use paths::FILES;
-pub(crate) use paths::{make_absolute, validations_with_absolute_paths, with_absolute_paths};
+pub(crate) use paths::{
+    PROGRAM, make_absolute, validations_with_absolute_paths, visit_paths, with_absolute_paths,
+};
 pub use plastic::{HardeningCase, HardeningTable, PlasticCase, YieldRow};
 pub use program::ProgramPointCase;
 pub use read::CaseFile;

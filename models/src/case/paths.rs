@@ -20,46 +20,60 @@ pub(crate) const FILES: [&str; 9] = [
     "experiments.values",
 ];
 
-/// Makes all paths in the table of a case absolute; relative paths refer to the folder of the file `case`.
-pub(crate) fn make_absolute(table: &mut Table, case: &Path) {
+/// Keys of a case whose values are lists of files.
+const FILE_LISTS: [&str; 2] = ["specimen.image.further_stacks", "simulator.files"];
+
+/// Key of the program of `[simulator]`, the first entry of a list.
+pub(crate) const PROGRAM: &str = "simulator.command";
+
+/// Calls `visit` with the key and the value of each path in the table of a case. A path in the keys `set` of a
+/// candidate, a test or a validation has the key that it has in a case.
+pub(crate) fn visit_paths(table: &mut Table, visit: &mut dyn FnMut(&'static str, &mut String)) {
     for key in FILES {
-        let mut keys = key.split('.');
-        let first = keys.next().and_then(|key| table.get_mut(key));
-        absolute(case, keys.fold(first, |value, key| value?.get_mut(key)));
-    }
-    for list in [&["specimen", "image", "further_stacks"][..], &["simulator", "files"]] {
-        let first = table.get_mut(list[0]);
-        let files = list[1..].iter().fold(first, |value, key| value?.get_mut(key));
-        for file in files.and_then(Value::as_array_mut).into_iter().flatten() {
-            absolute(case, Some(file));
+        if let Some(Value::String(path)) = at_mut(table, key) {
+            visit(key, path);
         }
     }
-    let command = table.get_mut("simulator").and_then(|table| table.get_mut("command"));
-    let program = command.and_then(|command| command.get_mut(0));
+    for list in FILE_LISTS {
+        for file in at_mut(table, list).and_then(Value::as_array_mut).into_iter().flatten() {
+            if let Value::String(path) = file {
+                visit(list, path);
+            }
+        }
+    }
     // a program without a folder is searched in PATH
-    let has_folder = |program_path: &str| Path::new(program_path).components().count() > 1;
-    if program.as_ref().and_then(|program_path| program_path.as_str()).is_some_and(has_folder) {
-        absolute(case, program);
+    let has_folder = |program: &str| Path::new(program).components().count() > 1;
+    match at_mut(table, PROGRAM).and_then(|command| command.get_mut(0)) {
+        Some(Value::String(program)) if has_folder(program) => visit(PROGRAM, program),
+        _ => {}
     }
     let materials = table.get_mut("material").and_then(Value::as_table_mut);
     for (_, material) in materials.into_iter().flatten() {
-        let path = ["plastic", "hardening", "table"];
-        absolute(case, path.iter().try_fold(material, |value, key| value.get_mut(key)));
+        let keys = ["plastic", "hardening", "table"];
+        let path = keys.iter().try_fold(material, |value, key| value.get_mut(key));
+        if let Some(Value::String(path)) = path {
+            visit("material.plastic.hardening.table", path);
+        }
     }
-    let further = table.get_mut("further_tests").and_then(|table| table.get_mut("candidate"));
-    make_overlays_absolute(further, case);
-    for list in ["tests", "validation"] {
-        make_overlays_absolute(table.get_mut(list), case);
+    for list in ["further_tests.candidate", "tests", "validation"] {
+        for entry in at_mut(table, list).and_then(Value::as_array_mut).into_iter().flatten() {
+            if let Some(Value::Table(set)) = entry.get_mut("set") {
+                visit_paths(set, visit);
+            }
+        }
     }
 }
 
-/// Makes all paths in the table `set` of each entry of a list absolute.
-fn make_overlays_absolute(list: Option<&mut Value>, case: &Path) {
-    for entry in list.and_then(Value::as_array_mut).into_iter().flatten() {
-        if let Some(Value::Table(set)) = entry.get_mut("set") {
-            make_absolute(set, case);
-        }
-    }
+/// The value at a dotted path.
+fn at_mut<'a>(table: &'a mut Table, path: &str) -> Option<&'a mut Value> {
+    let mut keys = path.split('.');
+    let first = keys.next().and_then(|key| table.get_mut(key));
+    keys.fold(first, |value, key| value?.get_mut(key))
+}
+
+/// Makes all paths in the table of a case absolute; relative paths refer to the folder of the file `case`.
+pub(crate) fn make_absolute(table: &mut Table, case: &Path) {
+    visit_paths(table, &mut |_, path| *path = absolute(case, path));
 }
 
 /// The case with absolute paths.
@@ -100,11 +114,9 @@ pub(crate) fn validations_with_absolute_paths(
     Ok(entries)
 }
 
-/// Makes a path absolute; a relative path refers to the folder of the case.
-fn absolute(case: &Path, named: Option<&mut Value>) {
-    if let Some(Value::String(named)) = named {
-        let beside = case.with_file_name("").join(&*named);
-        let path = std::path::absolute(&beside).unwrap_or(beside);
-        *named = path.to_string_lossy().into_owned();
-    }
+/// Returns the absolute path of a file; a relative path refers to the folder of the case.
+fn absolute(case: &Path, path: &str) -> String {
+    let beside = case.with_file_name("").join(path);
+    let path = std::path::absolute(&beside).unwrap_or(beside);
+    path.to_string_lossy().into_owned()
 }

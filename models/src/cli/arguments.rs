@@ -125,11 +125,17 @@ pub(super) enum Command {
     #[command(
         after_help = "Writes a folder of results for each case, with all files of `run`, and the comparison:\n\
                       DIR/study.csv and DIR/report.html. The same command resumes an interrupted study.\n\
-                      Example:\n  breccia study studies/bonded-granular.toml --out study"
+                      Example:\n  breccia study studies/bonded-granular.toml --out study",
+        args_conflicts_with_subcommands = true,
+        subcommand_negates_reqs = true
     )]
     Study {
+        #[command(subcommand)]
+        action: Option<StudyAction>,
+
         /// The study: a base case, and the keys that each laboratory and each case changes
-        file: PathBuf,
+        #[arg(required = true)]
+        file: Option<PathBuf>,
 
         /// Results folder; a later run resumes from its files
         #[arg(long, value_name = "DIR", default_value = "breccia-study")]
@@ -163,6 +169,24 @@ pub(super) enum Command {
         /// The folder that was given to `run`, `study` or a stage with --out
         #[arg(default_value = "breccia-out")]
         dir: PathBuf,
+    },
+}
+
+/// Commands on the results of a study.
+#[derive(Subcommand)]
+pub(super) enum StudyAction {
+    /// Copy a case of a study with everything that it needs to a folder of its own
+    #[command(
+        after_help = "Inputs outside of the folder of the case are copied to DEST/inputs. No stage has to be run again:\n\
+                      edit DEST/case.toml, and `breccia run --out DEST` runs what the change concerns.\n\
+                      Example:\n  breccia study detach study/first first"
+    )]
+    Detach {
+        /// Folder of the case within the folder of the study
+        case: PathBuf,
+
+        /// The folder to write; it must not exist
+        dest: PathBuf,
     },
 }
 

@@ -83,6 +83,30 @@ impl<'a> Origin<'a> {
     }
 }
 
+/// The copy of a results folder, with changed paths of inputs.
+pub(super) struct Move<'a> {
+    pub(super) from: Origin<'a>,
+    pub(super) to: Origin<'a>,
+    /// Returns the name of a file in the records of the copy, given its name in the records of the original.
+    pub(super) new_name: &'a dyn Fn(&str) -> String,
+}
+
+impl Move<'_> {
+    /// Fingerprint of a key in the copy; `None` if `sum` is not the present fingerprint in the original.
+    pub(super) fn part(&self, key: &str, sum: &str) -> Option<String> {
+        (self.from.part(key) == sum).then(|| self.to.part(key))
+    }
+
+    /// Name and fingerprint of a file in the copy. The fingerprint remains if `sum` is not the present fingerprint in the
+    /// original.
+    pub(super) fn file(&self, name: &str, sum: &str) -> (String, String) {
+        let new = (self.new_name)(name);
+        let is_present = self.from.content(name) == sum;
+        let content = if is_present { self.to.content(&new) } else { sum.to_owned() };
+        (new, content)
+    }
+}
+
 /// Keys of the case and names of files that were read, each with the fingerprint of its content at that time.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Sources {
@@ -132,6 +156,23 @@ impl Sources {
     /// Whether a file was hashed when it had this stamp.
     fn has_stamp(&self, name: &str, stamp: Option<Stamp>) -> bool {
         stamp.is_some() && self.stamps.get(name).copied() == stamp
+    }
+
+    /// Returns the record of the same stage in a copy of the results folder. Entries that are out of date remain so.
+    pub(super) fn moved(&self, moved: &Move<'_>) -> Self {
+        let part = |(key, sum): (&String, &String)| {
+            (key.clone(), moved.part(key, sum).unwrap_or_else(|| sum.clone()))
+        };
+        let mut sources = Self { case: self.case.iter().map(part).collect(), ..Self::default() };
+        for (name, sum) in &self.files {
+            let new = (moved.new_name)(name);
+            if moved.from.content(name) == *sum {
+                sources.read_file(&moved.to, &new);
+            } else {
+                sources.files.insert(new, sum.clone());
+            }
+        }
+        sources
     }
 
     /// All entries as text, one per line.
