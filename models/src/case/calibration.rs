@@ -353,6 +353,11 @@ impl Default for QoiCase {
     }
 }
 
+impl DesignCase {
+    /// Smallest number of runs.
+    pub(super) const LEAST_RUNS: usize = 4;
+}
+
 impl Default for DesignCase {
     fn default() -> Self {
         Self {

@@ -2,7 +2,7 @@
 
 use ::surrogate::OrderRule;
 
-use super::super::{CaseFile, DiscrepancyCase, Likelihood, Mistakes, SequentialCase};
+use super::super::{CaseFile, DesignCase, DiscrepancyCase, Likelihood, Mistakes, SequentialCase};
 use super::program::check_branches;
 use crate::error::InputError;
 use crate::qoi::{Extent, Quantity, RelativeForce};
@@ -34,7 +34,14 @@ impl CaseFile {
         mistakes.note(self.check_extensions());
         let help = "The paper uses 100; order 3 in three parameters needs more than 20.";
         let runs = case.design.runs as f64;
-        mistakes.note(self.within("design.runs", runs, 4.0, 1e6, "runs", help));
+        mistakes.note(self.within(
+            "design.runs",
+            runs,
+            DesignCase::LEAST_RUNS as f64,
+            1e6,
+            "runs",
+            help,
+        ));
         self.check_sequential(mistakes);
         let max_order = case.surrogate.max_order as f64;
         let help = "Orders up to this order are tried. Order 0 alone is a constant, which \
