@@ -30,5 +30,5 @@ pub(crate) use results::{
 };
 pub(crate) use specimen_figures::{grain_sizes, mesh_quality};
 pub(crate) use study::{
-    ComparedCase, Conclusion, Pair, REPRODUCED, StudyResults, Variant, study_page,
+    ComparedCase, Pair, StudyResults, Variant, study_page,
 };

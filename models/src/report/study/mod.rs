@@ -1,7 +1,7 @@
 //! Report of a study: the results of several calibrations on one page.
 
-mod conclusions;
 mod results;
+mod settings;
 
 use maud::{Markup, PreEscaped, html};
 
@@ -10,8 +10,9 @@ use super::document::document;
 use super::figures::overlaid;
 use super::page::parts::table;
 use super::results::CalibratedParameter;
-use conclusions::{conclusions, settings};
-pub(crate) use results::{ComparedCase, Conclusion, Pair, REPRODUCED, StudyResults, Variant};
+pub(crate) use results::{ComparedCase, Pair, StudyResults, Variant};
+use results::REPRODUCED;
+use settings::settings;
 
 /// The page as HTML, with inline figures.
 pub(crate) fn study_page(results: &StudyResults) -> String {
@@ -37,7 +38,6 @@ pub(crate) fn study_page(results: &StudyResults) -> String {
             }
         }
         (parameters(&results.cases))
-        (conclusions(results))
         (settings(results))
         (overlays(&results.cases))
         (agreement(&results.pairs))
@@ -260,16 +260,6 @@ mod tests {
                 missing: vec!["C".into()],
             }],
             missing: vec!["D".into()],
-            conclusions: vec![
-                Conclusion {
-                    claim: "E is identified in every case".into(),
-                    evidence: vec![("2 of 2".into(), true), ("1 of 2".into(), false)],
-                },
-                Conclusion {
-                    claim: "A and B agree".into(),
-                    evidence: vec![("overlap 25 %".into(), true), ("overlap 31 %".into(), true)],
-                },
-            ],
         };
         let page = study_page(&results);
         let first = page.find("<p").map(|at| &page[at..at + 60]);
@@ -281,10 +271,9 @@ mod tests {
             "<td data-is=\"published\">286.2</td>",
             "<td data-is=\"truth\">285, outside</td>",
             "href=\"v/report.html\"",
-            "Under V 1 of 2 conclusions survive.",
+            "<td data-is=\"V\">279.5 … 288.5</td>",
             "Cases that could not be calibrated: D.",
-            "C, D could not be calibrated under all settings",
-            "E is identified in every case",
+            "Under V, C could not be calibrated.",
             "<td>25 %</td><td>1.050</td><td>1.020 … 1.080</td><td>yes</td>",
             "<svg viewBox=",
         ] {
