@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use ppl::{Posterior, WarningKind};
+use ppl::Posterior;
 
 use super::super::WorkflowError;
-use super::super::calibrate::{ChainsBar, parameter_name, write_draws, write_sampling};
+use super::super::calibrate::{ChainsBar, write_draws, write_sampling, write_summary};
 use super::super::inputs::Inputs;
 use super::super::task::Task;
 use super::evidence::TestEvidence;
@@ -106,24 +106,9 @@ fn write_posterior(task: &Task<'_>, joint: &JointCalibration) -> Result<(), Work
     let shown = without_coordinates(posterior);
     write_draws(task, &shown)?;
     let mut summary = shown.summary();
-    for row in &mut summary.rows {
-        row.name = parameter_name(&row.name);
-        row.place.clone_from(&row.name);
-    }
-    // the likelihood of a test is one term of the density, which counts as an observation without
-    // data
-    summary.warnings.retain(|warning| warning.kind != WarningKind::NoData);
-    task.product("summary.csv", |path| {
-        summary.write_csv(path).map_err(|e| named("summary.csv", e))
-    })?;
-    let plain = |text: String| {
-        joint.names.iter().fold(text, |text, name| text.replace(&format!("theta[{name}]"), name))
-    };
-    let warnings: Vec<String> =
-        summary.warnings.drain(..).map(|warning| plain(warning.to_string())).collect();
+    // the likelihood of a test is one term of the density, which counts as an observation without data
+    let warnings = write_summary(task, &mut summary, joint.names.iter().map(String::as_str))?;
     warnings.iter().for_each(|warning| task.warn(warning));
-    let table = plain(summary.to_string()).replace("Nothing wrong was found.\n", "");
-    task.write("posterior.txt", table)?;
     write_sampling(task, posterior)?;
     let parameter =
         |(name, prior): (&String, &_)| JointParameter { name: name.clone(), prior: *prior };
