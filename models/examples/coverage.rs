@@ -18,10 +18,8 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use clap::Parser;
-use models::{
-    CaseFile, CoverageRow, CoverageStudy, Emulated, Population, Setting, VirtualCase,
-    simulate_laboratories,
-};
+use models::coverage::{CoverageRow, CoverageStudy, Emulated, Setting, with_ratios};
+use models::{CaseFile, Population, VirtualCase, simulate_laboratories};
 use surrogate::{Dataset, DynPce, FitOptions, PceFit};
 
 /// Fraction of each side of the prior box from which true parameters are drawn.

@@ -19,9 +19,9 @@ use std::process::ExitCode;
 
 use fem::Ranks;
 
+use crate::workflow::{SurfaceOptions, detach, simulate};
 use crate::{
-    CaseFile, InputError, Registry, STAGES, Stage, Study, StudyFile, SurfaceOptions, Workflow,
-    WorkflowError,
+    CaseFile, InputError, Registry, STAGES, Stage, Study, StudyFile, Workflow, WorkflowError,
 };
 use arguments::{Command, StudyAction};
 use check::check;
@@ -113,7 +113,7 @@ fn run(request: Request, threads: usize, ranks: &Ranks) -> Result<ExitCode, Fail
             }
             ranks::remember(ranks, &target.out);
             let access = target.access()?;
-            let path = crate::simulate(&file, &target.out, device, ranks, &INTERRUPT, &access)?;
+            let path = simulate(&file, &target.out, device, ranks, &INTERRUPT, &access)?;
             if ranks.is_first() {
                 print_line(path.display())?;
             }
@@ -132,7 +132,7 @@ fn run(request: Request, threads: usize, ranks: &Ranks) -> Result<ExitCode, Fail
         Request::Command(Command::Prony { table, out }) => prony(&table, &out)?,
         Request::Command(Command::Study { action: Some(action), .. }) => {
             let StudyAction::Detach { case, dest } = action;
-            crate::detach(&case, &dest)?;
+            detach(&case, &dest)?;
             print_line(dest.display())?;
         }
         Request::Command(Command::Study { file, out, set, replace, only, until, jobs, .. }) => {

@@ -7,9 +7,8 @@ use clap::{Args, Parser, Subcommand};
 use super::cluster::Jobs;
 use super::interrupt::INTERRUPT;
 use super::replace::replaceable;
-use crate::{
-    CaseFile, FolderAccess, InputError, JointWorkflow, Workflow, WorkflowError, missing_case,
-};
+use crate::workflow::{DeviceChoice, missing_case};
+use crate::{CaseFile, FolderAccess, InputError, JointWorkflow, Workflow, WorkflowError};
 
 /// Calibrates the fracture of bonded granular materials, with uncertainty.
 ///
@@ -83,7 +82,7 @@ pub(super) enum Command {
 
         /// Device that solves the linear systems
         #[arg(long, value_enum, default_value_t)]
-        device: crate::DeviceChoice,
+        device: DeviceChoice,
     },
     /// Write the surface of each grain as STL: surfaces/grain-001.stl, surfaces.csv
     #[command(after_help = "The surfaces are in mm, in the coordinates of the mesh:\n\

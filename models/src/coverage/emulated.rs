@@ -177,7 +177,11 @@ impl Emulated {
 ///
 /// # Errors
 /// If a ratio is not finite, or all ratios are equal.
-pub fn with_ratios(runs: &Dataset, ratios: &[f64], seen: &[f64]) -> Result<Dataset, CalibrationError> {
+pub fn with_ratios(
+    runs: &Dataset,
+    ratios: &[f64],
+    seen: &[f64],
+) -> Result<Dataset, CalibrationError> {
     let all = || ratios.iter().chain(seen).copied();
     let (low, high) =
         (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));

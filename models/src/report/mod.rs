@@ -29,6 +29,4 @@ pub(crate) use results::{
     ValidationCoverage, ValidationResult, ValidationVerdict, Verdict, mean,
 };
 pub(crate) use specimen_figures::{grain_sizes, mesh_quality};
-pub(crate) use study::{
-    ComparedCase, Pair, StudyResults, Variant, study_page,
-};
+pub(crate) use study::{ComparedCase, Pair, StudyResults, Variant, study_page};

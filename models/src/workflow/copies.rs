@@ -21,7 +21,7 @@ use crate::specimen_files::{SpecimenFiles, recorded_file};
 pub(super) const ORIGIN: &str = "origin.toml";
 
 /// Returns an error if the case is to be read from the results folder `dir`, which has results but no `case.toml`.
-pub fn missing_case(dir: &Path) -> Option<InputError> {
+pub(crate) fn missing_case(dir: &Path) -> Option<InputError> {
     let case = dir.join("case.toml");
     if case.is_file() || !dir.join(STAGES_FILE).is_file() {
         return None;

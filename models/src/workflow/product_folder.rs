@@ -159,9 +159,7 @@ impl ProductFolder {
         command: &str,
         may_write: impl Fn(&str) -> bool,
     ) -> Result<(), WorkflowError> {
-        self.claim_some(patterns, command, |name| {
-            Ok(may_write(name) && !self.written.names(name)?)
-        })
+        self.claim_some(patterns, command, |name| Ok(may_write(name) && !self.written.names(name)?))
     }
 
     /// Checks the existing files that match a pattern and that meet a condition.
@@ -375,7 +373,7 @@ fn remove_tree(path: &Path) -> std::io::Result<()> {
 ///
 /// # Errors
 /// [`std::io::ErrorKind::AlreadyExists`] if the file exists; other errors of the operating system.
-pub fn create_file(path: &Path, content: &[u8]) -> std::io::Result<()> {
+pub(crate) fn create_file(path: &Path, content: &[u8]) -> std::io::Result<()> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     let folder = tempfile::Builder::new()
         .prefix(".")

@@ -53,11 +53,7 @@ pub(super) fn write_verdicts(
 }
 
 /// Text of the verdicts, the table of the posterior and the warnings.
-fn summary(
-    parameters: &[CalibratedParameter],
-    table: &str,
-    warnings: &[Warning],
-) -> String {
+fn summary(parameters: &[CalibratedParameter], table: &str, warnings: &[Warning]) -> String {
     let width = parameters.iter().map(|p| p.label.chars().count()).max().unwrap_or_default();
     let mut text = String::new();
     // writing to a String cannot fail

@@ -10,8 +10,8 @@ use super::document::document;
 use super::figures::overlaid;
 use super::page::parts::table;
 use super::results::CalibratedParameter;
-pub(crate) use results::{ComparedCase, Pair, StudyResults, Variant};
 use results::REPRODUCED;
+pub(crate) use results::{ComparedCase, Pair, StudyResults, Variant};
 use settings::settings;
 
 /// The page as HTML, with inline figures.
