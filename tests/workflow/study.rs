@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-use super::{TINY, breccia, finished, number, start, table};
+use super::{TINY, breccia, browser, finished, number, start, table};
 
 const STUDY: &str = r#"
 title = "Two microstructures"
@@ -144,6 +144,7 @@ fn cases_share_their_specimens_and_are_compared() {
     }
 
     let page = std::fs::read_to_string(results.join("report.html")).unwrap();
+    browser::check_page(&page, 100, 0);
     for part in [
         "Two microstructures",
         "href=\"second/report.html\"",

@@ -7,7 +7,7 @@ use maud::{Markup, PreEscaped, html};
 
 use super::digits::{number, plain, within};
 use super::document::document;
-use super::figures::overlaid;
+use super::figures::{colour_of, overlaid};
 use super::page::parts::table;
 use super::results::CalibratedParameter;
 use results::REPRODUCED;
@@ -116,17 +116,22 @@ fn overlays(cases: &[ComparedCase]) -> Markup {
         }
     }
     let figure = |label: &&str| {
-        let curve = |case: &'_ ComparedCase| {
-            let p = case.parameters.iter().find(|p| p.label == **label)?;
-            Some((case.name.clone(), p.clone()))
-        };
-        overlaid(label, &cases.iter().filter_map(curve).collect::<Vec<_>>())
+        let curves = cases.iter().enumerate().filter_map(|(k, case)| {
+            Some((k, case.parameters.iter().find(|p| p.label == **label)?))
+        });
+        overlaid(label, &curves.collect::<Vec<_>>())
     };
     html! {
         section {
             h2 { "Posteriors of all cases" }
             figure {
-                div.panels { @for label in &labels { (PreEscaped(figure(label))) } }
+                p.legend { @for (k, case) in cases.iter().enumerate() { span {
+                    svg width="22" height="4" aria-hidden="true" {
+                        rect width="22" height="4" fill=(colour_of(k)) {}
+                    }
+                    (case.name)
+                } } }
+                div.panels.large { @for label in &labels { (PreEscaped(figure(label))) } }
                 figcaption { "Densities of the draws. Dashed: priors. Vertical dotted lines: true values." }
             }
         }
@@ -276,6 +281,7 @@ mod tests {
             "Under V, C could not be calibrated.",
             "<td>25 %</td><td>1.050</td><td>1.020 … 1.080</td><td>yes</td>",
             "<svg viewBox=",
+            "<p class=\"legend\"><span><svg",
         ] {
             assert!(page.contains(part), "{part}: {page}");
         }
