@@ -218,9 +218,7 @@ impl<'a> Shift<'a> {
             .collect();
         Ok(ComparedCase {
             name: case.name.clone(),
-            laboratory: case.laboratory.clone(),
             specimens_from: specimens_from(&file),
-            specimen: toml::to_string(&case.file.case.specimen).unwrap_or_default(),
             names,
             parameters: results.parameters,
             reference,

@@ -179,7 +179,7 @@ impl<'a> Detached<'a> {
             say("note", &format!("the program {path} is not copied"));
             return Ok(path.to_owned());
         }
-        let files = match key {
+        let files: Vec<PathBuf> = match key {
             _ if !original.exists() => return Ok(path.to_owned()),
             "experiments.table" => {
                 named_by_table(&original).into_iter().map(|named| named.path).collect()

@@ -147,10 +147,8 @@ impl Sources {
             return;
         }
         self.files.insert(name.to_owned(), origin.content(name));
-        match stamp.filter(|stamp| stamp.is_settled()) {
-            Some(stamp) => drop(self.stamps.insert(name.to_owned(), stamp)),
-            None => drop(self.stamps.remove(name)),
-        }
+        self.stamps.remove(name);
+        self.stamps.extend(stamp.filter(|s| s.is_settled()).map(|stamp| (name.to_owned(), stamp)));
     }
 
     /// Whether a file was hashed when it had this stamp.

@@ -26,12 +26,8 @@ pub(crate) struct StudyResults {
 pub(crate) struct ComparedCase {
     /// Name of the case, and of the folder with its report.
     pub(crate) name: String,
-    /// Laboratory whose specimens the case is calibrated against; `None` if the case has its own specimens.
-    pub(crate) laboratory: Option<String>,
     /// Source of the specimens, a laboratory or a table; `None` if no other case can share the specimens.
     pub(crate) specimens_from: Option<String>,
-    /// Description of the specimen in the case, for comparison with other cases.
-    pub(crate) specimen: String,
     /// Paths of the parameters.
     pub(crate) names: Vec<String>,
     /// The calibrated parameters.
