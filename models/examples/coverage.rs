@@ -18,11 +18,9 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use clap::Parser;
-use models::{
-    CaseFile, CoverageRow, CoverageStudy, Emulated, Population, Setting, VirtualCase,
-    simulate_laboratories,
-};
-use surrogate::{Dataset, DynPce, FitOptions, Input, PceFit};
+use models::coverage::{CoverageRow, CoverageStudy, Emulated, Setting, with_ratios};
+use models::{CaseFile, Population, VirtualCase, simulate_laboratories};
+use surrogate::{Dataset, DynPce, FitOptions, PceFit};
 
 /// Fraction of each side of the prior box from which true parameters are drawn.
 const INNER: f64 = 0.8;
@@ -120,7 +118,12 @@ fn world(
         .transpose()?;
     let (data, stiffness) = match stiffness {
         None => (runs, None),
-        Some((ratios, p)) => (with_ratios(&runs, &ratios, &p)?, Some([p.mean()[0], p.sd()[0]])),
+        Some((ratios, p)) => {
+            let (mean, sd) = (p.mean()[0], p.sd()[0]);
+            // all ratios that laboratories can draw
+            let drawn = [mean - 6.0 * sd, mean + 6.0 * sd];
+            (with_ratios(&runs, &ratios, &drawn)?, Some([mean, sd]))
+        }
     };
     let PceFit { pce: response, report, .. } = DynPce::fit(&data, fit)?;
     let mean = response.mean();
@@ -149,18 +152,6 @@ fn world(
 /// Returns the stiffness ratio of the packing of each run; `None` if a run has no ratio.
 fn stiffness_ratios(runs: &Dataset) -> Option<Vec<f64>> {
     (0..runs.len()).map(|i| runs.note(i, "stiffness_ratio")?.parse().ok()).collect()
-}
-
-/// Adds the stiffness ratios of the runs as the last input. Its range includes all ratios that laboratories can draw.
-fn with_ratios(runs: &Dataset, ratios: &[f64], p: &Population) -> Result<Dataset, Error> {
-    let reach = |by: f64| p.mean()[0] + by * p.sd()[0];
-    let mut inputs = runs.inputs().to_vec();
-    inputs.push(Input::new("stiffness_ratio", reach(-6.0), reach(6.0))?);
-    let mut data = Dataset::new(inputs, runs.outputs().to_vec(), "coverage")?;
-    for ((x, y), &ratio) in runs.rows().zip(ratios) {
-        data.push(&[x, &[ratio]].concat(), y)?;
-    }
-    Ok(data)
 }
 
 fn print(kind: &str, rows: &[CoverageRow]) {

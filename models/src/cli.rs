@@ -19,11 +19,11 @@ use std::process::ExitCode;
 
 use fem::Ranks;
 
+use crate::workflow::{SurfaceOptions, detach, simulate};
 use crate::{
-    CaseFile, InputError, Registry, STAGES, Stage, Study, StudyFile, SurfaceOptions, Workflow,
-    WorkflowError,
+    CaseFile, InputError, Registry, STAGES, Stage, Study, StudyFile, Workflow, WorkflowError,
 };
-use arguments::Command;
+use arguments::{Command, StudyAction};
 use check::check;
 use cluster::{slurm, slurm_study};
 use failure::Failure;
@@ -113,7 +113,7 @@ fn run(request: Request, threads: usize, ranks: &Ranks) -> Result<ExitCode, Fail
             }
             ranks::remember(ranks, &target.out);
             let access = target.access()?;
-            let path = crate::simulate(&file, &target.out, device, ranks, &INTERRUPT, &access)?;
+            let path = simulate(&file, &target.out, device, ranks, &INTERRUPT, &access)?;
             if ranks.is_first() {
                 print_line(path.display())?;
             }
@@ -130,7 +130,13 @@ fn run(request: Request, threads: usize, ranks: &Ranks) -> Result<ExitCode, Fail
             print_line(target.open(&file, threads)?.surfaces(&options)?.display())?;
         }
         Request::Command(Command::Prony { table, out }) => prony(&table, &out)?,
-        Request::Command(Command::Study { file: path, out, set, replace, only, until, jobs }) => {
+        Request::Command(Command::Study { action: Some(action), .. }) => {
+            let StudyAction::Detach { case, dest } = action;
+            detach(&case, &dest)?;
+            print_line(dest.display())?;
+        }
+        Request::Command(Command::Study { file, out, set, replace, only, until, jobs, .. }) => {
+            let path = file.unwrap_or_default();
             let replace = replaceable(&out, &replace)?;
             let file = StudyFile::read(&path, &set).map_err(WorkflowError::from)?;
             let until = until.map(|name| stage_named(&name)).transpose()?;
@@ -180,7 +186,7 @@ fn run(request: Request, threads: usize, ranks: &Ranks) -> Result<ExitCode, Fail
 
 /// Returns the stage with this name.
 fn stage_named(name: &str) -> Result<&'static Stage, WorkflowError> {
-    Stage::named(name).ok_or_else(|| {
+    Stage::named(name).or_else(|| Stage::formerly_named(name)).ok_or_else(|| {
         let names: Vec<&str> = STAGES.iter().map(|stage| stage.name).collect();
         let help = format!("Name one of: {}.", names.join(", "));
         InputError::new(Path::new("--until"), name, "", "is not a stage", help).into()

@@ -3,17 +3,32 @@
 //! This crate connects the other crates. Simulations (`fem`) give a dataset. A surrogate is fitted to the dataset. The
 //! surrogate and the measured curves give a posterior (`ppl`). The program `breccia` is the command line of this crate.
 //!
-//! ```
-//! use models::{CaseFile, TestCurve, Qois};
+//! A calibration without the program: runs of a simulation, a surrogate, and the measured quantities of specimens.
 //!
-//! let file = CaseFile::default_case();                      // what `breccia init` writes
-//! let displacement_mm: Vec<f64> = (0..=20).map(|i| 0.01 * i as f64).collect();
-//! let force_n = displacement_mm.iter().map(|u| 2000.0 * u - 10_000.0 * u * u).collect();
-//! let curve = TestCurve::new(displacement_mm, force_n);
-//! let qois = Qois::of(&curve, file.case.qoi.slope_fraction)?;
-//! assert!((qois.peak_force_n - 100.0).abs() < 1e-9);
-//! # Ok::<(), models::QoiError>(())
 //! ```
+//! use models::{Evidence, Prior, calibrate};
+//! use surrogate::{Dataset, DesignMethod, DynPce, FitOptions, Input};
+//!
+//! // in practice a finite-element simulation: slope and peak force of a test, from stiffness and strength
+//! let simulate = |x: &[f64]| [x[0], x[1] * (x[0] / 1000.0).sqrt()];
+//! let inputs = vec![Input::new("stiffness", 800.0, 1200.0)?, Input::new("strength", 40.0, 60.0)?];
+//! let points = DesignMethod::LatinHypercube.sample(&inputs, 30, 1)?;
+//! let mut runs = Dataset::new(inputs, vec!["slope_N_per_mm".into(), "peak_force_N".into()], "example")?;
+//! points.iter().try_for_each(|x| runs.push(x, &simulate(x)))?;
+//! let pce = DynPce::fit(&runs, &FitOptions::default())?.pce;
+//! let measured = [[985.0, 50.8], [1012.0, 49.3], [1004.0, 50.9], [992.0, 49.6], [1021.0, 49.1], [986.0, 50.3]];
+//! let evidence = Evidence { qois: measured.map(Vec::from).to_vec(), ..Evidence::default() };
+//! let sampler = ppl::Nuts::default().seed(7);
+//! let result = calibrate(&pce, &Prior::uniform_on(pce.inputs()), &evidence, &sampler, 7)?;
+//! println!("{}", result.posterior.summary());
+//! // the means of the specimens are 1000 N/mm and 50 N
+//! assert!((result.map[0] - 1000.0).abs() < 20.0 && (result.map[1] - 50.0).abs() < 1.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! The program calibrates a case, which `breccia init` writes: see [`Workflow`]. [`program`] is the program with quantities
+//! of interest ([`Qoi`]) and parameters ([`Target`]) of your own. The keys of a case are in [`case`], studies in [`study`],
+//! stages in [`workflow`], and further calibration models in [`calibration`].
 //!
 //! # Modules
 //!
@@ -31,58 +46,34 @@
 //! 8. `study`: several calibrations, and jobs of a cluster
 //! 9. `registry`, `cli`: extensions for programs that a user writes, and the command line
 //!
-//! The modules depend on the crate [`breccia_calibration`]: curves, quantities of interest and calibration models.
+//! The modules depend on the crate [`breccia_calibration`], which is the module [`calibration`]: curves, quantities of
+//! interest and calibration models.
 
-mod case;
+pub mod case;
 mod cli;
-mod coverage;
+pub mod coverage;
 mod progress;
-mod prony;
+pub mod prony;
 mod registry;
 pub mod report;
-mod study;
+pub mod study;
 mod virtual_specimen;
-mod workflow;
+pub mod workflow;
 
+pub use breccia_calibration as calibration;
 pub use breccia_calibration::{
-    Belief, BetweenTests, Branch, BranchKind, Calibration, CalibrationError, Compression, Coverage,
-    CurveRates, Decimal, Deviation, DisplacementAtPeak, Encoding, EnergyToPeak, Evidence, Expected,
-    Extent, ForceAt, ForceAtTime, FurtherTest, FurtherTestError, Goal, Groups, HomogeneousCylinder,
-    HysteresisEnergy, InputError, JointCalibration, JointTest, JointTests, Machine, Needed,
-    PeakForce, PeakedCurve, Pooling, Population, PostPeakSlope, Prediction, PredictionError, Prior,
-    PriorBounds, PriorFamily, PriorKey, Qoi, QoiError, QoiRegistry, Qois, Quantity, ReadOptions,
-    RelativeForce, RelaxedFraction, Separator, Slope, Specimen, SpecimenTable, Specimens,
-    TableColumn, TestAtDraw, TestCurve, TestDraws, TestGroup, Trend, Unit, UnloadingSlope,
-    calibrate, calibrate_after, calibrate_groups, calibrate_tests, calibration_of_draws,
-    calibration_on, calibration_over_groups, calibration_over_tests, hyperelastic, tension,
-    viscoplastic,
+    Calibration, CalibrationError, Evidence, InputError, PeakedCurve, Pooling, Population, Prior,
+    Qoi, QoiError, Qois, Quantity, Specimens, TestCurve, TestGroup, Trend, Unit, calibrate,
+    calibrate_groups, calibration_on, hyperelastic, tension, viscoplastic,
 };
 use breccia_calibration::{
     budget, curve_check, error, experiment, fracture, further_test, machine, predicted_curve,
     prior, qoi, record, same_test, specimen_files, table, table_format, validation,
 };
-pub use case::{
-    AdaptiveCase, ArcLengthCase, BetweenTestsCase, BoundsCase, ByParameter, CalibrationCase,
-    CandidateCase, Case, CaseFile, ConditionsCase, ConfirmCase, DesignCase, DesignSample,
-    DiscrepancyCase, ExperimentsCase, ExtendCase, FidelityCase, FreeParameterCase,
-    FurtherTestsCase, HardeningCase, HardeningTable, ImageCase, InterfaceCase, LevelCase,
-    Likelihood, MachineCase, MaterialCase, MeasureCase, Microstructure, NoiseCase, OutputCase,
-    Parameter, PlasticCase, PrescribeCase, PriorCase, ProgramPointCase, QoiCase, SequentialCase,
-    SimulationParts, SimulatorCase, SingleTest, SpecimenCase, SpecimenGeometry, SurrogateCase,
-    Target, TargetError, TestCase, TestEntry, Toe, TractionCase, ValidationCase, VirtualCase,
-    YieldRow,
-};
+pub use case::{Case, CaseFile, SimulationParts, Target, TargetError, VirtualCase};
 pub use cli::program;
-pub use coverage::{CoverageRow, CoverageStudy, Emulated, KnownStiffness, Laboratory, Setting};
-pub use prony::{MeasuredModuli, PronyFit, PronySeries, PronyTerm, prony_picture};
 pub use registry::Registry;
-pub use study::{
-    PartCheck, PartStatus, Reference, SlurmError, SlurmJobs, Study, StudyCase, StudyCheck,
-    StudyFile, StudyJob, StudyLaboratory, StudyPart, StudySetting, Submitted, study_status,
-};
-pub use virtual_specimen::VirtualSpecimen;
+pub use study::{Study, StudyCase, StudyFile};
 pub use workflow::{
-    CaseCheck, DeviceChoice, ExpectedCost, FolderAccess, InputInPlace, JointWorkflow, RunCounts,
-    STAGES, SimulatedLaboratories, Stage, StageState, StageStatus, SurfaceOptions, Workflow,
-    WorkflowError, create_file, missing_case, simulate, simulate_laboratories, status,
+    FolderAccess, JointWorkflow, STAGES, Stage, Workflow, WorkflowError, simulate_laboratories,
 };

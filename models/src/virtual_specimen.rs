@@ -12,13 +12,13 @@ use crate::experiment::TestCurve;
 
 /// Properties of one virtual specimen.
 #[derive(Clone, Debug, PartialEq)]
-pub struct VirtualSpecimen {
+pub(crate) struct VirtualSpecimen {
     /// Name of the specimen, such as `V-01`.
-    pub id: String,
+    pub(crate) id: String,
     /// Seed of the packing; differs from the packing seed of the simulations for the surrogate.
-    pub packing_seed: u64,
+    pub(crate) packing_seed: u64,
     /// Parameters of the specimen, in the order of the true parameters.
-    pub parameters: Vec<f64>,
+    pub(crate) parameters: Vec<f64>,
     /// State of the random numbers for the measurement noise.
     noise: Xoshiro256PlusPlus,
 }
@@ -28,7 +28,7 @@ impl VirtualSpecimen {
     ///
     /// Parameters are truth · exp(s z), where z is standard normal and s is the scatter of the parameter, so that the
     /// truth is the median. Specimen k depends only on the seed and on k.
-    pub fn draw(
+    pub(crate) fn draw(
         specimens: usize,
         seed: u64,
         truth: &ByParameter<f64>,
@@ -55,7 +55,7 @@ impl VirtualSpecimen {
     }
 
     /// Adds measurement noise to a curve: every displacement and every force has an independent error; times are exact.
-    pub fn measure(&self, exact: &TestCurve, noise: &NoiseCase) -> TestCurve {
+    pub(crate) fn measure(&self, exact: &TestCurve, noise: &NoiseCase) -> TestCurve {
         let mut rng = self.noise.clone();
         let mut read = |values: &[f64], sd: f64| -> Vec<f64> {
             values.iter().map(|x| x + sd * rng.sample::<f64, _>(StandardNormal)).collect()

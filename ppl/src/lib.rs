@@ -91,7 +91,7 @@ pub use forward::finite_difference::FiniteDifference;
 pub use forward::ode::{Ode, OdeSolution};
 pub use judgement::power_scaling::{PowerScaling, PowerScalingError, Sensitivity, SensitivityRow};
 pub use judgement::predictive::{PredictiveCheck, PredictiveError, PredictiveTable};
-pub use judgement::summary::{PredictionRow, Summary};
+pub use judgement::summary::{PredictionRow, Summary, SummaryTables};
 pub use judgement::warnings::{Warning, WarningKind};
 pub use model::bound::{Bound, Workspace};
 pub use model::context::{Context, Model};

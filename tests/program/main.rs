@@ -75,7 +75,7 @@ fn help_teaches_with_an_example_for_every_command() {
         "confirm",
         "validate",
         "verdict",
-        "design",
+        "next-test",
         "report",
         "study",
         "status",
@@ -87,6 +87,20 @@ fn help_teaches_with_an_example_for_every_command() {
         assert!(own.contains(&format!("Example:\n  breccia {command}")), "{own}");
     }
     assert!(help.contains("Examples:") && help.contains("--threads"), "{help}");
+}
+
+/// The stage `next-test` was called `design`, like the table of the ensemble.
+#[test]
+fn the_former_name_of_a_stage_runs_it_and_says_its_present_name() {
+    let dir = tempfile::tempdir().unwrap();
+    let [(code, _, former), (_, _, present)] =
+        ["design", "next-test"].map(|name| said(&breccia(dir.path(), &[name, "none.toml"])));
+    let note = "note: the stage design is called next-test now\n";
+    assert_eq!(code, Some(1));
+    assert_eq!(former, format!("{note}{present}"));
+    assert!(present.contains("none.toml"), "{present}");
+    let (_, help, _) = said(&breccia(dir.path(), &["--help"]));
+    assert!(!help.contains("\n  design "), "{help}");
 }
 
 #[test]

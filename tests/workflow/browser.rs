@@ -1,5 +1,5 @@
-//! The report in a browser: nothing overflows, all text is legible, all links and pictures resolve, and nothing is
-//! fetched from the network.
+//! The report in a browser, in light and dark colours and as it is printed: nothing overflows, all text is legible, no
+//! texts of a figure overlap, all links and pictures resolve, and nothing is fetched from the network.
 
 use std::path::Path;
 use std::process::Command;
@@ -10,8 +10,34 @@ use super::finished_tiny;
 
 /// Widths of a phone, a tablet and a desktop in px.
 const WIDTHS: [u32; 3] = [390, 768, 1400];
+/// Width of the text of a printed A4 page in px.
+const PAPER_WIDTH: u32 = 718;
 /// Smallest size of legible text in px.
 const SMALLEST_TEXT: f64 = 9.0;
+/// Smallest contrast of legible text with its background: the limit of WCAG 2.1 for large text.
+const LOWEST_CONTRAST: f64 = 3.0;
+
+/// Medium and colours of a page. They are emulated by the queries of its style sheet, so that they do not depend on
+/// options of the browser.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Medium {
+    Light,
+    Dark,
+    Print,
+}
+
+impl Medium {
+    /// Returns the page with the queries of its style sheet answered.
+    fn emulated(self, page: &str) -> String {
+        let (dark, print) = match self {
+            Self::Light => ("not all", "not all"),
+            Self::Dark => ("all", "not all"),
+            Self::Print => ("not all", "all"),
+        };
+        page.replace("@media screen and (prefers-color-scheme: dark)", &format!("@media {dark}"))
+            .replace("@media print", &format!("@media {print}"))
+    }
+}
 
 /// Script that collects errors; it runs before all other scripts of the page.
 const FIRST: &str = r#"<script>
@@ -24,8 +50,21 @@ console.error = (...what) => window.problems.push(what.join(" "));
 const LAST: &str = r##"<script>
 window.addEventListener("load", () => {
   const found = { width: innerWidth, overflow: document.scrollingElement.scrollWidth - innerWidth, beyond: [], small: [],
-    anchors: [], pictures: [], fetched: [], errors: window.problems, texts: 0, images: 0 };
+    faint: [], overlapping: [], anchors: [], pictures: [], fetched: [], errors: window.problems, texts: 0, images: 0 };
   const start = node => node.textContent.trim().slice(0, 40);
+  const colour = text => text.match(/[\d.]+/g).map(Number);
+  const luminance = rgb => {
+    const [r, g, b] = rgb.slice(0, 3).map(c => (c /= 255) <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4);
+    return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+  };
+  const background = element => {
+    for (; element; element = element.parentElement) {
+      const rgba = colour(getComputedStyle(element).backgroundColor);
+      if (rgba.length < 4 || rgba[3] > 0.5) return rgba;
+    }
+    return [255, 255, 255];
+  };
+  const inFigures = new Map();
   const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
   while (walker.nextNode()) {
     const text = walker.currentNode, parent = text.parentElement;
@@ -38,8 +77,25 @@ window.addEventListener("load", () => {
     const matrix = parent instanceof SVGElement ? parent.getScreenCTM() : { a: 1, b: 0 };
     const size = parseFloat(getComputedStyle(parent).fontSize) * Math.hypot(matrix.a, matrix.b);
     if (size < SMALLEST) found.small.push(start(text) + ": " + size.toFixed(1) + " px");
-    if (box.right > innerWidth + 1 && !parent.closest(".scroll, .pairs, pre")) found.beyond.push(start(text));
+    if (box.right > innerWidth + 1 && !parent.closest(SCROLLED)) found.beyond.push(start(text));
+    const style = getComputedStyle(parent);
+    const both = [colour(parent instanceof SVGElement ? style.fill : style.color), background(parent)].map(luminance);
+    const contrast = (Math.max(...both) + 0.05) / (Math.min(...both) + 0.05);
+    if (contrast < CONTRAST) found.faint.push(start(text) + ": " + contrast.toFixed(1));
+    const figure = parent.closest("svg");
+    if (figure) {
+      // letters fill the middle of the box of a line
+      const [dx, dy] = [1, 0.2 * Math.min(box.width, box.height)];
+      const letters = { text: start(text), left: box.left + dx, right: box.right - dx, top: box.top + dy,
+        bottom: box.bottom - dy };
+      inFigures.set(figure, [...(inFigures.get(figure) || []), letters]);
+    }
   }
+  for (const texts of inFigures.values())
+    texts.forEach((a, i) => texts.slice(i + 1).forEach(b => {
+      if (a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom)
+        found.overlapping.push(a.text + " / " + b.text);
+    }));
   for (const link of document.querySelectorAll("a[href^='#']"))
     if (!document.getElementById(link.getAttribute("href").slice(1))) found.anchors.push(link.getAttribute("href"));
   for (const image of document.images) {
@@ -66,6 +122,10 @@ struct Found {
     beyond: Vec<String>,
     /// Visible text that is too small.
     small: Vec<String>,
+    /// Text that hardly differs from its background.
+    faint: Vec<String>,
+    /// Pairs of texts of a figure that overlap.
+    overlapping: Vec<String>,
     /// Links to anchors that do not exist.
     anchors: Vec<String>,
     /// Pictures that the browser does not draw.
@@ -80,9 +140,10 @@ struct Found {
 
 impl Found {
     fn is_good(&self) -> bool {
-        let lists =
-            [&self.beyond, &self.small, &self.anchors, &self.pictures, &self.fetched, &self.errors];
-        self.overflow <= 0.0 && lists.iter().all(|list| list.is_empty())
+        let of_text = [&self.beyond, &self.small, &self.faint, &self.overlapping];
+        let of_links = [&self.anchors, &self.pictures, &self.fetched, &self.errors];
+        let mut lists = of_text.into_iter().chain(of_links);
+        self.overflow <= 0.0 && lists.all(|list| list.is_empty())
     }
 }
 
@@ -92,9 +153,18 @@ fn has_browser() -> bool {
 
 /// Opens a page in a window of a given width. The page is in a frame, because the windows of a browser have a minimum
 /// width.
-fn open(page: &str, width: u32) -> Found {
+fn open(page: &str, width: u32, medium: Medium) -> Found {
     let dir = tempfile::tempdir().unwrap();
-    let last = LAST.replace("SMALLEST", &SMALLEST_TEXT.to_string());
+    let scrolled = match medium {
+        Medium::Light | Medium::Dark => ".scroll, .pairs, pre",
+        // paper cannot be scrolled; an element of this name does not exist
+        Medium::Print => "none",
+    };
+    let last = LAST
+        .replace("SMALLEST", &SMALLEST_TEXT.to_string())
+        .replace("CONTRAST", &LOWEST_CONTRAST.to_string())
+        .replace("SCROLLED", &format!("{scrolled:?}"));
+    let page = medium.emulated(page);
     let page = page.replacen("<head>", &format!("<head>{FIRST}"), 1);
     let page = page.replacen("</body>", &format!("{last}</body>"), 1);
     assert!(page.contains("window.problems = []") && page.contains("postMessage"), "no HTML page");
@@ -143,19 +213,28 @@ fn decoded(text: &str) -> String {
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
-#[test]
-fn the_report_fits_every_width_and_everything_on_it_resolves() {
+/// Opens a page at all widths and in all media, and checks that it has no fault and at least as many texts and images as
+/// stated.
+pub(super) fn check_page(page: &str, texts: usize, images: usize) {
     if !has_browser() {
         eprintln!("SKIPPED: chromium is not installed, so that no report is opened in a browser");
         return;
     }
-    let page = finished_tiny().dir.path().join("results/report.html");
-    let page = std::fs::read_to_string(page).unwrap();
-    for width in WIDTHS {
-        let found = open(&page, width);
-        assert!(found.is_good(), "{width} px: {found:#?}");
-        assert!(found.texts > 200 && found.images > 3, "{width} px: {found:?}");
+    let on_screen = WIDTHS.map(|width| [(width, Medium::Light), (width, Medium::Dark)]);
+    for (width, medium) in on_screen.into_iter().flatten().chain([(PAPER_WIDTH, Medium::Print)]) {
+        let found = open(page, width, medium);
+        assert!(found.is_good(), "{width} px, {medium:?}: {found:#?}");
+        assert!(
+            found.texts >= texts && found.images >= images,
+            "{width} px, {medium:?}: {found:?}"
+        );
     }
+}
+
+#[test]
+fn the_report_fits_every_width_and_everything_on_it_resolves() {
+    let page = finished_tiny().dir.path().join("results/report.html");
+    check_page(&std::fs::read_to_string(page).unwrap(), 200, 4);
 }
 
 /// Checks that the measurement finds each kind of fault.
@@ -170,6 +249,7 @@ fn faults_of_a_page_are_found() {
             "<!DOCTYPE html><html><head></head><body style=\"margin: 0\"><p>text</p>{body}</body></html>"
         )
     };
+    let open = |page: &str, width: u32| open(page, width, Medium::Light);
     assert!(open(&page(""), 390).is_good());
     let wide = open(&page("<div style=\"width: 500px; text-align: right\">far</div>"), 390);
     assert!(wide.overflow == 110.0 && wide.beyond == ["far"], "{wide:?}");
@@ -182,4 +262,26 @@ fn faults_of_a_page_are_found() {
     assert!(remote.fetched.iter().any(|name| name.contains("localhost:9")), "{remote:?}");
     let error = open(&page("<script>console.error('said')</script>"), 390);
     assert_eq!(error.errors, ["said"]);
+    let faint = open(&page("<p style=\"color: #eee\">faint</p>"), 390);
+    assert_eq!(faint.faint, ["faint: 1.2"]);
+    let texts = |x: u32| {
+        format!(
+            "<svg viewBox=\"0 0 300 40\" width=\"300\"><text y=\"20\">one</text><text x=\"{x}\" y=\"22\">two</text></svg>"
+        )
+    };
+    assert_eq!(open(&page(&texts(10)), 390).overlapping, ["one / two"]);
+    assert!(open(&page(&texts(100)), 390).is_good());
+}
+
+/// Checks that the queries of the report's style sheet are those that are emulated, and that each has an effect.
+#[test]
+fn media_of_the_report_are_emulated() {
+    let page = finished_tiny().dir.path().join("results/report.html");
+    let page = std::fs::read_to_string(page).unwrap();
+    let [light, dark, print] =
+        [Medium::Light, Medium::Dark, Medium::Print].map(|medium| medium.emulated(&page));
+    for (emulated, all) in [(&light, 0), (&dark, 1), (&print, 1)] {
+        assert!(!emulated.contains("prefers-color-scheme") && !emulated.contains("@media print"));
+        assert_eq!(emulated.matches("@media all").count(), all);
+    }
 }

@@ -1,4 +1,4 @@
-//! The expected benefit of further tests: the stage `design`.
+//! The expected benefit of further tests: the stage `next-test`.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -65,7 +65,7 @@ fn a_slow_test_tells_what_fast_ones_leave_open() {
     assert_eq!(now.len(), 21);
     assert!(kept.iter().all(|(path, time)| now.get(path) == Some(time)), "a run was run again");
 
-    let rows = table(&results.join("design.csv"));
+    let rows = table(&results.join("next-test.csv"));
     assert_eq!(rows.len(), 3 * 3 * 3);
     // with no further specimens, the contraction equals the contraction of the calibration
     let summary = table(&results.join("summary.csv"));
@@ -87,7 +87,7 @@ fn a_slow_test_tells_what_fast_ones_leave_open() {
     let slow = of_gc("a hundred times slower");
     assert!(slow > 0.5 && slow > of_gc("more specimens") + 0.3, "{slow}");
 
-    let needed = table(&results.join("design_specimens.csv"));
+    let needed = table(&results.join("next-test-specimens.csv"));
     assert_eq!(needed.len(), 3 * (3 + 2));
     let of = |name: &str, parameter: &str, goal: &str| {
         row(&needed, &[("candidate", name), ("parameter", parameter), ("goal", goal)])
@@ -99,7 +99,7 @@ fn a_slow_test_tells_what_fast_ones_leave_open() {
     assert!(never["specimens"].is_empty() && number(never, "limit") > 1e-4, "{never:?}");
 
     // the runs of a candidate are a dataset, and the report shows the results
-    let data = surrogate::Dataset::read_csv(results.join("design/candidate-2.csv")).unwrap();
+    let data = surrogate::Dataset::read_csv(results.join("next-test/candidate-2.csv")).unwrap();
     // if Gc is close to 0, a slow test may break before its quantities can be measured
     assert!((6..=8).contains(&data.len()) && data.outputs().len() == 3);
     let page = std::fs::read_to_string(results.join("report.html")).unwrap();
@@ -107,16 +107,16 @@ fn a_slow_test_tells_what_fast_ones_leave_open() {
     assert!(page.contains("a hundred times slower") && page.contains("never: "));
 
     // the same command makes no product again; another number of specimens needs no run
-    let before = std::fs::read(results.join("design.csv")).unwrap();
+    let before = std::fs::read(results.join("next-test.csv")).unwrap();
     let (code, _, err) = run();
-    assert!(code == Some(0) && err.contains("design finished before, unchanged"), "{err}");
-    assert!(before == std::fs::read(results.join("design.csv")).unwrap());
+    assert!(code == Some(0) && err.contains("next-test finished before, unchanged"), "{err}");
+    assert!(before == std::fs::read(results.join("next-test.csv")).unwrap());
     let other = case().replace("specimens = [8, 2]", "specimens = [8, 2, 4]");
     std::fs::write(dir.path().join("tiny.toml"), other).unwrap();
     let (code, _, err) = run();
     assert_eq!(code, Some(0), "{err}");
     assert!(finished(&runs) == now, "a run was made");
-    assert_eq!(table(&results.join("design.csv")).len(), 3 * 3 * 4);
+    assert_eq!(table(&results.join("next-test.csv")).len(), 3 * 3 * 4);
 }
 
 /// A candidate whose specimen is a mesh file: a cylinder without grains, with a ring cut out of its wall.
@@ -136,14 +136,14 @@ set.specimen = { mesh = "notched.msh", regions = { matrix = "matrix" }, surfaces
     assert_eq!(code, Some(0), "{err}");
     let results = dir.path().join("results");
     assert!(results.join("candidates/1.msh").is_file());
-    let rows = table(&results.join("design.csv"));
+    let rows = table(&results.join("next-test.csv"));
     assert!(contraction(&rows, "notched", "8", "matrix.young_mpa") > 0.0);
     // the notched specimen is weaker than the whole specimen
     let mean = |path: &str| {
         let rows = table(&results.join(path));
         rows.iter().map(|row| number(row, "peak_force_N")).sum::<f64>() / rows.len() as f64
     };
-    assert!(mean("design/candidate-1.csv") < 0.8 * mean("runs.csv"));
+    assert!(mean("next-test/candidate-1.csv") < 0.8 * mean("runs.csv"));
 }
 
 /// A cylinder without the tetrahedra near the wall at mid-height.

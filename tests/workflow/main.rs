@@ -102,6 +102,8 @@ struct Finished {
     dir: tempfile::TempDir,
     /// Standard output of `breccia run`.
     printed: String,
+    /// Standard error of `breccia run`.
+    progress: String,
 }
 
 fn finished_tiny() -> &'static Finished {
@@ -111,7 +113,7 @@ fn finished_tiny() -> &'static Finished {
         let run = ["run", "tiny.toml", "--out", "results", "--threads", "2"];
         let (code, printed, err) = breccia(dir.path(), &run);
         assert_eq!(code, Some(0), "{err}");
-        Finished { dir, printed }
+        Finished { dir, printed, progress: err }
     })
 }
 
@@ -197,6 +199,21 @@ fn without_seconds(path: &Path) -> Vec<BTreeMap<String, String>> {
     rows
 }
 
+/// The output names what is simulated, what each percentage counts, and both kinds of time.
+#[test]
+fn progress_has_labels_and_named_times() {
+    let progress = &finished_tiny().progress;
+    assert_eq!(progress.matches("3 virtual specimens are simulated").count(), 1, "{progress}");
+    for part in ["virtual specimens: ", "runs: ", "runs at the mode and at draws: ", "draws: "] {
+        let is_of_bar = |line: &str| line.contains(" %  ") && line.contains(part);
+        assert!(progress.lines().any(is_of_bar), "{part} is not in {progress}");
+    }
+    let ensemble = progress.lines().find(|line| line.contains("runs usable")).unwrap();
+    for part in ["processor time ", " s per run; elapsed time "] {
+        assert!(ensemble.contains(part), "{part} is not in {ensemble}");
+    }
+}
+
 #[test]
 fn from_an_empty_directory_to_every_documented_file() {
     let dir = copy_of_tiny();
@@ -243,10 +260,10 @@ fn from_an_empty_directory_to_every_documented_file() {
         ),
         ("confirm.csv", "qoi,experiment_mean,map_simulation,percent_error"),
         (
-            "design.csv",
+            "next-test.csv",
             "candidate,parameter,specimens,contraction,contraction_q05,contraction_q95,width90\nmore specimens,",
         ),
-        ("design_specimens.csv", "candidate,parameter,goal,value,specimens,limit"),
+        ("next-test-specimens.csv", "candidate,parameter,goal,value,specimens,limit"),
         (
             "curves/run-001.csv",
             "time_s,displacement_mm,force_N,elastic_N_mm,fracture_N_mm,viscous_N_mm,phi_mean,phi_max",

@@ -25,7 +25,7 @@ fn readers(key: &str) -> &'static [&'static str] {
         ["output", ..] => &[],
         ["qoi", ..] => &["experiments", "ensemble", "confirm"],
         // the verdict compares the posterior with the prior
-        ["prior", ..] => &["ensemble", "calibrate", "verdict", "design"],
+        ["prior", ..] => &["ensemble", "calibrate", "verdict", "next-test"],
         ["design", ..] => &["ensemble"],
         ["fidelity", ..] => &["experiments", "ensemble"],
         // `calibrate` fits a separate surrogate of the shapes of predicted curves
@@ -36,14 +36,14 @@ fn readers(key: &str) -> &'static [&'static str] {
         ["experiments", ..] => &["experiments"],
         // the likelihood determines the quantities of [qoi]
         ["calibration", "likelihood"] => {
-            &["experiments", "ensemble", "calibrate", "confirm", "verdict", "design"]
+            &["experiments", "ensemble", "calibrate", "confirm", "verdict", "next-test"]
         }
         // the rule on meshes reads the discrepancy
-        ["calibration", ..] => &["calibrate", "verdict", "design"],
+        ["calibration", ..] => &["calibrate", "verdict", "next-test"],
         ["confirm", ..] => &["confirm"],
         // a rule of the verdict warns of held-out specimens that contradict their prediction
         ["validation", ..] => &["validate", "verdict"],
-        ["further_tests", ..] => &["design"],
+        ["further_tests", ..] => &["next-test"],
         _ => panic!("{key} is not in the table of this test: say which stages read it"),
     }
 }

@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-use super::{TINY, breccia, finished, number, start, table};
+use super::{TINY, breccia, browser, finished, number, start, table};
 
 const STUDY: &str = r#"
 title = "Two microstructures"
@@ -144,6 +144,7 @@ fn cases_share_their_specimens_and_are_compared() {
     }
 
     let page = std::fs::read_to_string(results.join("report.html")).unwrap();
+    browser::check_page(&page, 100, 0);
     for part in [
         "Two microstructures",
         "href=\"second/report.html\"",
@@ -196,6 +197,44 @@ fn cases_share_their_specimens_and_are_compared() {
     let text = std::fs::read_to_string(results.join("study.csv")).unwrap();
     let after = numbers_of(&text, "first,matrix.young_mpa");
     assert!(before[3] >= 275.0 && after[3] < 275.0, "wider than the cut one: {before:?} {after:?}");
+
+    assert_a_detached_case_needs_no_study(dir.path());
+}
+
+/// Detaches a case of the study in `dir/out`, and deletes the study.
+fn assert_a_detached_case_needs_no_study(dir: &std::path::Path) {
+    let detach = |case: &str| breccia(dir, &["study", "detach", case, "own"]);
+    for case in ["out/laboratories/L", "out", "base"] {
+        let (code, _, err) = detach(case);
+        assert!(code == Some(1) && err.contains("is not the folder of a case of a study"), "{err}");
+        assert!(!dir.join("own").exists());
+    }
+    let (code, out, err) = detach("out/second");
+    assert!(code == Some(0) && out.trim() == "own", "{out} {err}");
+    let (code, _, err) = detach("out/second");
+    assert!(code == Some(1) && err.contains("own exists"), "{err}");
+    for folder in ["out", "base"] {
+        std::fs::remove_dir_all(dir.join(folder)).unwrap();
+    }
+    let (code, told, err) = breccia(dir, &["status", "own"]);
+    assert_eq!(code, Some(0), "{told} {err}");
+
+    // with more draws, only the calibration and the stages that read its results are run again
+    let own = dir.join("own");
+    let text = std::fs::read_to_string(own.join("case.toml")).unwrap();
+    let more = text.replace("\ndraws = 160\n", "\ndraws = 170\n");
+    assert_ne!(more, text);
+    std::fs::write(own.join("case.toml"), more).unwrap();
+    let runs = finished(&own.join("ensemble"));
+    assert_eq!(runs.len(), 15);
+    let (code, _, err) = breccia(dir, &["run", "--out", "own"]);
+    assert_eq!(code, Some(0), "{err}");
+    for stage in ["segment", "mesh", "experiments", "ensemble", "surrogate"] {
+        assert!(err.contains(&format!("{stage} finished before, unchanged")), "{stage}: {err}");
+    }
+    assert!(err.contains("calibrate again, since calibration has changed in the case"), "{err}");
+    assert_eq!(finished(&own.join("ensemble")), runs);
+    assert_eq!(table(&own.join("posterior.csv")).len(), 2 * 170);
 }
 
 fn same(a: &std::path::Path, b: &std::path::Path) -> bool {

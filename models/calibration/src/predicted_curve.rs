@@ -8,6 +8,7 @@
 //! and the sum is divided by the square root of a χ² variable with n − 1 degrees of freedom.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use ppl::diagnostics::quantile;
 use rand::{Rng, SeedableRng};
 use rand_distr::{ChiSquared, Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -95,8 +96,7 @@ impl PredictedCurves {
                 (draw.displacement_at_peak_mm, draw.peak_force_n, shape.collect())
             })
             .collect();
-        let mut ends: Vec<f64> = curves.iter().map(|(d, ..)| 0.01 * f64::from(last) * d).collect();
-        ends.sort_by(f64::total_cmp);
+        let ends: Vec<f64> = curves.iter().map(|(d, ..)| 0.01 * f64::from(last) * d).collect();
         let end = quantile(&ends, 1.0 - REACHING);
         let at = |i: usize| end * i as f64 / PLACES as f64;
         let displacement_mm: Vec<f64> = (0..=PLACES).map(at).collect();
@@ -105,6 +105,7 @@ impl PredictedCurves {
                 .iter()
                 .map(|(width, height, shape)| height * relative(percent, shape, 100.0 * u / width))
                 .collect();
+            // sorted once, because each quantile sorts its values
             forces.sort_by(f64::total_cmp);
             QUANTILES.map(|p| quantile(&forces, p))
         };
@@ -170,14 +171,6 @@ fn relative(percent: &[u8], shape: &[f64], at: f64) -> f64 {
                 * others.map(|j| (at - position(j)) / (position(i) - position(j))).product::<f64>()
         })
         .sum()
-}
-
-/// Returns a quantile of sorted values, interpolated linearly between the two nearest values.
-fn quantile(sorted: &[f64], p: f64) -> f64 {
-    let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
-    let rank = p * last as f64;
-    let (below, part) = (rank.floor() as usize, rank.fract());
-    sorted[below] + part * (sorted[last.min(below + 1)] - sorted[below])
 }
 
 #[cfg(test)]

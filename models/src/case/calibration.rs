@@ -2,8 +2,10 @@
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
 
 use ::surrogate::{DesignMethod, OrderRule, SurrogateError, Terms};
+use ppl::Nuts;
 use serde::{Deserialize, Serialize};
 
 use super::between_tests::BetweenTestsCase;
@@ -18,10 +20,19 @@ pub struct QoiCase {
     /// Displacement at which the initial slope is measured, as a fraction of the displacement at peak.
     pub slope_fraction: f64,
     /// Quantities that are compared between specimens and simulations. With `calibration.likelihood = "curve"`, the
-    /// quantities of the curve replace them.
+    /// quantities of the curve are compared instead.
     pub quantities: Vec<Quantity>,
     /// Displacements at which the shape of a curve is compared, in per cent of the displacement at peak.
     pub curve_percent: Vec<u8>,
+}
+
+/// Quantities that are compared between specimens and simulations, as the likelihood of the case defines them.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct QoiComparison {
+    /// Displacement at which the initial slope is measured, as a fraction of the displacement at peak.
+    pub(crate) slope_fraction: f64,
+    /// The compared quantities.
+    pub(crate) quantities: Vec<Quantity>,
 }
 
 /// `[design]`: the simulations to which the surrogate is fitted.
@@ -177,6 +188,31 @@ pub struct CalibrationCase {
     pub joint: Option<PathBuf>,
 }
 
+impl CalibrationCase {
+    /// Number of stored draws per chain that belong to the burn-in.
+    pub(crate) fn burn_in_draws(&self) -> usize {
+        self.burn_in.div_ceil(self.thin)
+    }
+
+    /// Creates the sampler of the posterior. Each of its chains stores the draws of the burn-in, which come first, and
+    /// `draws` further draws. Once `interrupt` is true, the sampler ends.
+    pub(crate) fn sampler<'a>(&self, interrupt: &'a AtomicBool) -> Nuts<'a> {
+        Nuts::default()
+            .chains(self.chains)
+            .warmup(self.warmup)
+            .draws(self.burn_in_draws() + self.draws)
+            .thin(self.thin)
+            .target_accept(self.target_accept)
+            .seed(self.seed)
+            .interrupt(interrupt)
+    }
+
+    /// Returns the settings without burn-in and thinning, for a posterior of which only averages are needed.
+    pub(crate) fn storing_all_draws(&self) -> Self {
+        Self { burn_in: 0, thin: 1, ..self.clone() }
+    }
+}
+
 fn is_without_relations(between_tests: &ByParameter<BetweenTestsCase>) -> bool {
     between_tests.parameters().len() == 0
 }
@@ -315,6 +351,11 @@ impl Default for QoiCase {
             curve_percent: vec![25, 50, 75],
         }
     }
+}
+
+impl DesignCase {
+    /// Smallest number of runs.
+    pub(super) const LEAST_RUNS: usize = 4;
 }
 
 impl Default for DesignCase {

@@ -28,7 +28,6 @@ pub(crate) fn changed_keys(case: &Case) -> Vec<(String, Value, Option<Value>)> {
 fn completed(table: Table) -> Option<Table> {
     let mut case: Case = table.try_into().ok()?;
     case.complete();
-    case.qoi.quantities = case.compared();
     Table::try_from(&case).ok()
 }
 
@@ -70,7 +69,40 @@ mod tests {
     use fem::SolverOptions;
 
     use super::changed_keys;
-    use crate::case::{CalibrationCase, CaseFile, DesignCase, SurrogateCase};
+    use crate::case::{
+        CalibrationCase, Case, CaseFile, DesignCase, SurrogateCase, validation_case,
+    };
+
+    /// With `likelihood = "curve"`, other quantities than those of `qoi.quantities` are compared. The key keeps its value
+    /// in the case, in the written case and in the validations, whose `qoi.quantities` still have an effect.
+    #[test]
+    fn the_likelihood_of_curves_changes_no_other_key() {
+        let curve = "[calibration]\nlikelihood = \"curve\"\n";
+        let template = Case::TEMPLATE.replacen("[calibration]", curve, 1);
+        let read = |set: &str| {
+            let specimens = "set.experiments.virtual.specimens = 3";
+            let validation = format!("[[validation]]\nname = \"other\"\n{specimens}\n{set}");
+            let text = format!("{template}\n{validation}");
+            CaseFile::parse(&text, "case.toml".as_ref()).unwrap()
+        };
+        let file = read("");
+        let named = CaseFile::default_case().case.qoi.quantities;
+        assert_eq!(file.case.qoi.quantities, named);
+        assert_ne!(file.case.compared_quantities(), named);
+        let changed = changed_keys(&file.case);
+        assert!(changed.iter().any(|(key, ..)| key == "calibration.likelihood"), "{changed:?}");
+        assert!(!changed.iter().any(|(key, ..)| key == "qoi.quantities"), "{changed:?}");
+        let again = CaseFile::parse(&file.case.to_toml(), &file.path).unwrap();
+        assert_eq!(again, file);
+
+        let held_out =
+            |file: &CaseFile| validation_case(file, &file.case.validation[0], 0).unwrap();
+        let own = held_out(&file).case;
+        assert_eq!(own.compared_quantities(), file.case.compared_quantities());
+        let own = held_out(&read("set.qoi.quantities = [\"slope\"]")).case;
+        assert_eq!(own.compared_quantities(), own.qoi.quantities);
+        assert_eq!(own.qoi.quantities.len(), 1);
+    }
 
     #[test]
     fn changed_keys_have_their_defaults_and_unchanged_keys_are_not_among_them() {

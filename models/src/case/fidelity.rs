@@ -3,8 +3,11 @@
 use fem::{GrainMode, Homogenisation, Meshing, Order};
 use serde::{Deserialize, Serialize};
 
-use super::{Case, CaseFile, Mistakes, SpecimenGeometry};
+use super::{Case, CaseFile, DesignCase, Mistakes, SpecimenGeometry};
 use crate::error::InputError;
+
+/// Smallest number of runs that are repeated on the next mesh.
+const LEAST_REPEATS: usize = 3;
 
 /// `[fidelity]`: cheaper meshes. All runs of the design use the first mesh. Some runs are repeated on the second mesh,
 /// some of these on the third, and so on up to the mesh of the specimen. All runs are corrected by the ratios between
@@ -79,18 +82,21 @@ impl CaseFile {
             )));
             return;
         }
-        let mut runs = self.case.design.runs;
+        // a number of runs that another check refuses limits no number of repeats
+        let valid = |runs: usize, least: usize| Some(runs).filter(|&runs| runs >= least);
+        let mut runs = valid(self.case.design.runs, DesignCase::LEAST_RUNS);
         for (i, level) in levels.iter().enumerate() {
             mistakes.note(self.check_level(i, level, runs, geometry));
-            runs = level.repeats;
+            runs = valid(level.repeats, LEAST_REPEATS);
         }
     }
 
+    /// Checks a level. `runs` is the number of runs on the cheaper mesh; `None` if this number is refused.
     fn check_level(
         &self,
         i: usize,
         level: &LevelCase,
-        runs: usize,
+        runs: Option<usize>,
         geometry: &SpecimenGeometry,
     ) -> Result<(), InputError> {
         let key = |name: &str| format!("fidelity.levels[{i}].{name}");
@@ -111,7 +117,9 @@ impl CaseFile {
             self.check_number_of_steps(&key("steps"), steps)?;
         }
         let help = "These runs are repeated on the next mesh: at least 3 show the scatter, and 8 are enough.";
-        self.within(&key("repeats"), level.repeats as f64, 3.0, runs as f64, "runs", help)
+        let most = runs.map_or(1e6, |runs| runs as f64);
+        let (repeats, least) = (level.repeats as f64, LEAST_REPEATS as f64);
+        self.within(&key("repeats"), repeats, least, most, "runs", help)
     }
 
     /// Checks the spacing of the second mesh at the posterior mode.
@@ -143,4 +151,38 @@ impl CaseFile {
 
 fn eight() -> usize {
     8
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::case::{Case, CaseFile};
+
+    /// Each wrong number is reported once, without a range that follows from another wrong number.
+    #[test]
+    fn a_refused_number_of_runs_limits_no_repeats() {
+        let table: toml::Table = Case::TEMPLATE.parse().unwrap();
+        let mistakes = |runs: i64, repeats: [i64; 2]| {
+            let mut table = table.clone();
+            let levels = repeats.iter().zip([0.9, 0.7]).map(|(&repeats, spacing_mm)| {
+                toml::Table::from_iter([
+                    ("spacing_mm".to_owned(), toml::Value::from(spacing_mm)),
+                    ("repeats".to_owned(), repeats.into()),
+                ])
+            });
+            let levels: Vec<toml::Value> = levels.map(toml::Value::Table).collect();
+            table["fidelity"]["levels"] = levels.into();
+            table["design"]["runs"] = runs.into();
+            let (_, mistakes) = CaseFile::parse_all(&table.to_string(), "case.toml".as_ref());
+            mistakes.iter().map(ToString::to_string).collect::<Vec<_>>()
+        };
+        assert_eq!(mistakes(100, [20, 10]), [""; 0]);
+        for (runs, repeats, key) in [
+            (1, [20, 10], "design.runs = 1"),
+            (100, [1, 10], "fidelity.levels[0].repeats = 1"),
+            (100, [20, 21], "fidelity.levels[1].repeats = 21"),
+        ] {
+            let found = mistakes(runs, repeats);
+            assert!(found.len() == 1 && found[0].contains(key), "{found:?}");
+        }
+    }
 }

@@ -125,7 +125,7 @@ impl CaseFile {
         let mut case = self.case.clone();
         case.prior = case.whole_prior();
         case.extend.clear();
-        case.qoi.quantities = candidate.measured(&case.compared());
+        case.qoi.quantities = candidate.measured(&case.compared_quantities());
         case.design.runs = candidate.runs;
         case.design.packings = case.design.packings.map(|packings| packings.min(candidate.runs));
         case.fidelity.levels.truncate(1);
@@ -199,7 +199,7 @@ impl CaseFile {
                 return refuse(".name", "", "is taken", help);
             }
             names.push(&candidate.name);
-            let present = self.case.compared();
+            let present = self.case.compared_quantities();
             let measured = candidate.measured(&present);
             if !candidate.is_another_test() {
                 if measured.len() == present.len() {

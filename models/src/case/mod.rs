@@ -50,6 +50,7 @@ use serde::{Deserialize, Serialize};
 use crate::prior::PriorBounds;
 use crate::qoi::Quantity;
 pub use between_tests::BetweenTestsCase;
+pub(crate) use calibration::QoiComparison;
 pub use calibration::{
     CalibrationCase, ConfirmCase, DesignCase, DesignSample, DiscrepancyCase, ExtendCase,
     Likelihood, Microstructure, QoiCase, SequentialCase, SurrogateCase,
@@ -72,7 +73,8 @@ pub use parameter::{BoundsCase, ByParameter, PriorCase};
 #[cfg(test)]
 pub(crate) use paths::FILES;
 pub(crate) use paths::{
-    make_absolute, named_paths, validations_with_absolute_paths, with_absolute_paths,
+    PROGRAM, make_absolute, named_paths, validations_with_absolute_paths, visit_paths,
+    with_absolute_paths,
 };
 pub use plastic::{HardeningCase, HardeningTable, PlasticCase, YieldRow};
 pub use program::ProgramPointCase;
@@ -286,11 +288,17 @@ impl Case {
     }
 
     /// Quantities that are compared between specimens and simulations.
-    pub(crate) fn compared(&self) -> Vec<Quantity> {
+    pub(crate) fn compared_quantities(&self) -> Vec<Quantity> {
         match self.calibration.likelihood {
             Likelihood::Quantities => self.qoi.quantities.clone(),
             Likelihood::Curve => Quantity::of_curve(&self.qoi.curve_percent),
         }
+    }
+
+    /// Definition of the compared quantities.
+    pub(crate) fn qoi_comparison(&self) -> QoiComparison {
+        let quantities = self.compared_quantities();
+        QoiComparison { slope_fraction: self.qoi.slope_fraction, quantities }
     }
 
     /// Inserts the default values that depend on other keys.

@@ -23,6 +23,9 @@ pub(crate) const FILES: [&str; 9] = [
 /// Keys of a case whose values are lists of files.
 const LISTS: [&str; 2] = ["specimen.image.further_stacks", "simulator.files"];
 
+/// Key of the program of `[simulator]`, the first entry of a list.
+pub(crate) const PROGRAM: &str = "simulator.command";
+
 /// Lists of a case whose entries have keys of a case in their table `set`.
 const OVERLAYS: [&str; 3] = ["further_tests.candidate", "tests", "validation"];
 
@@ -47,11 +50,11 @@ fn visit_below(table: &mut Table, prefix: &str, visit: &mut dyn FnMut(&str, &mut
             visit_value(list, Some(file));
         }
     }
-    let program = at(table, "simulator.command").and_then(|command| command.get_mut(0));
+    let program = at(table, PROGRAM).and_then(|command| command.get_mut(0));
     // a program without a folder is searched in PATH
     let has_folder = |program_path: &str| Path::new(program_path).components().count() > 1;
     if program.as_ref().and_then(|program_path| program_path.as_str()).is_some_and(has_folder) {
-        visit_value("simulator.command", program);
+        visit_value(PROGRAM, program);
     }
     let materials = table.get_mut("material").and_then(Value::as_table_mut);
     for (region, material) in materials.into_iter().flatten() {

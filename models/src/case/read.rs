@@ -64,7 +64,6 @@ impl CaseFile {
         mistakes.extend(file.read_hardening().into_iter().map(|m| with_excerpt(m, text, path)));
         let unexplained = file.validate().into_iter().filter(|mistake| !read.explains(mistake));
         mistakes.extend(unexplained.map(|mistake| with_excerpt(mistake, text, path)));
-        file.case.qoi.quantities = file.case.compared();
         (Some(file), mistakes)
     }
 

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::program::ProgramPointCase;
 
 /// `[test]`: the top platen moves down at constant speed or follows a load program, unless
-/// [`ConditionsCase`](crate::ConditionsCase) replaces the platens.
+/// [`ConditionsCase`](crate::case::ConditionsCase) replaces the platens.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TestCase {

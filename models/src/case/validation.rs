@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use super::overlay::{merge, nested, remove};
-use super::{Case, CaseFile};
+use super::{CalibrationCase, Case, CaseFile, Likelihood};
 use crate::error::InputError;
 use crate::qoi::Quantity;
 
@@ -91,7 +91,7 @@ pub(crate) fn has_surrogate_for(file: &CaseFile, entry: &ValidationCase) -> bool
     let of_case = Table::try_from(&file.case).ok().and_then(read);
     let own = overlaid(file, entry, 0).ok().and_then(read);
     let (Some(a), Some(b)) = (of_case, own) else { return false };
-    let calibrated = a.compared();
+    let calibrated = a.compared_quantities();
     a.specimen == b.specimen
         && a.material == b.material
         && a.interface == b.interface
@@ -102,7 +102,7 @@ pub(crate) fn has_surrogate_for(file: &CaseFile, entry: &ValidationCase) -> bool
         && a.solver == b.solver
         && a.simulator == b.simulator
         && a.qoi.slope_fraction == b.qoi.slope_fraction
-        && b.qoi.quantities.iter().all(|quantity| calibrated.contains(quantity))
+        && b.compared_quantities().iter().all(|quantity| calibrated.contains(quantity))
 }
 
 /// The case with the keys of a validation, as a table.
@@ -120,7 +120,6 @@ fn overlaid(file: &CaseFile, entry: &ValidationCase, place: usize) -> Result<Tab
     }
     let mut case = file.case.clone();
     case.prior = case.whole_prior();
-    case.qoi.quantities = case.compared();
     let Case { extend, validation, sequential, design, fidelity, calibration, confirm, .. } =
         &mut case;
     extend.clear();
@@ -128,7 +127,11 @@ fn overlaid(file: &CaseFile, entry: &ValidationCase, place: usize) -> Result<Tab
     *sequential = None;
     // runs at posterior draws need no derivatives
     design.derivatives = false;
-    (*fidelity, *calibration, *confirm) = Default::default();
+    (*fidelity, *confirm) = Default::default();
+    // quantities that the validation names replace the comparison of the curves
+    let names_quantities = at(&entry.set, "qoi.quantities").is_some();
+    let likelihood = if names_quantities { Likelihood::Quantities } else { calibration.likelihood };
+    *calibration = CalibrationCase { likelihood, ..CalibrationCase::default() };
     case.further_tests = Default::default();
     let mut table = match Table::try_from(&case) {
         Ok(table) => table,

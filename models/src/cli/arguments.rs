@@ -7,9 +7,8 @@ use clap::{Args, Parser, Subcommand};
 use super::cluster::Jobs;
 use super::interrupt::INTERRUPT;
 use super::replace::replaceable;
-use crate::{
-    CaseFile, FolderAccess, InputError, JointWorkflow, Workflow, WorkflowError, missing_case,
-};
+use crate::workflow::{DeviceChoice, missing_case};
+use crate::{CaseFile, FolderAccess, InputError, JointWorkflow, Workflow, WorkflowError};
 
 /// Calibrates the fracture of bonded granular materials, with uncertainty.
 ///
@@ -44,7 +43,7 @@ Examples:
   breccia study my-study.toml --out study --slurm   the same as jobs of a Slurm cluster
 
 Stages, in order: segment, mesh, experiments, ensemble, surrogate, calibrate, confirm, validate,
-verdict, design, report.
+verdict, next-test, report.
 `breccia help STAGE` describes a stage and the files that it writes.";
 
 #[derive(Subcommand)]
@@ -83,7 +82,7 @@ pub(super) enum Command {
 
         /// Device that solves the linear systems
         #[arg(long, value_enum, default_value_t)]
-        device: crate::DeviceChoice,
+        device: DeviceChoice,
     },
     /// Write the surface of each grain as STL: surfaces/grain-001.stl, surfaces.csv
     #[command(after_help = "The surfaces are in mm, in the coordinates of the mesh:\n\
@@ -125,11 +124,17 @@ pub(super) enum Command {
     #[command(
         after_help = "Writes a folder of results for each case, with all files of `run`, and the comparison:\n\
                       DIR/study.csv and DIR/report.html. The same command resumes an interrupted study.\n\
-                      Example:\n  breccia study studies/bonded-granular.toml --out study"
+                      Example:\n  breccia study studies/bonded-granular.toml --out study",
+        args_conflicts_with_subcommands = true,
+        subcommand_negates_reqs = true
     )]
     Study {
+        #[command(subcommand)]
+        action: Option<StudyAction>,
+
         /// The study: a base case, and the keys that each laboratory and each case changes
-        file: PathBuf,
+        #[arg(required = true)]
+        file: Option<PathBuf>,
 
         /// Results folder; a later run resumes from its files
         #[arg(long, value_name = "DIR", default_value = "breccia-study")]
@@ -163,6 +168,24 @@ pub(super) enum Command {
         /// The folder that was given to `run`, `study` or a stage with --out
         #[arg(default_value = "breccia-out")]
         dir: PathBuf,
+    },
+}
+
+/// Commands on the results of a study.
+#[derive(Subcommand)]
+pub(super) enum StudyAction {
+    /// Copy a case of a study with everything that it needs to a folder of its own
+    #[command(
+        after_help = "Inputs outside of the folder of the case are copied to DEST/inputs. No stage has to be run again:\n\
+                      edit DEST/case.toml, and `breccia run --out DEST` runs what the change concerns.\n\
+                      Example:\n  breccia study detach study/first first"
+    )]
+    Detach {
+        /// Folder of the case within the folder of the study
+        case: PathBuf,
+
+        /// The folder to write; it must not exist
+        dest: PathBuf,
     },
 }
 

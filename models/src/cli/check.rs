@@ -4,7 +4,8 @@ use std::io::Write as _;
 use std::path::Path;
 use std::process::ExitCode;
 
-use crate::{CaseCheck, PartCheck, StudyCheck};
+use crate::study::{PartCheck, StudyCheck};
+use crate::workflow::CaseCheck;
 
 use super::failure::Failure;
 use super::output::print_line;

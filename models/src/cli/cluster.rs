@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::{SlurmJobs, Stage, Study, Workflow};
+use crate::study::SlurmJobs;
+use crate::{Stage, Study, Workflow};
 use clap::Args;
 
 use super::failure::{Failure, file_error};

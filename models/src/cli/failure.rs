@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use crate::{SlurmError, WorkflowError};
+use crate::WorkflowError;
+use crate::study::SlurmError;
 
 /// Error that ends the program.
 #[derive(Debug, thiserror::Error)]

@@ -3,6 +3,7 @@
 use std::io::ErrorKind;
 use std::path::Path;
 
+use crate::workflow::create_file;
 use crate::{Case, WorkflowError};
 
 use super::failure::Failure;
@@ -40,6 +41,6 @@ pub(super) fn init(file: &Path) -> Result<(), Failure> {
 
 /// Creates a file that must not exist yet. The file is written completely or not at all.
 fn create(file: &Path, text: &str) -> Result<(), WorkflowError> {
-    crate::create_file(file, text.as_bytes())
+    create_file(file, text.as_bytes())
         .map_err(|source| WorkflowError::Init { path: file.to_owned(), source })
 }

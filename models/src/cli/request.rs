@@ -8,6 +8,7 @@ use clap::{Args, CommandFactory, FromArgMatches};
 use super::arguments::{CaseAndFolder, Cli, Command};
 use super::cluster::Sharing;
 use super::failure::Failure;
+use crate::workflow::FORMER_NAMES;
 use crate::{STAGES, Stage};
 
 /// The parsed command line.
@@ -27,13 +28,18 @@ pub(super) fn request() -> (usize, Request) {
         let command = if stage.is_shared() { Sharing::augment_args(command) } else { command };
         command.about(stage.about).after_help(writes)
     });
-    let matches = Cli::command().subcommands(stages).try_get_matches();
+    let former = FORMER_NAMES.iter().map(|(name, present)| {
+        let command = CaseAndFolder::augment_args(clap::Command::new(*name)).hide(true);
+        command.about(format!("Former name of {present}"))
+    });
+    let matches = Cli::command().subcommands(stages).subcommands(former).try_get_matches();
     let matches = matches.unwrap_or_else(|error| exit_with(&with_hint(error)));
     let threads = matches.get_one::<u16>("threads").copied();
     let threads = threads
         .map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from);
-    let stage =
-        matches.subcommand().and_then(|(name, arguments)| Some((Stage::named(name)?, arguments)));
+    let stage = matches.subcommand().and_then(|(name, arguments)| {
+        Some((Stage::named(name).or_else(|| Stage::formerly_named(name))?, arguments))
+    });
     let request = match stage {
         Some((stage, arguments)) => CaseAndFolder::from_arg_matches(arguments).and_then(|target| {
             let sharing =

@@ -5,13 +5,15 @@ use std::process::ExitCode;
 
 use super::failure::Failure;
 use super::output::print_line;
-use crate::{JointWorkflow, PartStatus, StageStatus, Workflow, WorkflowError};
+use crate::study::{PartStatus, study_status};
+use crate::workflow::{self, StageStatus};
+use crate::{JointWorkflow, Workflow, WorkflowError};
 
 /// Prints the state of a results folder; exit code 3 if there is unfinished work.
 pub(super) fn status(dir: &Path) -> Result<ExitCode, Failure> {
-    let parts = match crate::study_status(dir)? {
+    let parts = match study_status(dir)? {
         Some(parts) => parts,
-        None => vec![PartStatus { name: String::new(), stages: crate::status(dir)? }],
+        None => vec![PartStatus { name: String::new(), stages: workflow::status(dir)? }],
     };
     for PartStatus { name, stages } in &parts {
         if !name.is_empty() {

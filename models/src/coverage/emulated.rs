@@ -172,9 +172,16 @@ impl Emulated {
     }
 }
 
-/// Adds the stiffness ratios of the runs as an input. The range of the input also includes the ratios in `seen`, which
-/// occur in the population and in specimens.
-fn with_ratios(runs: &Dataset, ratios: &[f64], seen: &[f64]) -> Result<Dataset, CalibrationError> {
+/// Adds the stiffness ratios of the runs as the last input, `stiffness_ratio`. The range of the input also includes the
+/// ratios in `seen`, which occur in the population and in specimens.
+///
+/// # Errors
+/// If a ratio is not finite, or all ratios are equal.
+pub fn with_ratios(
+    runs: &Dataset,
+    ratios: &[f64],
+    seen: &[f64],
+) -> Result<Dataset, CalibrationError> {
     let all = || ratios.iter().chain(seen).copied();
     let (low, high) =
         (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));

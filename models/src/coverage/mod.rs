@@ -4,5 +4,5 @@
 mod emulated;
 mod study;
 
-pub use emulated::Emulated;
+pub use emulated::{Emulated, with_ratios};
 pub use study::{CoverageRow, CoverageStudy, KnownStiffness, Laboratory, Setting};

@@ -2,6 +2,7 @@
 //! truth.
 
 use ppl::Nuts;
+use ppl::diagnostics::quantile;
 use rayon::prelude::*;
 use surrogate::{CoefficientPosterior, DynPce, PceFit};
 
@@ -197,17 +198,10 @@ impl CoverageStudy {
         let theta = theta.map_or(&[][..], |variable| &variable.data[..]);
         let interval = |i: usize| {
             let mut draws: Vec<f64> = theta.iter().skip(i).step_by(size).copied().collect();
+            // sorted once, because each quantile sorts its values
             draws.sort_by(f64::total_cmp);
             NOMINAL.map(|p| [quantile(&draws, 0.5 * (1.0 - p)), quantile(&draws, 0.5 * (1.0 + p))])
         };
         Ok((0..size).map(interval).collect())
     }
-}
-
-/// Quantile of sorted values, by linear interpolation.
-fn quantile(sorted: &[f64], p: f64) -> f64 {
-    let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
-    let rank = p * last as f64;
-    let (below, part) = (rank.floor() as usize, rank.fract());
-    sorted[below] + part * (sorted[last.min(below + 1)] - sorted[below])
 }

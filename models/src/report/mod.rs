@@ -26,9 +26,7 @@ pub(crate) use results::{
     FurtherNeeded, FurtherParameter, FurtherTestResult, InputFile, LeftOut, MOST_SHIFT, Methods,
     Misfit, OrderErrors, Picture, PictureContent, Points, PredictedBand, Provenance, Qoi,
     Qualifier, QuantityMisfit, Results, SpecimenFacts, Summarised, ValidatedQuantity,
-    ValidationCoverage, ValidationResult, ValidationVerdict, Verdict, mean,
+    ValidationCoverage, ValidationResult, ValidationVerdict, mean,
 };
 pub(crate) use specimen_figures::{grain_sizes, mesh_quality};
-pub(crate) use study::{
-    ComparedCase, Conclusion, Pair, REPRODUCED, StudyResults, Variant, study_page,
-};
+pub(crate) use study::{ComparedCase, Pair, StudyResults, Variant, study_page};

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::file::{ReadStudy, StudyFile, StudyMistake, StudySetting};
-use crate::case::{CaseFile, ExperimentsCase};
+use super::shift::experiments_in;
 use crate::error::InputError;
 use crate::workflow::{CaseCheck, ExpectedCost};
 
@@ -152,16 +152,7 @@ fn checks(setting: &StudySetting) -> Vec<(String, CaseCheck)> {
         let mut file = case.file.clone();
         if case.laboratory.is_some() {
             // the specimens are checked with the laboratory
-            let toe = file.case.experiments.as_ref().map(|e| e.toe).unwrap_or_default();
-            file.case.experiments = Some(ExperimentsCase {
-                table: None,
-                values: None,
-                group: None,
-                test: None,
-                toe,
-                read: None,
-                virtual_specimens: None,
-            });
+            file.case.experiments = Some(experiments_in(None, &file));
         }
         let mut check = CaseCheck::of_calibration(&file);
         if let Some(laboratory) = &case.laboratory {

@@ -3,7 +3,6 @@
 mod base;
 mod check;
 mod compare;
-mod conclude;
 mod contradiction;
 mod file;
 mod reference;

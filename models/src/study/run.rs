@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use super::compare::agreement;
-use super::conclude::conclusions;
 use super::contradiction::contradictions;
 use super::file::{StudyFile, StudySetting};
 use super::shift::{Shift, with_specimens};
@@ -68,7 +67,7 @@ impl<'a> Study<'a> {
     /// The first failure in the order of the file, after all other parts have been run.
     pub fn run(&self) -> Result<(), WorkflowError> {
         let all = self.shift().run()?;
-        self.conclude(all.cases)?;
+        self.compare(all.cases)?;
         all.failure.map_or(Ok(()), Err)
     }
 
@@ -114,8 +113,8 @@ impl<'a> Study<'a> {
         Ok(parts.into_iter().map(part).collect())
     }
 
-    /// Writes the comparison of the cases under each setting, and the conclusions that all settings confirm.
-    fn conclude(&self, all: Vec<Vec<ComparedCase>>) -> Result<(), WorkflowError> {
+    /// Writes the comparison of the cases under each setting.
+    fn compare(&self, all: Vec<Vec<ComparedCase>>) -> Result<(), WorkflowError> {
         let settings = &self.file.settings;
         let compared = |(setting, cases): (&StudySetting, Vec<ComparedCase>)| {
             let is_there = |name: &String| cases.iter().any(|case| case.name == *name);
@@ -132,7 +131,6 @@ impl<'a> Study<'a> {
         };
         let mut results: Vec<StudyResults> = settings.iter().zip(all).map(compared).collect();
         if results.len() > 1 {
-            results[0].conclusions = conclusions(&results);
             let variant = |(setting, results): (&StudySetting, &StudyResults)| Variant {
                 title: setting.title.clone(),
                 folder: setting.folder.clone(),

@@ -218,9 +218,7 @@ impl<'a> Shift<'a> {
             .collect();
         Ok(ComparedCase {
             name: case.name.clone(),
-            laboratory: case.laboratory.clone(),
             specimens_from: specimens_from(&file),
-            specimen: toml::to_string(&case.file.case.specimen).unwrap_or_default(),
             names,
             parameters: results.parameters,
             reference,
@@ -268,16 +266,21 @@ pub(super) fn with_specimens(dir: &Path, setting: &StudySetting, case: &StudyCas
     let mut file = case.file.clone();
     if let Some(laboratory) = setting.laboratory(case) {
         let folder = dir.join(setting.laboratory_folder(laboratory));
-        let toe = file.case.experiments.as_ref().map(|e| e.toe).unwrap_or_default();
-        file.case.experiments = Some(ExperimentsCase {
-            table: Some(folder.join("experiments/specimens.csv")),
-            values: None,
-            group: None,
-            test: None,
-            toe,
-            read: None,
-            virtual_specimens: None,
-        });
+        let table = folder.join("experiments/specimens.csv");
+        file.case.experiments = Some(experiments_in(Some(table), &file));
     }
     file
+}
+
+/// `[experiments]` of a case whose specimens are tested in a laboratory and are listed in `table`.
+pub(super) fn experiments_in(table: Option<PathBuf>, file: &CaseFile) -> ExperimentsCase {
+    ExperimentsCase {
+        table,
+        values: None,
+        group: None,
+        test: None,
+        toe: file.case.experiments.as_ref().map(|e| e.toe).unwrap_or_default(),
+        read: None,
+        virtual_specimens: None,
+    }
 }

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::sync::Mutex;
 
 use ppl::diagnostics::e_bfmi;
-use ppl::{ChainStatus, Nuts, Posterior, Progress, WarningKind};
+use ppl::{ChainStatus, Posterior, Progress, Summary, WarningKind};
 use surrogate::Input;
 
 use super::WorkflowError;
@@ -37,16 +37,9 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let specimens = read_experiments(inputs, pce.outputs())?;
     let outside = check_range(task, &specimens)?;
     let settings = inputs.calibration();
-    let bar = ChainsBar::new(settings.chains);
-    let sampler = Nuts::default()
-        .chains(settings.chains)
-        .warmup(settings.warmup)
-        .draws(settings.burn_in.div_ceil(settings.thin) + settings.draws)
-        .thin(settings.thin)
-        .target_accept(settings.target_accept)
-        .seed(settings.seed)
-        .interrupt(task.interrupt);
-    let burn_in = settings.burn_in.div_ceil(settings.thin);
+    let bar = ChainsBar::new(settings.chains, "draws");
+    let sampler = settings.sampler(task.interrupt);
+    let burn_in = settings.burn_in_draws();
     let means = column_means(&specimens);
     let shared = SharedError::of(&fitted, &settings.discrepancy, &means)?;
     fitted.known_stiffness.note.iter().for_each(|note| say("note", note));
@@ -91,33 +84,16 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     }
     let mut summary = posterior.summary();
     summary.rows.retain(|row| is_for_people(posterior, &row.name));
-    for row in &mut summary.rows {
-        row.name = parameter_name(&row.name);
-        row.place.clone_from(&row.name);
-    }
-    // omit the warnings about empty groups: usually the inputs of all specimens are known, or all are unknown
-    summary.warnings.retain(|warning| warning.kind != WarningKind::NoData);
-    task.product("summary.csv", |path| {
-        summary.write_csv(path).map_err(|e| named("summary.csv", e))
-    })?;
-    // replace the model's names of parameters by their paths
-    let plain = |text: String| {
-        prior
-            .iter()
-            .map(|input| &input.name)
-            .fold(text, |text, name| text.replace(&format!("theta[{name}]"), name))
-    };
+    let names = prior.iter().map(|input| input.name.as_str());
+    // empty groups are no mistake: usually the inputs of all specimens are known, or all are unknown
+    let of_posterior = write_summary(task, &mut summary, names)?;
     let mut warnings = outside;
     warnings.extend(fitted.made_on.warning(inputs));
     warnings.extend(fitted.known_stiffness.warning.clone());
-    if settings.joint.is_some() {
-        // the joint calibration reports the warnings about its draws
-        summary.warnings.clear();
+    if settings.joint.is_none() {
+        // otherwise the joint calibration reports the warnings about its draws
+        warnings.extend(of_posterior);
     }
-    warnings.extend(summary.warnings.drain(..).map(|warning| plain(warning.to_string())));
-    // the warnings of all stages are listed in summary.txt
-    let table = plain(summary.to_string()).replace("Nothing wrong was found.\n", "");
-    task.write("posterior.txt", table)?;
     task.on_threads(settings.chains, |threads| {
         write_influence(task, &result, &sampler.threads(threads), burn_in, &ids, &prior)
     })?;
@@ -169,6 +145,31 @@ fn unreached(inputs: &Inputs<'_>, budget: &Budget) -> Option<String> {
             100.0 * asked
         )
     })
+}
+
+/// Writes the summary of a posterior with the paths of the `parameters` as names. Returns its warnings, except warnings
+/// about observations without data, and removes them from the summary.
+pub(super) fn write_summary<'n>(
+    task: &Task<'_>,
+    summary: &mut Summary,
+    parameters: impl Iterator<Item = &'n str> + Clone,
+) -> Result<Vec<String>, WorkflowError> {
+    for row in &mut summary.rows {
+        row.name = parameter_name(&row.name);
+        row.place.clone_from(&row.name);
+    }
+    summary.warnings.retain(|warning| warning.kind != WarningKind::NoData);
+    task.product("summary.csv", |path| {
+        summary.write_csv(path).map_err(|e| WorkflowError::io(&task.path("summary.csv"), e))
+    })?;
+    // the model's names of the parameters
+    let plain = |text: String| {
+        let mut names = parameters.clone();
+        names.fold(text, |text, name| text.replace(&format!("theta[{name}]"), name))
+    };
+    // the warnings of all stages are listed in summary.txt
+    task.write("posterior.txt", plain(summary.tables().to_string()))?;
+    Ok(summary.warnings.drain(..).map(|warning| plain(warning.to_string())).collect())
 }
 
 /// Extracts the path of a parameter from its name in the posterior, such as `theta[matrix.young_mpa]`.
@@ -277,8 +278,9 @@ pub(super) struct ChainsBar {
 }
 
 impl ChainsBar {
-    pub(super) fn new(chains: usize) -> Self {
-        Self { bar: Bar::new("calibrate"), fractions: Mutex::new(vec![(0.0, 0); chains]) }
+    /// Starts a bar at zero for a number of chains. `label` is what the bar counts.
+    pub(super) fn new(chains: usize, label: &str) -> Self {
+        Self { bar: Bar::new("calibrate", label), fractions: Mutex::new(vec![(0.0, 0); chains]) }
     }
 }
 

@@ -449,7 +449,7 @@ impl CaseCheck {
 
     /// Reports mean and range of each compared quantity over the specimens.
     fn means(&mut self, file: &CaseFile, table: &SpecimenTable, mesh: Option<MeshSize>) {
-        let qoi = &file.case.qoi;
+        let qoi = &file.case.qoi_comparison();
         let values = table.specimens.iter();
         let values = values.filter_map(|s| compared(s, mesh, qoi, &qoi.quantities).ok());
         let values: Vec<Vec<f64>> = values.collect();
@@ -464,8 +464,8 @@ impl CaseCheck {
     }
 
     fn quantities_and_priors(&mut self, file: &CaseFile) {
-        let names: Vec<String> =
-            file.case.qoi.quantities.iter().map(|q| q.column().into_owned()).collect();
+        let compared = file.case.compared_quantities();
+        let names: Vec<String> = compared.iter().map(|q| q.column().into_owned()).collect();
         if file.case.prior.is_some() {
             self.say("compared", names.join(", "));
         }

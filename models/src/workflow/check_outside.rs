@@ -35,7 +35,7 @@ pub(super) fn source_in_words(file: &CaseFile) -> Result<Vec<(&'static str, Stri
             .map(|(parameter, parameter_prior)| (parameter.to_string(), parameter_prior.range()));
         let ranges: Vec<_> = ranges.collect();
         let ImportedRuns { records, outside } =
-            ImportedRuns::read(&path, &ranges, &case.qoi.quantities)?;
+            ImportedRuns::read(&path, &ranges, &case.compared_quantities())?;
         let text = format!(
             "{} imported from {}, {outside} outside the ranges of the priors",
             records.len(),
@@ -55,7 +55,7 @@ pub(super) fn measured_specimens(
     path: &Path,
     least: usize,
 ) -> Result<SpecimenTable, WorkflowError> {
-    let quantities = &file.case.qoi.quantities;
+    let quantities = &file.case.compared_quantities();
     let mut specimens = read_measured(path, quantities)?;
     let folder = file.path.parent().map_or_else(PathBuf::new, Path::to_owned);
     let inputs = Inputs::new(file, &folder, Stage::that_writes);

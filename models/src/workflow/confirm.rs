@@ -19,6 +19,9 @@ use crate::error::InputError;
 use crate::fracture::column_means;
 use crate::table::CsvTable;
 
+/// Description of the runs in the progress bar.
+const LABEL: &str = "runs at the mode and at draws";
+
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let inputs = &task.inputs;
     if !inputs.is_built_in() {
@@ -28,7 +31,8 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let Points { names, runs } = Points::read(task)?;
     let mesh = gmsh::read(inputs.file("mesh.msh")?, &gmsh::GmshNames::default())?;
     let simulator = Simulator::new(&inputs.setup(), mesh, parameters(&names)?)?;
-    let records = run_ensemble(task, "confirm", &names, &runs, &|_| Ok(Cow::Borrowed(&simulator)))?;
+    let records =
+        run_ensemble(task, "confirm", LABEL, &names, &runs, &|_| Ok(Cow::Borrowed(&simulator)))?;
 
     let map = write_runs(task, &names, &records)?;
     write_fields(task, &simulator, &records[0].inputs, &records[0].curve)?;
@@ -53,6 +57,7 @@ fn confirm_outside(task: &Task<'_>) -> Result<String, WorkflowError> {
     let manifest = task.inputs.manifest();
     let named = NamedRuns {
         folder: "confirm",
+        label: LABEL,
         manifest: &manifest,
         names: &names,
         runs: &runs,
@@ -151,8 +156,14 @@ fn baseline(task: &Task<'_>) -> Result<(), WorkflowError> {
     let mesh = gmsh::read(inputs.file("mesh.msh")?, &gmsh::GmshNames::default())?;
     let simulator = Simulator::new(&inputs.setup(), mesh, Vec::new())?;
     let run = RunInput { id: 1, inputs: Vec::new() };
-    let records =
-        run_ensemble(task, "confirm/baseline", &[], &[run], &|_| Ok(Cow::Borrowed(&simulator)))?;
+    let records = run_ensemble(
+        task,
+        "confirm/baseline",
+        "run of the case without calibration",
+        &[],
+        &[run],
+        &|_| Ok(Cow::Borrowed(&simulator)),
+    )?;
     task.product("curves/baseline.csv", |path| write_curve(path, &records[0].curve))
 }
 

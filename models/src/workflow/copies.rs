@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::WorkflowError;
-use super::files::{IMPORTED, SPECIMENS, VALUES, same_file};
+use super::files::{IMPORTED, INPUTS, SPECIMENS, VALUES, same_file};
 use super::freshness::STAGES_FILE;
 use super::in_place::is_case_of_folder;
 use super::product_folder::{Owner, ProductFolder};
@@ -18,10 +18,10 @@ use crate::progress::say;
 use crate::specimen_files::{SpecimenFiles, recorded_file};
 
 /// Name of the file that records to which case a results folder belongs.
-const ORIGIN: &str = "origin.toml";
+pub(super) const ORIGIN: &str = "origin.toml";
 
 /// Returns an error if the case is to be read from the results folder `dir`, which has results but no `case.toml`.
-pub fn missing_case(dir: &Path) -> Option<InputError> {
+pub(crate) fn missing_case(dir: &Path) -> Option<InputError> {
     let case = dir.join("case.toml");
     if case.is_file() || !dir.join(STAGES_FILE).is_file() {
         return None;
@@ -156,12 +156,11 @@ impl Copies {
         for stack in stacks {
             // images are too large to be copied: make their paths absolute
             let from = source.beside(stack);
-            *stack = std::path::absolute(&from).map_err(|e| WorkflowError::io(&from, e))?;
+            *stack = found_from(dir, &from)?;
         }
         if let Some(import) = &mut copies.case.specimen.stl {
             let from = source.beside(&import.surfaces);
-            import.surfaces =
-                std::path::absolute(&from).map_err(|e| WorkflowError::io(&from, e))?;
+            import.surfaces = found_from(dir, &from)?;
         }
         let experiments = copies.case.experiments.as_mut();
         let measured = experiments.and_then(|e| Some((e.table.as_mut()?, &mut e.read, &e.test)));
@@ -372,6 +371,15 @@ impl Copies {
             })
         })
     }
+}
+
+/// Returns the path by which the copied case in `dir` names a file that is not copied: an absolute path, or a relative
+/// path of a file in the folder of the inputs of a detached case.
+fn found_from(dir: &Path, file: &Path) -> Result<PathBuf, WorkflowError> {
+    let absolute = |path: &Path| std::path::absolute(path).map_err(|e| WorkflowError::io(path, e));
+    let (file, dir) = (absolute(file)?, absolute(dir)?);
+    let inner = file.strip_prefix(&dir).ok().filter(|inner| inner.starts_with(INPUTS));
+    Ok(inner.map_or_else(|| file.clone(), Path::to_owned))
 }
 
 /// Copies the file at `path` of a case to `name` in the results folder, and changes the path to the path of the

@@ -196,11 +196,11 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     };
     Ok(words
         + &match &done[1..] {
-            [] => format!("{:.1} s per run", seconds / all as f64),
+            [] => format!("processor time {:.1} s per run", seconds / all as f64),
             better => {
                 let counts: Vec<_> = better.iter().map(|l| l.records.len().to_string()).collect();
                 format!(
-                    "{} repeated on a more accurate mesh, {seconds:.0} s in total",
+                    "{} repeated on a more accurate mesh, processor time {seconds:.0} s",
                     counts.join(" and ")
                 )
             }

@@ -19,7 +19,7 @@ use super::specimen_quantities::compared;
 use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
 use super::virtual_inputs;
-use crate::case::{ByParameter, Parameter, QoiCase, SpecimenGeometry};
+use crate::case::{ByParameter, Parameter, QoiComparison, SpecimenGeometry};
 use crate::error::InputError;
 use crate::experiment::{Specimen, SpecimenTable, TestCurve};
 use crate::qoi::Qois;
@@ -65,7 +65,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
 /// Size of the mesh, if there is one, and the quantities that are compared between specimens and simulations.
 struct Comparison<'a> {
     mesh: Option<MeshSize>,
-    qoi: &'a QoiCase,
+    qoi: &'a QoiComparison,
 }
 
 impl Comparison<'_> {
@@ -137,9 +137,10 @@ fn test_virtual_specimens(task: &Task<'_>) -> Result<SpecimenTable, WorkflowErro
         .map(|(id, (_, parameters))| RunInput { id, inputs: parameters.clone() })
         .collect();
     let names: Vec<String> = truth.names().collect();
-    let records = run_ensemble(task, "experiments/runs", &names, &runs, &|run| {
-        Ok(Cow::Borrowed(&tests[run.id - 1].0))
-    })?;
+    let records =
+        run_ensemble(task, "experiments/runs", "virtual specimens", &names, &runs, &|run| {
+            Ok(Cow::Borrowed(&tests[run.id - 1].0))
+        })?;
     for (record, name) in
         records.iter().zip(specimens.iter().map(|v| v.id.as_str()).chain(["bias", "bias"]))
     {

@@ -11,6 +11,9 @@ pub(super) const VALUES: &str = "experiments/values.csv";
 /// Copy of the imported table of runs.
 pub(super) const IMPORTED: &str = "imported_runs.csv";
 
+/// Folder of the inputs of a case that was detached from its study.
+pub(super) const INPUTS: &str = "inputs";
+
 /// Stages that can issue warnings, in order; [`warnings_of`] returns the name of each stage's file.
 pub(super) const WARNING_STAGES: [&str; 7] =
     ["segment", "mesh", "experiments", "ensemble", "calibrate", "confirm", "validate"];

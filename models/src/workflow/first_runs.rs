@@ -12,7 +12,7 @@ use super::files::SPECIMENS;
 use super::gate::unit_rank;
 use super::simulator::{Setup, quantities};
 use super::task::Task;
-use crate::case::{BoundsCase, QoiCase};
+use crate::case::{BoundsCase, QoiComparison};
 use crate::error::InputError;
 use crate::fracture::column_means;
 use crate::prior::PriorBounds;
@@ -89,7 +89,7 @@ pub(super) fn check_first_runs(
 }
 
 /// Reads the means of the quantities over the specimens; `None` if there is no table with these quantities.
-fn means_of(file: &Path, qoi: &QoiCase) -> Option<Vec<f64>> {
+fn means_of(file: &Path, qoi: &QoiComparison) -> Option<Vec<f64>> {
     let columns: Vec<String> = qoi.quantities.iter().map(|q| q.column().into_owned()).collect();
     let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
     let table = CsvTable::read(file, &columns).ok()?;

@@ -23,6 +23,17 @@ pub(super) fn copy_tree(from: &Path, to: &Path) -> Result<(), WorkflowError> {
     std::fs::copy(from, to).map(drop).map_err(failed)
 }
 
+/// Copies a file with its modification time.
+///
+/// # Errors
+/// Fails if the file cannot be read or written.
+pub(super) fn copy_file_with_time(from: &Path, to: &Path) -> Result<(), WorkflowError> {
+    copy_tree(from, to)?;
+    let time = from.metadata().and_then(|metadata| metadata.modified());
+    let times = |time| std::fs::File::options().write(true).open(to)?.set_modified(time);
+    time.and_then(times).map_err(|e| WorkflowError::io(to, e))
+}
+
 /// Copies every finished record of a folder of runs to another folder, unless a file of the same name exists there.
 ///
 /// # Errors

@@ -46,10 +46,10 @@ pub(super) const SIMULATION: [&str; 8] = [
 pub(super) const SURFACES: [&str; 2] = ["surfaces/grain-#.stl", "surfaces.csv"];
 
 /// A file or folder that is an input of a case.
-struct Named {
+pub(super) struct Named {
     /// Key of the case, or description of the entry in the table of specimens.
     key: String,
-    path: PathBuf,
+    pub(super) path: PathBuf,
 }
 
 /// Checks a results folder: fails if an input of the case has the path of a product.
@@ -118,7 +118,7 @@ fn named_by(source: &CaseFile) -> Vec<Named> {
 
 /// Lists the curves and images that a table of specimens names. Empty if the table cannot be read; this error is
 /// reported later.
-fn named_by_table(file: &Path) -> Vec<Named> {
+pub(super) fn named_by_table(file: &Path) -> Vec<Named> {
     let Ok(DetectedTable { table, .. }) = DetectedTable::read(file, &["id"], &[]) else {
         return Vec::new();
     };

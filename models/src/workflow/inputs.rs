@@ -14,7 +14,7 @@ use super::sources::{Origin, Sources};
 use crate::case::{
     CalibrationCase, CandidateCase, Case, CaseFile, ConditionsCase, ConfirmCase, DesignCase,
     ExtendCase, FidelityCase, FurtherTestsCase, InterfaceCase, MachineCase, MaterialCase,
-    Microstructure, Parameter, PriorCase, QoiCase, SequentialCase, SimulatorCase, SingleTest,
+    Microstructure, Parameter, PriorCase, QoiComparison, SequentialCase, SimulatorCase, SingleTest,
     SpecimenGeometry, SurrogateCase, TestCase, ValidationCase, has_surrogate_for, single_tests,
 };
 use crate::prior::Prior;
@@ -27,6 +27,7 @@ pub(super) struct Inputs<'a> {
     file: &'a CaseFile,
     dir: &'a Path,
     origin: Origin<'a>,
+    comparison: QoiComparison,
     /// Returns the stage that writes the file of a given name, if there is one.
     writer: fn(&str) -> Option<&'static str>,
     /// Rejects result files that are out of date.
@@ -47,8 +48,8 @@ impl<'a> Inputs<'a> {
         writer: fn(&str) -> Option<&'static str>,
     ) -> Self {
         let origin = Origin::of(&file.case, dir);
-        let read = RefCell::default();
-        Self { file, dir, origin, writer, guard: None, least_specimens: 2, read }
+        let (comparison, read) = (file.case.qoi_comparison(), RefCell::default());
+        Self { file, dir, origin, comparison, writer, guard: None, least_specimens: 2, read }
     }
 
     /// Creates the inputs of another case with the same results folder and an empty record.
@@ -152,7 +153,6 @@ parts! {
     conditions: conditions => Option<ConditionsCase>;
     solver: solver => SolverOptions;
     simulator: simulator => Option<SimulatorCase>;
-    qoi: qoi => QoiCase;
     prior_table: prior => Option<PriorCase>;
     extend: extend => Vec<ExtendCase>;
     design: design => DesignCase;
@@ -171,6 +171,13 @@ impl Inputs<'_> {
     pub(super) fn case(&self) -> &Case {
         self.reads("");
         &self.file.case
+    }
+
+    /// Quantities that are compared between specimens and simulations.
+    pub(super) fn qoi(&self) -> &QoiComparison {
+        self.reads("qoi");
+        self.reads("calibration.likelihood");
+        &self.comparison
     }
 
     /// Returns the case that simulates a candidate for a further test. Inputs read from this case must be recorded with

@@ -89,6 +89,9 @@ impl<'a> JointWorkflow<'a> {
     pub fn run_all(&mut self) -> Result<(), WorkflowError> {
         self.whole.check_ready()?;
         self.in_each(Workflow::check_ready)?;
+        self.tests.iter().for_each(|(name, test)| {
+            speaking_for(name, || test.report_virtual_specimens());
+        });
         let (before, after): (Vec<&Stage>, Vec<&Stage>) =
             STAGES.iter().partition(|stage| BEFORE.contains(&stage.name));
         self.in_each(|test| before.iter().try_for_each(|stage| test.make(stage)))?;

@@ -10,7 +10,7 @@ use super::run_source::{RequestedRuns, RunSource};
 use super::runs::NamedRuns;
 use super::simulator::{jacobian, quantities};
 use super::task::Task;
-use crate::case::QoiCase;
+use crate::case::QoiComparison;
 
 /// Subfolder with the records of runs.
 pub(super) const FOLDER: &str = "ensemble";
@@ -41,7 +41,8 @@ impl Runner<'_> {
         wait: bool,
     ) -> Result<Vec<RunRecord>, WorkflowError> {
         let Self { task, source, names, specimens } = *self;
-        let named = NamedRuns { folder: FOLDER, manifest: &level.manifest, names, runs, wait };
+        let Level { label, manifest, .. } = level;
+        let named = NamedRuns { folder: FOLDER, label, manifest, names, runs, wait };
         source.records(&RequestedRuns { task, level: Some(level), specimens, named })
     }
 }
@@ -73,7 +74,7 @@ struct RunQuantities {
 
 impl LevelRuns {
     /// Computes the quantities of the records, with derivatives if requested.
-    pub(super) fn new(records: Vec<RunRecord>, qoi: &QoiCase, derivatives: bool) -> Self {
+    pub(super) fn new(records: Vec<RunRecord>, qoi: &QoiComparison, derivatives: bool) -> Self {
         let result = |record| {
             let jacobian = || if derivatives { jacobian(record, qoi) } else { Ok(Vec::new()) };
             Ok(RunQuantities { quantities: quantities(record, qoi)?, jacobian: jacobian()? })

@@ -14,6 +14,8 @@ pub(super) struct Level<'a> {
     /// Text that identifies the runs: a list of everything on which the runs depend. Its hash is the name of the
     /// folder of the runs.
     pub(super) manifest: String,
+    /// Description of the runs in the progress bar.
+    pub(super) label: String,
     /// Number of runs that are repeated on the next level.
     pub(super) repeats: usize,
     pub(super) setup: Setup<'a>,
@@ -43,6 +45,7 @@ impl<'a> Level<'a> {
         let levels = &inputs.fidelity().levels;
         let cheaper = levels.iter().enumerate().map(|(index, case)| Level {
             manifest: format!("{manifest}{}", described(case)),
+            label: format!("runs on {} mm", case.spacing_mm),
             repeats: case.repeats,
             setup: Setup {
                 order: case.order.unwrap_or(setup.order),
@@ -57,6 +60,7 @@ impl<'a> Level<'a> {
         let setup_of_own = Setup { derivatives: derivatives && levels.is_empty(), ..setup };
         let finest = Level {
             manifest: manifest.clone(),
+            label: if levels.is_empty() { "runs" } else { "runs on the finest mesh" }.to_owned(),
             repeats: 0,
             setup: setup_of_own,
             case: None,
@@ -73,6 +77,7 @@ impl<'a> Level<'a> {
     {
         Level {
             manifest: format!("{}phase_field = {field:?}\n", self.manifest),
+            label: "run with the other quadrature".to_owned(),
             repeats: 0,
             setup: Setup { phase_field: Some(field), derivatives: false, ..self.setup },
             case: self.case,
@@ -80,12 +85,13 @@ impl<'a> Level<'a> {
         }
     }
 
-    /// Returns this level with `addition` appended to its manifest. The changed manifest stores its runs in another
-    /// folder.
-    pub(super) fn named(&self, addition: &str) -> Level<'a> {
+    /// Returns this level with `addition` appended to its manifest, for other runs, which `label` describes. The changed
+    /// manifest stores these runs in another folder.
+    pub(super) fn named(&self, addition: &str, label: &str) -> Level<'a> {
         let manifest = format!("{}{addition}", self.manifest);
         Level {
             manifest,
+            label: label.to_owned(),
             repeats: 0,
             setup: self.setup,
             case: self.case,

@@ -11,7 +11,7 @@ use super::WorkflowError;
 use crate::progress::say;
 
 /// Folder of the lock files; it exists once a stage has been started.
-const FOLDER: &str = ".locks";
+pub(super) const FOLDER: &str = ".locks";
 
 /// Time between two attempts to take a lock.
 const WAIT: Duration = Duration::from_millis(200);

@@ -78,7 +78,13 @@ struct States<'a> {
 
 impl<'a> States<'a> {
     fn new(interrupt: &'a AtomicBool, wanted: Vec<(usize, &'static str)>) -> Self {
-        Self { interrupt, wanted, steps: 0, stored: Vec::new(), bar: Bar::new("confirm") }
+        Self {
+            interrupt,
+            wanted,
+            steps: 0,
+            stored: Vec::new(),
+            bar: Bar::new("confirm", "fields at the mode"),
+        }
     }
 }
 
@@ -89,7 +95,8 @@ impl Observer for States<'_> {
         }
         self.steps += 1;
         let end = self.wanted.last().map_or(0, |(step, _)| step + 1);
-        self.bar.set(self.steps as f64 / end.max(1) as f64, "fields at the mode");
+        let done = self.steps as f64 / end.max(1) as f64;
+        self.bar.set(done, &format!("step {} of {end}", self.steps));
         match self.steps >= end || self.interrupt.load(Ordering::Relaxed) {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),

@@ -42,7 +42,9 @@ pub(super) fn mesh_errors(
     let simulator = Simulator::new(&inputs.setup(), mesh, parameters)?;
     let run = RunInput { id: 1, inputs: mode.inputs.clone() };
     let records =
-        run_ensemble(task, "confirm/second", names, &[run], &|_| Ok(Cow::Borrowed(&simulator)))?;
+        run_ensemble(task, "confirm/second", "run on the second mesh", names, &[run], &|_| {
+            Ok(Cow::Borrowed(&simulator))
+        })?;
     task.product("curves/second-mesh.csv", |path| write_curve(path, &records[0].curve))?;
     let other = match quantities(&records[0], inputs.qoi()) {
         Ok(other) => other,

@@ -12,7 +12,7 @@
 //! | confirm | `map.csv`, `posterior.csv`, `mesh.msh` | `confirm.csv`, `confirm_runs.csv`, `curves/baseline.csv`, `curves/map.csv`, `curves/draw-*.csv`, `fields/map*` (`.vtu`, `.pvd`, pictures, `map.csv`), `curves/second-mesh.csv` |
 //! | validate | `posterior.csv`, `surrogate.json`, `experiments.csv`; `mesh.msh`, `experiments.csv`, `experiments/` in the folder of each validation | `validation.csv` (one row for each validation, quantity and specimen), `validation_summary.csv` (for each validation and quantity), `validation_coverage.csv`, `validation_curves.csv` |
 //! | verdict | results and warnings of the earlier stages | `verdict.csv` (`parameter,contraction,verdict`), `warnings.txt`, `summary.txt` |
-//! | design | `posterior.csv`, `surrogate.json`, `experiments.csv`; runs and curves, for candidates with further quantities of existing curves | `design.csv` (`candidate,parameter,specimens,contraction,contraction_q05,contraction_q95,width90`), `design_specimens.csv` (`candidate,parameter,goal,value,specimens,limit`; `specimens` is empty if 1000 specimens do not reach the goal), `design/candidate-*.csv` (runs of each candidate, a [`surrogate::Dataset`]) |
+//! | next-test | `posterior.csv`, `surrogate.json`, `experiments.csv`; runs and curves, for candidates with further quantities of existing curves | `next-test.csv` (`candidate,parameter,specimens,contraction,contraction_q05,contraction_q95,width90`), `next-test-specimens.csv` (`candidate,parameter,goal,value,specimens,limit`; `specimens` is empty if 1000 specimens do not reach the goal), `next-test/candidate-*.csv` (runs of each candidate, a [`surrogate::Dataset`]) |
 //! | report | the results of all other stages | `report.html` |
 //!
 //! The runs come from a source (`run_sources/`, one file per source): simulations of this program, a program of the
@@ -62,7 +62,7 @@ mod content_hash;
 mod copies;
 mod cores;
 mod damage_of;
-mod design;
+mod detach;
 mod editable;
 mod effort_file;
 mod ensemble;
@@ -100,6 +100,7 @@ mod mesh_error;
 mod mesh_scale;
 mod microstructures;
 mod neighbours;
+mod next_test;
 mod one_stage;
 mod ownership;
 mod packings;
@@ -156,17 +157,19 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 pub use check::CaseCheck;
-pub use copies::missing_case;
+pub(crate) use copies::missing_case;
 pub(crate) use cores::Cores;
+pub use detach::detach;
 pub use error::{InputInPlace, WorkflowError};
 pub use expected_cost::ExpectedCost;
 pub use joint_workflow::JointWorkflow;
 pub use laboratories::{SimulatedLaboratories, simulate_laboratories};
 pub(crate) use neighbours::Together;
-pub(crate) use product_folder::ProductFolder;
-pub use product_folder::{FolderAccess, create_file};
+pub use product_folder::FolderAccess;
+pub(crate) use product_folder::{ProductFolder, create_file};
 pub use simulate::{DeviceChoice, simulate};
 pub use stage::Stage;
+pub(crate) use stages::FORMER_NAMES;
 pub use stages::STAGES;
 use stages::stages_of;
 pub use status::{RunCounts, StageState, StageStatus, status};
@@ -319,7 +322,21 @@ impl<'a> Workflow<'a> {
     /// The error that ended a stage.
     pub fn run_all(&self) -> Result<(), WorkflowError> {
         self.check_ready()?;
+        self.report_virtual_specimens();
         self.stages().iter().try_for_each(|stage| self.make(stage))
+    }
+
+    /// Prints a line if the specimens are virtual.
+    fn report_virtual_specimens(&self) {
+        let experiments = self.file.case.experiments.as_ref();
+        if let Some(specimens) = experiments.and_then(|e| e.virtual_specimens.as_ref()) {
+            let count = specimens.specimens;
+            let text = format!(
+                "no specimen is measured: {count} virtual specimens are simulated with known parameters \
+                 ([experiments.virtual])"
+            );
+            say("note", &text);
+        }
     }
 
     /// Stages that are run in this folder, in order.
@@ -397,7 +414,8 @@ impl<'a> Workflow<'a> {
                 Ok((result, task.trace()))
             })?,
         };
-        say(stage.name, &format!("{result} ({:.1} s)", start.elapsed().as_secs_f64()));
+        let elapsed = start.elapsed().as_secs_f64();
+        say(stage.name, &format!("{result}; elapsed time {elapsed:.1} s"));
         self.remove_leftovers(stage, &record)?;
         self.remember(stage, record)
     }

@@ -92,6 +92,15 @@ impl Neighbours {
         })
     }
 
+    /// Whether a study in a parent folder lists this folder as the folder of a case.
+    pub(super) fn is_case_of_study(dir: &Path) -> bool {
+        let is_case = |root: &Path| {
+            let cases = Together::read(root).map(|together| together.cases).unwrap_or_default();
+            cases.iter().any(|name| root.join(name) == dir)
+        };
+        dir.ancestors().skip(1).take(DEPTH).any(is_case)
+    }
+
     /// Waits until no neighbour with the same specimen is running the stage. Afterwards the products of the neighbours
     /// can be copied.
     ///

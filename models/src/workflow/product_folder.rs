@@ -145,9 +145,7 @@ impl ProductFolder {
         command: &str,
         may_write: impl Fn(&str) -> bool,
     ) -> Result<(), WorkflowError> {
-        let mut names = patterns.into_iter().flat_map(|pattern| self.names_of(pattern));
-        names
-            .try_for_each(|name| if may_write(&name) { self.claim(&name, command) } else { Ok(()) })
+        self.claim_some(patterns, command, |name| Ok(may_write(name)))
     }
 
     /// Does the checks of [`Self::claim_all`] only for files that the program has never written; no content of a file
@@ -161,8 +159,18 @@ impl ProductFolder {
         command: &str,
         may_write: impl Fn(&str) -> bool,
     ) -> Result<(), WorkflowError> {
+        self.claim_some(patterns, command, |name| Ok(may_write(name) && !self.written.names(name)?))
+    }
+
+    /// Checks the existing files that match a pattern and that meet a condition.
+    fn claim_some<'p>(
+        &self,
+        patterns: impl IntoIterator<Item = &'p str>,
+        command: &str,
+        is_meant: impl Fn(&str) -> Result<bool, WorkflowError>,
+    ) -> Result<(), WorkflowError> {
         let mut names = patterns.into_iter().flat_map(|pattern| self.names_of(pattern));
-        names.try_for_each(|name| match may_write(&name) && !self.written.names(&name)? {
+        names.try_for_each(|name| match is_meant(&name)? {
             true => self.claim(&name, command),
             false => Ok(()),
         })
@@ -365,7 +373,7 @@ fn remove_tree(path: &Path) -> std::io::Result<()> {
 ///
 /// # Errors
 /// [`std::io::ErrorKind::AlreadyExists`] if the file exists; other errors of the operating system.
-pub fn create_file(path: &Path, content: &[u8]) -> std::io::Result<()> {
+pub(crate) fn create_file(path: &Path, content: &[u8]) -> std::io::Result<()> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     let folder = tempfile::Builder::new()
         .prefix(".")

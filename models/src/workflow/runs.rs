@@ -20,7 +20,7 @@ use super::task::Task;
 use crate::progress::{Bar, speaker};
 
 /// Computes the unfinished runs of an ensemble and stores them in `folder/<fingerprint>`. `simulator` returns the
-/// simulator of a run.
+/// simulator of a run, and `label` says in the progress bar what the runs are.
 ///
 /// The fingerprint is the hash of everything that the stage has read so far. Thus each ensemble has a separate
 /// folder. After a change of the case, a new ensemble is started in a new folder. If the change is undone, the runs
@@ -28,12 +28,13 @@ use crate::progress::{Bar, speaker};
 pub(super) fn run_ensemble<'s>(
     task: &Task<'_>,
     folder: &str,
+    label: &str,
     names: &[String],
     runs: &[RunInput],
     simulator: &(dyn Fn(&RunInput) -> Result<Cow<'s, Simulator>, FemError> + Sync),
 ) -> Result<Vec<RunRecord>, WorkflowError> {
-    let manifest = task.inputs.manifest();
-    run_named(task, NamedRuns { folder, manifest: &manifest, names, runs, wait: true }, simulator)
+    let manifest = &task.inputs.manifest();
+    run_named(task, NamedRuns { folder, label, manifest, names, runs, wait: true }, simulator)
 }
 
 /// Returns the folder of the runs that `manifest` identifies. All neighbouring results folders, if there are any, share
@@ -53,6 +54,8 @@ pub(super) fn folder_of_runs(
 pub(super) struct NamedRuns<'a> {
     /// Folder of the results folder that contains the folder of the runs.
     pub(super) folder: &'a str,
+    /// Description of the runs in the progress bar.
+    pub(super) label: &'a str,
     /// Text that identifies the runs.
     pub(super) manifest: &'a str,
     /// Names of the runs' inputs.
@@ -97,7 +100,7 @@ pub(super) fn run_jobs(
     retry: Option<Retry>,
     job: RunJob<'_>,
 ) -> Result<Vec<RunRecord>, WorkflowError> {
-    let NamedRuns { folder, manifest, names, runs, wait } = named;
+    let NamedRuns { folder, label, manifest, names, runs, wait } = named;
     let unshared = folder_of_runs(&task.path(""), None, folder, manifest);
     let directory = folder_of_runs(&task.path(""), task.neighbours.as_ref(), folder, manifest);
     if directory != unshared {
@@ -118,7 +121,8 @@ pub(super) fn run_jobs(
     if let Some(retry) = retry {
         ensemble = ensemble.retry_failed_if(retry);
     }
-    let bar = EnsembleBar { title: task.stage(), part: speaker(), bar: OnceLock::new() };
+    let (title, part) = (task.stage(), speaker());
+    let bar = EnsembleBar { title, label, part, bar: OnceLock::new() };
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let interrupt = task.interrupt;
     let threads = task.threads;
@@ -141,24 +145,25 @@ pub(super) fn run_jobs(
 }
 
 /// Progress bar that appears when the first run starts.
-struct EnsembleBar {
+struct EnsembleBar<'a> {
     title: &'static str,
+    label: &'a str,
     /// Name of the part of a study that messages show, if any. The name is stored because any thread may start
     /// the bar.
     part: Option<String>,
     bar: OnceLock<Bar>,
 }
 
-impl EnsembleBar {
+impl EnsembleBar<'_> {
     fn bar(&self) -> &Bar {
-        self.bar.get_or_init(|| Bar::for_part(self.part.clone(), self.title))
+        self.bar.get_or_init(|| Bar::for_part(self.part.clone(), self.title, self.label))
     }
 }
 
-impl EnsembleProgress for EnsembleBar {
+impl EnsembleProgress for EnsembleBar<'_> {
     fn update(&self, finished: usize, total: usize, fraction: f64) {
         if finished < total || self.bar.get().is_some() {
-            self.bar().set(fraction, &format!("{finished} of {total} runs"));
+            self.bar().set(fraction, &format!("{finished} of {total}"));
         }
     }
 

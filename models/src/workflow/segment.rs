@@ -23,7 +23,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let Some(scanned) = image_inputs::scanned(inputs)? else {
         return Ok("the case has no image: nothing to segment".to_owned());
     };
-    let bar = Bar::new("segment");
+    let bar = Bar::new("segment", "image 1");
     let mut step = 0.0;
     let mut look = |image: &Image| {
         report_reading(task, image.header());
@@ -102,7 +102,7 @@ fn further(
 ) -> Result<(), WorkflowError> {
     let inputs = &task.inputs;
     let Some(path) = scanned.source.path() else { return Ok(()) };
-    let bar = Bar::new("segment");
+    let bar = Bar::new("segment", &format!("image {image}"));
     let mut step = 0.0;
     let as_fitted = Scanned {
         source: scanned.source.clone(),
@@ -116,7 +116,7 @@ fn further(
         Ok(())
     };
     let (grey, mut grains) = as_fitted.find_grains(path, &mut look, &mut |name| {
-        bar.set(step / STEPS, &format!("image {image}: {name}"));
+        bar.set(step / STEPS, name);
         step += 1.0;
     })?;
     drop(bar);

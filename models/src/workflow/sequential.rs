@@ -9,7 +9,6 @@
 use std::path::{Path, PathBuf};
 
 use fem::{RunInput, RunRecord};
-use ppl::Nuts;
 use serde::{Deserialize, Serialize};
 use surrogate::{Dataset, FitReport};
 
@@ -25,7 +24,7 @@ use super::runs::folder_of_runs;
 use super::specimen_stiffness::of_specimens;
 use super::task::Task;
 use super::uncertainty::{Budget, OF_SURROGATE, SharedError, budget, draws_of};
-use crate::case::SequentialCase;
+use crate::case::{CalibrationCase, SequentialCase};
 use crate::fracture::{column_means, sample};
 use crate::progress::say;
 
@@ -92,7 +91,8 @@ impl<'a> Batches<'a> {
         inputs.file("experiments.csv")?;
         inputs.surrogate();
         inputs.calibration();
-        let level = level.named(&format!("batches of {batch}\n{}", inputs.manifest()));
+        let level =
+            level.named(&format!("batches of {batch}\n{}", inputs.manifest()), "runs in batches");
         let Some(case) = inputs.sequential().clone() else { return Ok(None) };
         let folder = folder_of_runs(dir, Neighbours::of(dir).as_ref(), FOLDER, &level.manifest);
         Ok(Some(Self { case, level, folder, first: runs + 1 }))
@@ -211,13 +211,9 @@ impl<'a> Batches<'a> {
         let shared = SharedError::of(&fitted, &settings.discrepancy, &means)?;
         let evidence = shared.evidence(specimens, &fitted.known_stiffness);
         let priors = inputs.priors()?;
-        let sampler = Nuts::default()
-            .chains(settings.chains)
-            .warmup(settings.warmup.min(MOST_DRAWS))
-            .draws(settings.draws.min(MOST_DRAWS))
-            .target_accept(settings.target_accept)
-            .seed(settings.seed)
-            .interrupt(task.interrupt);
+        let (warmup, draws) = (settings.warmup.min(MOST_DRAWS), settings.draws.min(MOST_DRAWS));
+        let brief = CalibrationCase { warmup, draws, ..settings.storing_all_draws() };
+        let sampler = brief.sampler(task.interrupt);
         let posterior = task.on_threads(settings.chains, |threads| {
             sample(&fitted.pce, &priors, &evidence, &sampler.threads(threads), settings.seed)
         });

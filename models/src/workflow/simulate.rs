@@ -223,7 +223,7 @@ impl<'a> SimulationFiles<'a> {
             simulator,
             folder,
             interrupt,
-            bar: Bar::new(COMMAND),
+            bar: Bar::new(COMMAND, "load steps"),
             curve: Vec::new(),
             effort: EffortFile::default(),
             fields: Vec::new(),

@@ -47,8 +47,14 @@ pub(super) fn simulate_outside(
     // a new identity: the program may have changed although its files are the same
     let manifest = format!("{}{:?}\n", inputs.manifest(), SystemTime::now());
     let runs = [RunInput { id: 1, inputs: values }];
-    let named =
-        NamedRuns { folder: FOLDER, manifest: &manifest, names: &names, runs: &runs, wait: true };
+    let named = NamedRuns {
+        folder: FOLDER,
+        label: "run",
+        manifest: &manifest,
+        names: &names,
+        runs: &runs,
+        wait: true,
+    };
     let task = Task::new(FOLDER, inputs, dir, 1, interrupt);
     let requested = RequestedRuns { task: &task, level: None, specimens: None, named };
     let records = source.records(&requested)?;

@@ -11,7 +11,7 @@ use fem::{
 
 use super::WorkflowError;
 use crate::case::{
-    CaseFile, ConditionsCase, InterfaceCase, MachineCase, MaterialCase, Parameter, QoiCase,
+    CaseFile, ConditionsCase, InterfaceCase, MachineCase, MaterialCase, Parameter, QoiComparison,
     SimulationParts, TargetError, TestCase,
 };
 use crate::experiment::TestCurve;
@@ -342,7 +342,7 @@ fn interfaces(parts: &SimulationParts, regions: &[String]) -> Vec<fem::Interface
 }
 
 /// Quantities of interest of a run, or the reason why the run has no quantities.
-pub(super) fn quantities(record: &RunRecord, qoi: &QoiCase) -> Result<Vec<f64>, String> {
+pub(super) fn quantities(record: &RunRecord, qoi: &QoiComparison) -> Result<Vec<f64>, String> {
     match &record.status {
         RunStatus::Failed(reason) => Err(format!("failed: {reason}")),
         RunStatus::Finished if record.curve.is_empty() => reported(record, qoi),
@@ -354,7 +354,7 @@ pub(super) fn quantities(record: &RunRecord, qoi: &QoiCase) -> Result<Vec<f64>, 
 }
 
 /// Quantities that a run without a curve reports by name.
-fn reported(record: &RunRecord, qoi: &QoiCase) -> Result<Vec<f64>, String> {
+fn reported(record: &RunRecord, qoi: &QoiComparison) -> Result<Vec<f64>, String> {
     let value = |quantity: &Quantity| {
         let column = quantity.column();
         record.values.get(&*column).copied().ok_or_else(|| {
@@ -367,7 +367,7 @@ fn reported(record: &RunRecord, qoi: &QoiCase) -> Result<Vec<f64>, String> {
 
 /// Derivatives of the quantities of interest with respect to the parameters of the force derivatives (quantities ×
 /// parameters), or the reason why the run has no derivatives.
-pub(super) fn jacobian(record: &RunRecord, qoi: &QoiCase) -> Result<Vec<Vec<f64>>, String> {
+pub(super) fn jacobian(record: &RunRecord, qoi: &QoiComparison) -> Result<Vec<Vec<f64>>, String> {
     let (curve, derivatives) = (recorded_run(record), &record.sensitivities);
     if derivatives.force_n.len() < record.curve.len() {
         return Err(format!(

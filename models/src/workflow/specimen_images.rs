@@ -1,5 +1,6 @@
 //! Scans of specimens: generation of scans of virtual specimens, and computation of stiffness ratios from scans.
 
+use std::cell::Cell;
 use std::path::{Path, PathBuf};
 
 use fem::{Packing, Scanner};
@@ -81,11 +82,14 @@ pub(super) fn stiffness_ratios(
     let image_case = image_inputs::image_settings(inputs);
     let (segmentation, options) = (&image_case.segmentation, image_case.read_options());
     let (setup, table_file) = (level.setup, task.path(SPECIMENS));
-    let bar = Bar::new(task.stage());
+    let bar = Bar::new(task.stage(), "images of specimens");
+    let images = table.specimens.iter().filter(|specimen| specimen.image.is_some()).count();
+    let measured_images = Cell::new(0);
     let ratio = |specimen: &Specimen| -> Result<Option<f64>, WorkflowError> {
         let Some(image) = &specimen.image else { return Ok(None) };
         let image = table_file.with_file_name(image);
-        bar.set(0.0, &format!("the image of {}", specimen.id));
+        bar.set(measured_images.get() as f64 / images as f64, &specimen.id);
+        measured_images.set(measured_images.get() + 1);
         // the image is also an image of the design: use the mesh of the runs, so that run and specimen have the same
         // stiffness ratio
         let index = of_design.iter().position(|path| *path == canonical(&image));

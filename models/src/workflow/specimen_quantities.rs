@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::mesh_scale::{MeshScale, MeshSize};
-use crate::case::QoiCase;
+use crate::case::QoiComparison;
 use crate::error::InputError;
 use crate::experiment::Specimen;
 use crate::qoi::{QoiError, Qois, Quantity};
@@ -26,7 +26,7 @@ pub(super) struct SpecimenNames<'a> {
 pub(super) fn compared(
     specimen: &Specimen,
     mesh: Option<MeshSize>,
-    qoi: &QoiCase,
+    qoi: &QoiComparison,
     quantities: &[Quantity],
 ) -> Result<Vec<f64>, QoiError> {
     let fraction = specimen.slope_fraction.unwrap_or(qoi.slope_fraction);

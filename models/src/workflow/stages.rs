@@ -4,10 +4,11 @@ use super::pattern::matches;
 use super::stage::Stage;
 use super::validation_folders::VALIDATE;
 use super::{
-    calibrate, confirm, design, ensemble, experiments, joint, mesh, report, segment, surrogate,
+    calibrate, confirm, ensemble, experiments, joint, mesh, next_test, report, segment, surrogate,
     validate, verdict,
 };
 use crate::case::Case;
+use crate::progress::say;
 
 /// All stages in order. A new stage is an entry here and a module in this folder.
 pub static STAGES: [Stage; 11] = [
@@ -163,11 +164,11 @@ pub static STAGES: [Stage; 11] = [
         run: verdict::run,
     },
     Stage {
-        name: "design",
-        about: "Estimate how much further tests would narrow the posterior, and the specimens needed: design.csv",
-        products: &["design.csv", "design_specimens.csv", "design/candidate-#.csv"],
+        name: "next-test",
+        about: "Estimate how much further tests would narrow the posterior, and the specimens needed: next-test.csv",
+        products: &["next-test.csv", "next-test-specimens.csv", "next-test/candidate-#.csv"],
         share: None,
-        run: design::run,
+        run: next_test::run,
     },
     Stage {
         name: "report",
@@ -222,7 +223,17 @@ pub(super) fn stages_of(case: &Case) -> &'static [Stage] {
     }
 }
 
+/// Former names of stages with the present names.
+pub(crate) const FORMER_NAMES: [(&str, &str); 1] = [("design", "next-test")];
+
 impl Stage {
+    /// Returns the stage that had this name in earlier versions. Prints a note with the present name.
+    pub(crate) fn formerly_named(name: &str) -> Option<&'static Stage> {
+        let (_, present) = FORMER_NAMES.iter().find(|(former, _)| *former == name)?;
+        say("note", &format!("the stage {name} is called {present} now"));
+        Self::named(present)
+    }
+
     /// Returns the stage of this name.
     pub fn named(name: &str) -> Option<&'static Stage> {
         STAGES.iter().find(|stage| stage.name == name)
@@ -290,7 +301,7 @@ mod tests {
         for name in ["run-099", "run-013", "run-000", "level-2-run-013", "draw-3"] {
             assert!(!Stage::may_write(&case, &format!("curves/{name}.csv")), "{name}");
         }
-        assert!(Stage::may_write(&case, "design/candidate-99.csv"));
+        assert!(Stage::may_write(&case, "next-test/candidate-99.csv"));
         case.sequential = Some(crate::case::SequentialCase { most: 5, ..Default::default() });
         assert!(Stage::may_write(&case, "curves/run-017.csv"));
     }

@@ -15,7 +15,7 @@ use super::files::warnings_of;
 use super::inputs::Inputs;
 use super::neighbours::Neighbours;
 use super::product_folder::ProductFolder;
-use super::sources::Sources;
+use super::sources::{Move, Sources};
 use crate::progress::say;
 use crate::table::to_csv;
 
@@ -58,6 +58,16 @@ impl StageRecord {
             return Some("another version of the program ran it".to_owned());
         }
         inputs.change(&self.sources)
+    }
+
+    /// Returns the record of the same stage in a copy of the results folder.
+    pub(super) fn moved(self, moved: &Move<'_>) -> Self {
+        let product = |(name, sum): (String, String)| {
+            let (_, sum) = moved.file(&name, &sum);
+            (name, sum)
+        };
+        let products = self.products.into_iter().map(product).collect();
+        Self { sources: self.sources.moved(moved), products, ..self }
     }
 
     /// Names of the files that the stage has read.

@@ -69,7 +69,7 @@ pub(super) fn refuse_calibrated(
     let values = |file: &CaseFile| {
         let path = file.beside(file.case.experiments.as_ref()?.values.as_ref()?);
         // tables of other quantities cannot be compared
-        let rows = read_measured(&path, &held_out.case.qoi.quantities).ok()?;
+        let rows = read_measured(&path, &held_out.case.compared_quantities()).ok()?;
         let group = file.case.experiments.as_ref()?.group.clone();
         let is_chosen = move |specimen_group: &str| {
             group.as_deref().is_none_or(|group| group == specimen_group)

@@ -25,13 +25,23 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let data = Dataset::read_csv(inputs.file("runs.csv")?)?;
     let mut parameters = parameters(inputs, &data, &str::to_owned)?;
     parameters.iter_mut().for_each(|p| p.qualifiers.clone_from(&qualifiers));
+    write_verdicts(task, &parameters, &warnings)
+}
+
+/// Writes the verdicts and the warnings. Returns the result of the stage in words.
+pub(super) fn write_verdicts(
+    task: &Task<'_>,
+    parameters: &[CalibratedParameter],
+    warnings: &[Warning],
+) -> Result<String, WorkflowError> {
     let rows = parameters
         .iter()
         .map(|p| [p.label.clone(), p.contraction.to_string(), p.verdict().to_string()]);
     task.write_csv("verdict.csv", ["parameter", "contraction", "verdict"], rows)?;
     let lines: String = warnings.iter().map(|warning| format!("{}\n", warning.text)).collect();
     task.write("warnings.txt", lines)?;
-    task.write("summary.txt", summary(&parameters, &inputs.text("posterior.txt")?, &warnings))?;
+    let table = task.inputs.text("posterior.txt")?;
+    task.write("summary.txt", summary(parameters, &table, warnings))?;
     let said: Vec<String> =
         parameters.iter().map(|p| format!("{} {}", p.label, p.verdict())).collect();
     let count = match warnings.len() {
@@ -43,11 +53,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
 }
 
 /// Text of the verdicts, the table of the posterior and the warnings.
-pub(super) fn summary(
-    parameters: &[CalibratedParameter],
-    table: &str,
-    warnings: &[Warning],
-) -> String {
+fn summary(parameters: &[CalibratedParameter], table: &str, warnings: &[Warning]) -> String {
     let width = parameters.iter().map(|p| p.label.chars().count()).max().unwrap_or_default();
     let mut text = String::new();
     // writing to a String cannot fail

@@ -95,6 +95,31 @@ impl Summary {
 
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.tables())?;
+        if self.warnings.is_empty() {
+            writeln!(f, "Nothing wrong was found.")?;
+        }
+        for warning in &self.warnings {
+            writeln!(f, "! {warning}.")?;
+        }
+        Ok(())
+    }
+}
+
+/// The tables of a summary, without its warnings; returned by [`Summary::tables`].
+#[derive(Clone, Copy, Debug)]
+pub struct SummaryTables<'a>(&'a Summary);
+
+impl Summary {
+    /// Returns the tables as text, without the warnings.
+    pub fn tables(&self) -> SummaryTables<'_> {
+        SummaryTables(self)
+    }
+}
+
+impl fmt::Display for SummaryTables<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(summary) = self;
         let count = |x: f64| if x.is_nan() { "–".into() } else { format!("{x:.0}") };
         let ratio = |x: f64| if x.is_nan() { "–".into() } else { format!("{x:.3}") };
         let mut table: Vec<Vec<String>> = vec![
@@ -102,7 +127,7 @@ impl fmt::Display for Summary {
                 .map(str::to_owned)
                 .to_vec(),
         ];
-        table.extend(self.rows.iter().map(|r| {
+        table.extend(summary.rows.iter().map(|r| {
             let mut cells = vec![r.name.clone()];
             cells.extend([r.mean, r.sd, r.q05, r.q50, r.q95].map(cell));
             cells.push(if r.mcse_mean.is_nan() {
@@ -114,28 +139,22 @@ impl fmt::Display for Summary {
             cells
         }));
         write_table(f, &table)?;
-        if !self.predictions.is_empty() {
+        if !summary.predictions.is_empty() {
             let head = ["predicted", "mean", "sd", "q05", "q50", "q95"].map(str::to_owned).to_vec();
-            let rows = self.predictions.iter().map(|r| {
+            let rows = summary.predictions.iter().map(|r| {
                 let numbers = [r.mean, r.sd, r.q05, r.q50, r.q95].map(cell);
                 std::iter::once(r.name.clone()).chain(numbers).collect()
             });
             write_table(f, &std::iter::once(head).chain(rows).collect::<Vec<_>>())?;
         }
-        writeln!(f, "{} chains of {} draws", self.chains, self.draws)?;
-        if !self.prior_starts.is_empty() {
-            let numbers = list(self.prior_starts.iter().map(usize::to_string));
+        writeln!(f, "{} chains of {} draws", summary.chains, summary.draws)?;
+        if !summary.prior_starts.is_empty() {
+            let numbers = list(summary.prior_starts.iter().map(usize::to_string));
             writeln!(
                 f,
                 "Chains that started at a draw from the prior, because every uniform starting \
                  point was rejected: {numbers}"
             )?;
-        }
-        if self.warnings.is_empty() {
-            writeln!(f, "Nothing wrong was found.")?;
-        }
-        for warning in &self.warnings {
-            writeln!(f, "! {warning}.")?;
         }
         Ok(())
     }

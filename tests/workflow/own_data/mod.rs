@@ -126,13 +126,13 @@ fn what_is_deleted_is_made_again_and_what_a_person_changed_or_added_stays() {
     assert!(!err.contains("again"), "{err}");
 
     // files of the user have the names of products, but no stage has to run
-    let own = ["curves/run-099.csv", "curves/draw-7.csv", "design/notes.txt"];
+    let own = ["curves/run-099.csv", "curves/draw-7.csv", "next-test/notes.txt"];
     let assert_own_files_stay = || {
         for name in own {
             assert_eq!(read(name), b"of a person\n", "{name}");
         }
     };
-    std::fs::create_dir_all(out.join("design")).unwrap();
+    std::fs::create_dir_all(out.join("next-test")).unwrap();
     for name in own {
         std::fs::write(out.join(name), "of a person\n").unwrap();
     }

@@ -44,7 +44,7 @@ fn a_prior_with_a_free_name_is_extended() {
     assert_eq!(table(&results.join("runs.csv")).len(), 12);
     assert_eq!((3..=12).map(|run| solved(dir.path(), run)).collect::<Vec<_>>(), [1; 10]);
     check_posterior(&results);
-    let goals = table(&results.join("design_specimens.csv"));
+    let goals = table(&results.join("next-test-specimens.csv"));
     assert!(goals.iter().any(|row| row["goal"] == "width90" && row["parameter"] == "k1"));
 }
 

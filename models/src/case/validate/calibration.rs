@@ -2,7 +2,7 @@
 
 use ::surrogate::OrderRule;
 
-use super::super::{CaseFile, DiscrepancyCase, Likelihood, Mistakes, SequentialCase};
+use super::super::{CaseFile, DesignCase, DiscrepancyCase, Likelihood, Mistakes, SequentialCase};
 use super::program::check_branches;
 use crate::error::InputError;
 use crate::qoi::{Extent, Quantity, RelativeForce};
@@ -34,7 +34,14 @@ impl CaseFile {
         mistakes.note(self.check_extensions());
         let help = "The paper uses 100; order 3 in three parameters needs more than 20.";
         let runs = case.design.runs as f64;
-        mistakes.note(self.within("design.runs", runs, 4.0, 1e6, "runs", help));
+        mistakes.note(self.within(
+            "design.runs",
+            runs,
+            DesignCase::LEAST_RUNS as f64,
+            1e6,
+            "runs",
+            help,
+        ));
         self.check_sequential(mistakes);
         let max_order = case.surrogate.max_order as f64;
         let help = "Orders up to this order are tried. Order 0 alone is a constant, which \
@@ -139,7 +146,7 @@ impl CaseFile {
     /// the force is x e^((1 − x³)/3) times the peak force. This force decreases faster than with rate-independent
     /// damage.
     fn check_reach(&self) -> Result<(), InputError> {
-        let (test, compared) = (&self.case.test, self.case.compared());
+        let (test, compared) = (&self.case.test, self.case.compared_quantities());
         let reach = |quantity: &Quantity| match quantity.extent() {
             Extent::Fraction(fraction) if fraction > 1.0 => Some(fraction),
             _ => None,
@@ -205,7 +212,7 @@ impl CaseFile {
     }
 
     fn check_discrepancy(&self, discrepancy: &DiscrepancyCase) -> Result<(), InputError> {
-        let compared = self.case.compared();
+        let compared = self.case.compared_quantities();
         for (quantity, &percent) in &discrepancy.percent {
             let key = format!("calibration.discrepancy.percent.{quantity}");
             if !compared.contains(quantity) {

@@ -103,7 +103,7 @@ fn check_machine_outside(file: &CaseFile, mistakes: &mut Mistakes) {
 
 fn check_free_parameters(file: &CaseFile, mistakes: &mut Mistakes) {
     let columns: Vec<String> =
-        file.case.compared().iter().map(|q| q.column().into_owned()).collect();
+        file.case.compared_quantities().iter().map(|q| q.column().into_owned()).collect();
     for (name, parameter) in &file.case.parameters {
         let key = format!("parameters.{name}");
         let refuse = |problem: &str, help: &str| Err(file.error(&key, "", problem, help));
@@ -134,7 +134,7 @@ fn check_free_parameters(file: &CaseFile, mistakes: &mut Mistakes) {
 /// Checks that quantities without a curve have a table from which they are read.
 fn check_columns(file: &CaseFile) -> Result<(), InputError> {
     let (case, key) = (&file.case, "qoi.quantities");
-    let compared = case.compared();
+    let compared = case.compared_quantities();
     let Some(quantity) = compared.iter().find(|quantity| !quantity.is_of_curve()) else {
         return Ok(());
     };

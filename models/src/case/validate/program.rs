@@ -118,7 +118,7 @@ pub(super) fn check_branches(file: &CaseFile) -> Result<(), InputError> {
     let refuse = |quantity: &Quantity, problem: &str, help: &str| {
         Err(file.error("qoi.quantities", quantity.to_string(), problem, help))
     };
-    for quantity in &file.case.compared() {
+    for quantity in &file.case.compared_quantities() {
         match quantity.extent() {
             Extent::Time(time_s) if time_s > test.duration_s() => {
                 let problem = format!("lies beyond the end of the test, {} s", test.duration_s());

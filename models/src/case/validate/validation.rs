@@ -64,7 +64,7 @@ fn check_entry(file: &CaseFile, entry: &ValidationCase, own: &CaseFile, mistakes
         let key = place(&format!("scatter_percent.{quantity}"));
         let help = "It is the standard deviation between specimens in %: 5.0 for 5 %.";
         mistakes.note(file.within(&key, percent, 1e-3, 200.0, "%", help));
-        if !own.case.qoi.quantities.contains(quantity) {
+        if !own.case.compared_quantities().contains(quantity) {
             let help = "Name quantities of this validation: set.qoi.quantities, or those of [qoi].";
             let problem = "is not compared";
             mistakes.note(Err(file.error(&key, percent.to_string(), problem, help)));

@@ -16,7 +16,7 @@ mod validation;
 pub(super) use chains::{ranks, traces};
 pub(super) use curves::{confirmation, curves, predicted};
 pub(super) use further::further;
-pub(super) use overlay::overlaid;
+pub(super) use overlay::{colour_of, overlaid};
 pub(super) use pairs::{Place, design, posterior};
 pub(super) use quantities::{map_beside_experiments, of_the_ensemble, predictive};
 pub(super) use surrogate::orders;

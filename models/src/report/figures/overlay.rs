@@ -7,23 +7,29 @@ use super::draw::line;
 use crate::report::results::CalibratedParameter;
 use crate::report::style::{MEASURED, SERIES, framed, panel, single};
 
-/// Posterior densities of a parameter, one per case, with priors and true values.
-pub(in crate::report) fn overlaid(label: &str, cases: &[(String, CalibratedParameter)]) -> String {
+/// Colour of a case, given its position among all cases.
+pub(in crate::report) fn colour_of(case: usize) -> &'static str {
+    SERIES[case % SERIES.len()]
+}
+
+/// Posterior densities of a parameter, one per case, with priors and true values. Each case has its position among all
+/// cases, which determines its colour; the legend is not a part of the figure.
+pub(in crate::report) fn overlaid(label: &str, cases: &[(usize, &CalibratedParameter)]) -> String {
     let (lower, upper) = cases.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), (_, p)| {
         (a.min(p.range().0), b.max(p.range().1))
     });
     let mut plots: Vec<Plot> = Vec::new();
     let mut top: f64 = 0.0;
-    let colours = SERIES.iter().cycle();
-    for ((name, p), &colour) in cases.iter().zip(colours) {
+    for &(case, p) in cases {
+        let colour = colour_of(case);
         let draws: Vec<f64> = p.draws().collect();
         let prior = p.prior.curve();
         let points = if draws.is_empty() { Vec::new() } else { density(&draws, p.range()) };
         top = points.iter().chain(&prior).map(|point| point.1).fold(top, f64::max);
-        plots.push(line(points, colour, 2.0).with_legend(name.as_str()).into());
+        plots.push(line(points, colour, 2.0).into());
         plots.push(line(prior, colour, 1.2).with_dashed().into());
     }
-    let top = 1.15 * top;
+    let top = 1.05 * top;
     let mut truths: Vec<f64> = cases.iter().filter_map(|(_, p)| p.truth).collect();
     truths.sort_by(f64::total_cmp);
     truths.dedup();

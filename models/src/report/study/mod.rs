@@ -1,17 +1,18 @@
 //! Report of a study: the results of several calibrations on one page.
 
-mod conclusions;
 mod results;
+mod settings;
 
 use maud::{Markup, PreEscaped, html};
 
 use super::digits::{number, plain, within};
 use super::document::document;
-use super::figures::overlaid;
+use super::figures::{colour_of, overlaid};
 use super::page::parts::table;
 use super::results::CalibratedParameter;
-use conclusions::{conclusions, settings};
-pub(crate) use results::{ComparedCase, Conclusion, Pair, REPRODUCED, StudyResults, Variant};
+use results::REPRODUCED;
+pub(crate) use results::{ComparedCase, Pair, StudyResults, Variant};
+use settings::settings;
 
 /// The page as HTML, with inline figures.
 pub(crate) fn study_page(results: &StudyResults) -> String {
@@ -37,7 +38,6 @@ pub(crate) fn study_page(results: &StudyResults) -> String {
             }
         }
         (parameters(&results.cases))
-        (conclusions(results))
         (settings(results))
         (overlays(&results.cases))
         (agreement(&results.pairs))
@@ -116,17 +116,22 @@ fn overlays(cases: &[ComparedCase]) -> Markup {
         }
     }
     let figure = |label: &&str| {
-        let curve = |case: &'_ ComparedCase| {
-            let p = case.parameters.iter().find(|p| p.label == **label)?;
-            Some((case.name.clone(), p.clone()))
-        };
-        overlaid(label, &cases.iter().filter_map(curve).collect::<Vec<_>>())
+        let curves = cases.iter().enumerate().filter_map(|(k, case)| {
+            Some((k, case.parameters.iter().find(|p| p.label == **label)?))
+        });
+        overlaid(label, &curves.collect::<Vec<_>>())
     };
     html! {
         section {
             h2 { "Posteriors of all cases" }
             figure {
-                div.panels { @for label in &labels { (PreEscaped(figure(label))) } }
+                p.legend { @for (k, case) in cases.iter().enumerate() { span {
+                    svg width="22" height="4" aria-hidden="true" {
+                        rect width="22" height="4" fill=(colour_of(k)) {}
+                    }
+                    (case.name)
+                } } }
+                div.panels.large { @for label in &labels { (PreEscaped(figure(label))) } }
                 figcaption { "Densities of the draws. Dashed: priors. Vertical dotted lines: true values." }
             }
         }
@@ -260,16 +265,6 @@ mod tests {
                 missing: vec!["C".into()],
             }],
             missing: vec!["D".into()],
-            conclusions: vec![
-                Conclusion {
-                    claim: "E is identified in every case".into(),
-                    evidence: vec![("2 of 2".into(), true), ("1 of 2".into(), false)],
-                },
-                Conclusion {
-                    claim: "A and B agree".into(),
-                    evidence: vec![("overlap 25 %".into(), true), ("overlap 31 %".into(), true)],
-                },
-            ],
         };
         let page = study_page(&results);
         let first = page.find("<p").map(|at| &page[at..at + 60]);
@@ -281,12 +276,12 @@ mod tests {
             "<td data-is=\"published\">286.2</td>",
             "<td data-is=\"truth\">285, outside</td>",
             "href=\"v/report.html\"",
-            "Under V 1 of 2 conclusions survive.",
+            "<td data-is=\"V\">279.5 … 288.5</td>",
             "Cases that could not be calibrated: D.",
-            "C, D could not be calibrated under all settings",
-            "E is identified in every case",
+            "Under V, C could not be calibrated.",
             "<td>25 %</td><td>1.050</td><td>1.020 … 1.080</td><td>yes</td>",
             "<svg viewBox=",
+            "<p class=\"legend\"><span><svg",
         ] {
             assert!(page.contains(part), "{part}: {page}");
         }

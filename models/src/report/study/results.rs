@@ -15,8 +15,6 @@ pub(crate) struct StudyResults {
     pub(crate) missing: Vec<String>,
     /// The same calibrations under other settings.
     pub(crate) variants: Vec<Variant>,
-    /// Conclusions of the calibrations, and whether each is confirmed under the other settings.
-    pub(crate) conclusions: Vec<Conclusion>,
     /// Comparisons of all pairs of calibrations, parameter by parameter.
     pub(crate) pairs: Vec<Pair>,
     /// Text of the study file.
@@ -28,12 +26,8 @@ pub(crate) struct StudyResults {
 pub(crate) struct ComparedCase {
     /// Name of the case, and of the folder with its report.
     pub(crate) name: String,
-    /// Laboratory whose specimens the case is calibrated against; `None` if the case has its own specimens.
-    pub(crate) laboratory: Option<String>,
     /// Source of the specimens, a laboratory or a table; `None` if no other case can share the specimens.
     pub(crate) specimens_from: Option<String>,
-    /// Description of the specimen in the case, for comparison with other cases.
-    pub(crate) specimen: String,
     /// Paths of the parameters.
     pub(crate) names: Vec<String>,
     /// The calibrated parameters.
@@ -79,16 +73,6 @@ pub(crate) struct Variant {
     pub(crate) cases: Vec<ComparedCase>,
     /// Names of the cases that could not be calibrated.
     pub(crate) missing: Vec<String>,
-}
-
-/// A conclusion that a study draws under its first setting, and whether it holds under the other
-/// settings.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Conclusion {
-    /// The conclusion as a sentence.
-    pub(crate) claim: String,
-    /// For each setting: the result as text, and whether it confirms the conclusion.
-    pub(crate) evidence: Vec<(String, bool)>,
 }
 
 /// Largest difference from the experimental mean, in per cent, at which a simulation counts as reproducing the

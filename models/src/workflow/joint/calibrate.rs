@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use ppl::{Nuts, Posterior, WarningKind};
+use ppl::Posterior;
 
 use super::super::WorkflowError;
-use super::super::calibrate::{ChainsBar, parameter_name, write_draws, write_sampling};
+use super::super::calibrate::{ChainsBar, write_draws, write_sampling, write_summary};
 use super::super::inputs::Inputs;
 use super::super::task::Task;
 use super::evidence::TestEvidence;
@@ -20,20 +20,13 @@ pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let inputs = &task.inputs;
     let tests = TestEvidence::read_all(inputs, task.accept_out_of_range)?;
     let settings = inputs.calibration();
-    let burn_in = settings.burn_in.div_ceil(settings.thin);
-    let sampler = Nuts::default()
-        .chains(settings.chains)
-        .warmup(settings.warmup)
-        .draws(burn_in + settings.draws)
-        .thin(settings.thin)
-        .target_accept(settings.target_accept)
-        .seed(settings.seed)
-        .interrupt(task.interrupt);
+    let sampler = settings.sampler(task.interrupt);
+    let burn_in = settings.burn_in_draws();
     let between = relations(inputs);
     let all: Vec<JointTest> = tests.iter().map(TestEvidence::joint_test).collect();
-    let calibrated = |tests: &[JointTest]| {
+    let calibrated = |tests: &[JointTest], label: &str| {
         let between = &relations_in(&between, tests);
-        let bar = ChainsBar::new(settings.chains);
+        let bar = ChainsBar::new(settings.chains, label);
         let result = task.on_threads(settings.chains, |threads| {
             let shown = sampler.clone().threads(threads).progress(&bar);
             calibrate_tests(tests, between, &shown, burn_in, settings.seed)
@@ -42,7 +35,7 @@ pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         task.check_interrupt()?;
         Ok::<JointCalibration, WorkflowError>(result?)
     };
-    let joint = calibrated(&all)?;
+    let joint = calibrated(&all, "draws of all tests")?;
     if !joint.mode.converged {
         let mode = &joint.mode;
         let text = format!(
@@ -63,7 +56,8 @@ pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         say("calibrate", &format!("without {left_out}"));
         let others: Vec<JointTest> =
             all.iter().filter(|test| test.name != *left_out).cloned().collect();
-        without.push((left_out.clone(), calibrated(&others)?));
+        without
+            .push((left_out.clone(), calibrated(&others, &format!("draws without {left_out}"))?));
     }
     write_without_tests(task, &joint, &without)?;
     let posterior = &joint.posterior;
@@ -112,24 +106,9 @@ fn write_posterior(task: &Task<'_>, joint: &JointCalibration) -> Result<(), Work
     let shown = without_coordinates(posterior);
     write_draws(task, &shown)?;
     let mut summary = shown.summary();
-    for row in &mut summary.rows {
-        row.name = parameter_name(&row.name);
-        row.place.clone_from(&row.name);
-    }
-    // the likelihood of a test is one term of the density, which counts as an observation without
-    // data
-    summary.warnings.retain(|warning| warning.kind != WarningKind::NoData);
-    task.product("summary.csv", |path| {
-        summary.write_csv(path).map_err(|e| named("summary.csv", e))
-    })?;
-    let plain = |text: String| {
-        joint.names.iter().fold(text, |text, name| text.replace(&format!("theta[{name}]"), name))
-    };
-    let warnings: Vec<String> =
-        summary.warnings.drain(..).map(|warning| plain(warning.to_string())).collect();
+    // the likelihood of a test is one term of the density, which counts as an observation without data
+    let warnings = write_summary(task, &mut summary, joint.names.iter().map(String::as_str))?;
     warnings.iter().for_each(|warning| task.warn(warning));
-    let table = plain(summary.to_string()).replace("Nothing wrong was found.\n", "");
-    task.write("posterior.txt", table)?;
     write_sampling(task, posterior)?;
     let parameter =
         |(name, prior): (&String, &_)| JointParameter { name: name.clone(), prior: *prior };

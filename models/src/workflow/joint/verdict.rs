@@ -6,7 +6,7 @@ use super::super::WorkflowError;
 use super::super::inputs::Inputs;
 use super::super::rule::Warning;
 use super::super::task::Task;
-use super::super::verdict::summary;
+use super::super::verdict::write_verdicts;
 use super::super::warnings::{of_rules, of_stages};
 use super::folders;
 use super::parameters::{parameters, path_and_test};
@@ -26,22 +26,7 @@ pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let inputs = &task.inputs;
     let judgements = judgements(inputs)?;
     let parameters = judged(inputs, &str::to_owned, &judgements)?;
-    let rows = parameters
-        .iter()
-        .map(|p| [p.label.clone(), p.contraction.to_string(), p.verdict().to_string()]);
-    task.write_csv("verdict.csv", ["parameter", "contraction", "verdict"], rows)?;
-    let warnings = warnings_of(inputs, judgements)?;
-    let lines: String = warnings.iter().map(|warning| format!("{}\n", warning.text)).collect();
-    task.write("warnings.txt", lines)?;
-    task.write("summary.txt", summary(&parameters, &inputs.text("posterior.txt")?, &warnings))?;
-    let said: Vec<String> =
-        parameters.iter().map(|p| format!("{} {}", p.label, p.verdict())).collect();
-    let count = match warnings.len() {
-        0 => "no warning".to_owned(),
-        1 => "1 warning".to_owned(),
-        n => format!("{n} warnings"),
-    };
-    Ok(format!("{}; {count}", said.join("; ")))
+    write_verdicts(task, &parameters, &warnings_of(inputs, judgements)?)
 }
 
 /// Parameters of the joint posterior with the restrictions of their verdicts, and the texts of all warnings.

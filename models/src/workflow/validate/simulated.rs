@@ -186,6 +186,7 @@ fn records(
     let folder = format!("{}/runs", folder_of(&entry.name));
     let named = NamedRuns {
         folder: &folder,
+        label: &format!("runs of {}", entry.name),
         manifest: &manifest,
         names: &parameters,
         runs: &runs,

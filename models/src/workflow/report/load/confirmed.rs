@@ -3,6 +3,7 @@
 use super::super::super::WorkflowError;
 use super::super::super::inputs::Inputs;
 use super::super::super::predicted_curves::band_end;
+use crate::error::InputError;
 use crate::predicted_curve::QUANTILES;
 use crate::qoi::Quantity;
 use crate::report::{DamageState, PredictedBand, Qoi};
@@ -14,14 +15,24 @@ pub(super) fn experiments(
     quantities: &[Quantity],
     qois: &mut [Qoi],
 ) -> Result<(), WorkflowError> {
-    let columns: Vec<_> = quantities.iter().map(|quantity| quantity.column()).collect();
-    let columns: Vec<&str> = columns.iter().map(AsRef::as_ref).collect();
-    let path = inputs.file("experiments.csv")?;
-    let table = CsvTable::read(&path, &columns)?;
-    for (qoi, name) in qois.iter_mut().zip(&columns) {
-        qoi.experiments = table.rows().map(|row| row.number(name)).collect::<Result<_, _>>()?;
+    for (qoi, values) in qois.iter_mut().zip(columns(inputs, "experiments.csv", quantities)?) {
+        qoi.experiments = values.into_iter().collect::<Result<_, _>>()?;
     }
     Ok(())
+}
+
+/// Reads the columns of the quantities from a table. An entry that is not a number is an error in its place.
+fn columns(
+    inputs: &Inputs<'_>,
+    file: &str,
+    quantities: &[Quantity],
+) -> Result<Vec<Vec<Result<f64, InputError>>>, WorkflowError> {
+    let names: Vec<_> = quantities.iter().map(|quantity| quantity.column()).collect();
+    let names: Vec<&str> = names.iter().map(AsRef::as_ref).collect();
+    let path = inputs.file(file)?;
+    let table = CsvTable::read(&path, &names)?;
+    let column = |name: &&str| table.rows().map(|row| row.number(name)).collect();
+    Ok(names.iter().map(column).collect())
 }
 
 /// Loads the predicted quantities of new specimens.
@@ -30,13 +41,9 @@ pub(super) fn predictive(
     quantities: &[Quantity],
     qois: &mut [Qoi],
 ) -> Result<(), WorkflowError> {
-    let columns: Vec<_> = quantities.iter().map(|quantity| quantity.column()).collect();
-    let columns: Vec<&str> = columns.iter().map(AsRef::as_ref).collect();
-    let path = inputs.file("predictive.csv")?;
-    let table = CsvTable::read(&path, &columns)?;
-    for (qoi, name) in qois.iter_mut().zip(&columns) {
+    for (qoi, values) in qois.iter_mut().zip(columns(inputs, "predictive.csv", quantities)?) {
         // skip draws for which the prediction failed, whose entry is not a number
-        qoi.predictive = table.rows().filter_map(|row| row.number(name).ok()).collect();
+        qoi.predictive = values.into_iter().filter_map(Result::ok).collect();
     }
     Ok(())
 }

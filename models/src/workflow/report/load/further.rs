@@ -1,4 +1,4 @@
-//! Loads the expected results of further tests, from the files of the stage `design`.
+//! Loads the expected results of further tests, from the files of the stage `next-test`.
 
 use super::super::super::WorkflowError;
 use super::super::super::inputs::Inputs;
@@ -12,7 +12,7 @@ pub(super) fn further(
     inputs: &Inputs<'_>,
     case: &Case,
 ) -> Result<Vec<FurtherParameter>, WorkflowError> {
-    let files = ["design.csv", "design_specimens.csv"].map(|name| inputs.file_if_there(name));
+    let files = ["next-test.csv", "next-test-specimens.csv"].map(|name| inputs.file_if_there(name));
     let [Some(expected), Some(needed)] = files else { return Ok(Vec::new()) };
     let mut parameters: Vec<(String, FurtherParameter)> = Vec::new();
     let expected =

@@ -39,7 +39,7 @@ pub(in crate::workflow) fn load_done(
     done: &dyn Fn(&str) -> bool,
 ) -> Result<Results, WorkflowError> {
     let case = inputs.case();
-    let quantities = &case.qoi.quantities;
+    let quantities = &case.compared_quantities();
     let qoi = |quantity: &Quantity| Qoi { label: quantity.label(), ..Qoi::default() };
     let mut results = Results {
         title: title(case),
@@ -117,7 +117,7 @@ pub(in crate::workflow) fn load_done(
         results.validations = validated::validations(inputs)?;
         results.validation_coverage = validated::coverage(inputs)?;
     }
-    if done("design") {
+    if done("next-test") {
         results.further = further::further(inputs, case)?;
     }
     results.notes.extend(edited::edited(inputs)?);

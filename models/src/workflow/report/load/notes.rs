@@ -18,7 +18,7 @@ pub(super) fn of_virtual_specimens(
     if !experiment_inputs::are_specimens_virtual(inputs)? {
         return Ok(Vec::new());
     }
-    bias(inputs, &case.qoi.quantities)
+    bias(inputs, &case.compared_quantities())
 }
 
 /// Note on the estimated error of the mesh at the mode and on whether the intervals include this error; no note if

@@ -1,4 +1,4 @@
-//! Stage `design`: predicts by how much further tests would reduce the uncertainty of the parameters, and how many
+//! Stage `next-test`: predicts by how much further tests would reduce the uncertainty of the parameters, and how many
 //! specimens are needed.
 
 mod again;
@@ -36,7 +36,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let mut candidates = vec![Candidate { name: PRESENT.to_owned(), belief, test }];
     for (number, case) in (1..).zip(&further.candidate) {
         task.check_interrupt()?;
-        say("design", &case.name);
+        say("next-test", &case.name);
         let made = match case.is_another_test() {
             // before a new test is carried out, the belief is the posterior of the calibration
             true => other::test(task, &present, case, number)
@@ -97,8 +97,8 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         "contraction_q95",
         "width90",
     ];
-    task.write_csv("design.csv", header, rows)?;
+    task.write_csv("next-test.csv", header, rows)?;
     let header = ["candidate", "parameter", "goal", "value", "specimens", "limit"];
-    task.write_csv("design_specimens.csv", header, needed)?;
+    task.write_csv("next-test-specimens.csv", header, needed)?;
     Ok(format!("{} further tests", candidates.len()))
 }

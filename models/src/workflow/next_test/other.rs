@@ -35,7 +35,7 @@ pub(super) fn test(
     // of the runs
     test_task.inputs.geometry()?;
     let mut plan = Plan::of(&test_task.inputs, usize::MAX)?;
-    let quantities = file.case.qoi.quantities.clone();
+    let quantities = file.case.compared_quantities();
     let runs = plan.make_cheap(&test_task)?;
     let failed: Vec<String> =
         runs.failed().map(|(record, why)| format!("run {}: {why}", record.id)).collect();
@@ -53,7 +53,7 @@ pub(super) fn test(
         let all = data.len() + failed.len();
         say("note", &format!("{} of {all} runs have no quantities: {first}", failed.len()));
     }
-    let name = format!("design/candidate-{number}.csv");
+    let name = format!("next-test/candidate-{number}.csv");
     let table = data.to_csv().map_err(|e| WorkflowError::io(&task.path(&name), e))?;
     task.write(&name, table)?;
     let specimens = of_specimens(&task.inputs)?;

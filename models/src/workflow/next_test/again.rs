@@ -2,7 +2,7 @@
 //! calibration to these quantities shows how much these quantities narrow the posterior.
 
 use fem::RunRecord;
-use ppl::{Nuts, Posterior};
+use ppl::Posterior;
 use surrogate::DynPce;
 
 use super::super::WorkflowError;
@@ -18,7 +18,7 @@ use super::super::specimen_stiffness::of_specimens;
 use super::super::task::Task;
 use super::super::uncertainty::SharedError;
 use super::present::{at_draws, belief};
-use crate::case::{CandidateCase, QoiCase};
+use crate::case::{CandidateCase, QoiComparison};
 use crate::error::InputError;
 use crate::fracture::{column_means, sample};
 use crate::further_test::{Belief, FurtherTest};
@@ -39,12 +39,12 @@ pub(super) fn test(
     let plan = Plan::of(&ensemble.inputs, usize::MAX)?;
     let qoi = inputs.qoi();
     let quantities = case.measured(&qoi.quantities);
-    let further = QoiCase { quantities: quantities.clone(), ..qoi.clone() };
+    let further = QoiComparison { quantities: quantities.clone(), ..*qoi };
     let done: Vec<LevelRuns> =
         plan.make(&ensemble)?.into_iter().map(|level| with_quantities(level, &further)).collect();
     let (data, corrections) = plan.learnt(&ensemble.inputs, &quantities, &done)?;
     inputs.reads_with(&ensemble.inputs);
-    let name = format!("design/candidate-{number}.csv");
+    let name = format!("next-test/candidate-{number}.csv");
     let table = data.to_csv().map_err(|e| WorkflowError::io(&task.path(&name), e))?;
     task.write(&name, table)?;
     let corrections: Vec<_> = corrections.iter().map(|one| one.report().clone()).collect();
@@ -57,14 +57,7 @@ pub(super) fn test(
     let evidence = shared.evidence(qois, &fit.known_stiffness);
     let (middle, shared) = (evidence.middle(), shared.total());
     let settings = inputs.calibration();
-    let sampler = Nuts::default()
-        .chains(settings.chains)
-        .warmup(settings.warmup)
-        .draws(settings.draws)
-        .target_accept(settings.target_accept)
-        .seed(settings.seed)
-        .threads(task.threads)
-        .interrupt(task.interrupt);
+    let sampler = settings.storing_all_draws().sampler(task.interrupt).threads(task.threads);
     let priors = inputs.priors()?;
     let posterior = sample(&fit.pce, &priors, &evidence, &sampler, settings.seed);
     task.check_interrupt()?;
@@ -76,7 +69,7 @@ pub(super) fn test(
 }
 
 /// Computes the quantities `qoi` of the runs of a level.
-fn with_quantities(level: LevelRuns, qoi: &QoiCase) -> LevelRuns {
+fn with_quantities(level: LevelRuns, qoi: &QoiComparison) -> LevelRuns {
     let derivatives = level.records.iter().any(|r: &RunRecord| !r.sensitivities.names.is_empty());
     LevelRuns::new(level.records, qoi, derivatives)
 }
