@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::file::{ReadStudy, StudyFile, StudyMistake, StudySetting};
 use super::shift::experiments_in;
+use crate::case::CaseFile;
 use crate::error::InputError;
 use crate::workflow::{CaseCheck, ExpectedCost};
 

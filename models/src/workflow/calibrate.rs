@@ -164,8 +164,7 @@ pub(super) fn write_summary<'n>(
     })?;
     // the model's names of the parameters
     let plain = |text: String| {
-        let mut names = parameters.clone();
-        names.fold(text, |text, name| text.replace(&format!("theta[{name}]"), name))
+        parameters.clone().fold(text, |text, name| text.replace(&format!("theta[{name}]"), name))
     };
     // the warnings of all stages are listed in summary.txt
     task.write("posterior.txt", plain(summary.tables().to_string()))?;

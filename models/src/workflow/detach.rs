@@ -133,19 +133,19 @@ impl<'a> Detached<'a> {
         let new = CaseFile::read(&self.to.join("case.toml"))?;
         let workflow = Workflow::open_with(&new, self.to, 1, &interrupt, &access)?;
         let name_of = |name: &str| self.new_name(name);
-        let moves = moves(&old, self.from, &workflow.file, self.to, &name_of)?;
-        move_records(&moves[0], self.to)?;
+        let of_case = moves(&old, self.from, &workflow.file, self.to, &name_of)?;
+        move_records(&of_case[0], self.to)?;
         let files = files_read_in(self.from);
-        move_runs(self.to, &|manifest| moved_manifest(manifest, &moves, &files))?;
+        move_runs(self.to, &|manifest| moved_manifest(manifest, &of_case, &files))?;
         for (name, validation) in &workflow.validations {
             let folder = folder_of(name);
             let (from, to) = (self.from.join(&folder), self.to.join(&folder));
             let old = case_in(&from)?;
             let name_of = |name: &str| self.new_name_in_validation(name);
-            let moves = moves(&old, &from, &validation.file, &to, &name_of)?;
-            move_records(&moves[0], &to)?;
+            let of_validation = moves(&old, &from, &validation.file, &to, &name_of)?;
+            move_records(&of_validation[0], &to)?;
             let files = files_read_in(&from);
-            move_runs(&to, &|manifest| moved_manifest(manifest, &moves, &files))?;
+            move_runs(&to, &|manifest| moved_manifest(manifest, &of_validation, &files))?;
         }
         Ok(())
     }
