@@ -124,7 +124,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
             budget.write(task)?;
             warnings.extend(unreached(inputs, budget));
         }
-        warnings.extend(budget.warning(&summary, pce.outputs(), evidence.qois.len()));
+        warnings.extend(budget.warning(&summary, pce.outputs(), &evidence));
     }
     let draws =
         |name: &str| posterior.trace(&format!("theta[{name}]")).unwrap_or_default().concat();

@@ -317,7 +317,10 @@ impl CaseCheck {
             // the check of the case reports a missing file
             if path.is_file() {
                 match measured_specimens(file, &path, self.least_specimens()) {
-                    Ok(table) => self.table(&path, &table, None),
+                    Ok((table, warnings)) => {
+                        self.table(&path, &table, None);
+                        self.notes.extend(warnings);
+                    }
                     Err(mistake) => self.fail(mistake),
                 }
             }
@@ -428,10 +431,14 @@ impl CaseCheck {
     fn means(&mut self, file: &CaseFile, table: &SpecimenTable, mesh: Option<MeshSize>) {
         let qoi = &file.case.qoi;
         let values = table.specimens.iter();
-        let values = values.filter_map(|s| compared(s, mesh, qoi, &qoi.quantities).ok());
+        let values = values.map(|s| compared(s, mesh, qoi, &qoi.quantities).values);
         let values: Vec<Vec<f64>> = values.collect();
-        for (m, quantity) in qoi.quantities.iter().enumerate().filter(|_| !values.is_empty()) {
-            let column: Vec<f64> = values.iter().map(|row| row[m]).collect();
+        for (m, quantity) in qoi.quantities.iter().enumerate() {
+            let column: Vec<f64> =
+                values.iter().map(|row| row[m]).filter(|value| !value.is_nan()).collect();
+            if column.is_empty() {
+                continue;
+            }
             let low = column.iter().copied().fold(f64::INFINITY, f64::min);
             let high = column.iter().copied().fold(f64::NEG_INFINITY, f64::max);
             let (name, mean) = (quantity.column(), mean(&column));

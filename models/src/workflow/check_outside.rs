@@ -43,7 +43,8 @@ pub(super) fn source_in_words(file: &CaseFile) -> Result<Vec<(&'static str, Stri
     Ok(lines)
 }
 
-/// Reads the table of measured quantities and returns its specimens, which have no curves.
+/// Reads the table of measured quantities and returns its specimens, which have no curves, and the warnings about missing
+/// quantities.
 ///
 /// # Errors
 /// Fails if the table cannot be used, or if the chosen group has fewer than `least` specimens.
@@ -51,7 +52,7 @@ pub(super) fn measured_specimens(
     file: &CaseFile,
     path: &Path,
     least: usize,
-) -> Result<SpecimenTable, WorkflowError> {
+) -> Result<(SpecimenTable, Vec<String>), WorkflowError> {
     let quantities = &file.case.qoi.quantities;
     let mut specimens = read_measured(path, quantities)?;
     let folder = file.path.parent().map_or_else(PathBuf::new, Path::to_owned);
@@ -59,6 +60,6 @@ pub(super) fn measured_specimens(
     let table = without_curves(&specimens);
     let chosen = inputs.chosen(table.clone())?;
     specimens.retain(|own| chosen.specimens.iter().any(|specimen| specimen.id == own.id));
-    check_measured(path, quantities, &specimens, least)?;
-    Ok(table)
+    let warnings = check_measured(path, quantities, &specimens, least)?;
+    Ok((table, warnings))
 }

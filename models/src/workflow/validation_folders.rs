@@ -75,9 +75,12 @@ pub(super) fn refuse_calibrated(
     };
     if let (Some((_, calibrated)), Some((path, own))) = (values(calibration), values(held_out)) {
         for specimen in &own {
+            // two missing values (NaN) are the same
+            let is_equal = |(a, b): (&f64, &f64)| a == b || (a.is_nan() && b.is_nan());
+            let has_values = |values: &[f64]| values.iter().zip(&specimen.values).all(is_equal);
             let is_same = calibrated
                 .iter()
-                .any(|other| other.id == specimen.id && other.values == specimen.values);
+                .any(|other| other.id == specimen.id && has_values(&other.values));
             if is_same {
                 return refuse(&path, &specimen.id, &specimen.id);
             }

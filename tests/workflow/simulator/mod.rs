@@ -3,6 +3,7 @@
 
 mod failures;
 mod further;
+mod missing;
 mod refused;
 mod validation;
 

@@ -3,12 +3,13 @@
 use super::super::super::WorkflowError;
 use super::super::super::inputs::Inputs;
 use super::super::super::predicted_curves::band_end;
+use super::super::super::specimen_quantities::read_cell;
 use crate::predicted_curve::QUANTILES;
 use crate::qoi::Quantity;
 use crate::report::{DamageState, PredictedBand, Qoi};
 use crate::table::CsvTable;
 
-/// Loads the measured quantities of interest.
+/// Loads the measured quantities of interest, without those that a specimen lacks.
 pub(super) fn experiments(
     inputs: &Inputs<'_>,
     quantities: &[Quantity],
@@ -19,7 +20,9 @@ pub(super) fn experiments(
     let path = inputs.file("experiments.csv")?;
     let table = CsvTable::read(&path, &columns)?;
     for (qoi, name) in qois.iter_mut().zip(&columns) {
-        qoi.experiments = table.rows().map(|row| row.number(name)).collect::<Result<_, _>>()?;
+        let cells = table.rows().map(|row| read_cell(&row, name, false));
+        let values = cells.collect::<Result<Vec<f64>, _>>()?;
+        qoi.experiments = values.into_iter().filter(|value| !value.is_nan()).collect();
     }
     Ok(())
 }

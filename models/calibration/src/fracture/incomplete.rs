@@ -1,0 +1,157 @@
+//! Posteriors of specimens that lack some quantities, compared with quadrature and between calibrations.
+
+use std::collections::BTreeMap;
+
+use ppl::{Nuts, Posterior, check};
+
+use super::six_specimens::{forward, priors, shared};
+use super::{Evidence, JointTest, calibrate, calibrate_tests};
+
+const MISSING: f64 = f64::NAN;
+/// Slope and peak force of six specimens: one has no slope, two have no peak force.
+const ROWS: [[f64; 2]; 6] = [
+    [0.97, 1.02],
+    [1.04, MISSING],
+    [MISSING, 0.96],
+    [0.93, 0.95],
+    [1.06, 1.07],
+    [1.09, MISSING],
+];
+
+fn evidence() -> Evidence {
+    Evidence { qois: ROWS.map(Vec::from).to_vec(), shared: shared(), ..Evidence::default() }
+}
+
+/// Factorises a symmetric matrix and returns the log density of the numbers `x` of a normal distribution with mean zero.
+fn ln_normal(mut covariance: Vec<Vec<f64>>, mut x: Vec<f64>) -> f64 {
+    let n = x.len();
+    let mut ln_density = 0.0;
+    // elimination without pivoting: column after column, with x as the right-hand side
+    for k in 0..n {
+        let pivot = covariance[k][k];
+        ln_density -= 0.5 * (pivot.ln() + x[k] * x[k] / pivot);
+        for i in k + 1..n {
+            let factor = covariance[i][k] / pivot;
+            for j in k..n {
+                covariance[i][j] -= factor * covariance[k][j];
+            }
+            x[i] -= factor * x[k];
+        }
+    }
+    ln_density
+}
+
+/// Mean and standard deviation of E and of the two standard deviations between specimens, by quadrature over E, both
+/// standard deviations and their correlation. All recorded quantities are one normal vector, whose covariance has the
+/// entries of Σ + S within a specimen and of S between specimens.
+fn moments_by_quadrature() -> [[f64; 2]; 3] {
+    let places: Vec<(usize, usize)> =
+        (0..6).flat_map(|k| [(k, 0), (k, 1)]).filter(|&(k, m)| !ROWS[k][m].is_nan()).collect();
+    let mean = |m: usize| {
+        let values: Vec<f64> = ROWS.iter().map(|row| row[m]).filter(|x| !x.is_nan()).collect();
+        values.iter().sum::<f64>() / values.len() as f64
+    };
+    let means = [mean(0), mean(1)];
+    let (shared, pce) = (shared(), forward());
+    let midpoints = |a: f64, b: f64, n: usize| -> Vec<f64> {
+        (0..n).map(|i| a + (b - a) * (i as f64 + 0.5) / n as f64).collect()
+    };
+    let (mut mass, mut sums) = (0.0, [[0.0; 2]; 3]);
+    for e in midpoints(250.0, 300.0, 40) {
+        let response = pce.value(&[e]).unwrap();
+        let gaps: Vec<f64> =
+            places.iter().map(|&(k, m)| (ROWS[k][m] - response[m]) / means[m]).collect();
+        for a in midpoints(0.0, 0.4, 48) {
+            for b in midpoints(0.0, 0.4, 48) {
+                for r in midpoints(-1.0, 1.0, 24) {
+                    let scatter = [[a * a, r * a * b], [r * a * b, b * b]];
+                    let entry = |&(k, m): &(usize, usize), &(l, n): &(usize, usize)| {
+                        shared[m][n] + if k == l { scatter[m][n] } else { 0.0 }
+                    };
+                    let covariance =
+                        places.iter().map(|p| places.iter().map(|q| entry(p, q)).collect());
+                    let prior = -0.5 * ((a - 0.15) / 0.25).powi(2)
+                        - 0.5 * ((b - 0.15) / 0.25).powi(2)
+                        + 2.0 * (1.0 - r * r).ln();
+                    // the factor avoids an underflow
+                    let weight =
+                        (ln_normal(covariance.collect(), gaps.clone()) + prior - 20.0).exp();
+                    mass += weight;
+                    for (sum, x) in sums.iter_mut().zip([e, a, b]) {
+                        sum[0] += weight * x;
+                        sum[1] += weight * x * x;
+                    }
+                }
+            }
+        }
+    }
+    sums.map(|[first, second]| {
+        let mean = first / mass;
+        [mean, (second / mass - mean * mean).sqrt()]
+    })
+}
+
+fn assert_moments(posterior: &Posterior, names: [&str; 3], expected: [[f64; 2]; 3]) {
+    for (name, [mean, sd]) in names.into_iter().zip(expected) {
+        check::mean(posterior, name, mean).within_mcse(4.0);
+        check::sd(posterior, name, sd).within_mcse(4.0);
+    }
+}
+
+/// The quantities are divided by the means of the recorded values. Single and joint calibration have the posterior of
+/// quadrature.
+#[test]
+fn the_posterior_of_incomplete_specimens_is_that_of_quadrature() {
+    let expected = moments_by_quadrature();
+    let sampler = Nuts::default().chains(4).draws(2000).seed(5).target_accept(0.9);
+    let (pce, priors) = (forward(), priors());
+    let single = calibrate(&pce, &priors, &evidence(), &sampler, 5).unwrap();
+    assert_moments(
+        &single.posterior,
+        ["theta[matrix.young_mpa]", "sd[0]", "sd[1]"],
+        expected,
+    );
+    let test = JointTest {
+        name: "only".to_owned(),
+        forward: pce,
+        priors,
+        own: Vec::new(),
+        evidence: evidence(),
+    };
+    let joint = calibrate_tests(&[test], &BTreeMap::new(), &sampler.seed(6), 0, 6).unwrap();
+    assert_moments(
+        &joint.posterior,
+        ["theta[matrix.young_mpa]", "sd[slope (only)]", "sd[peak-force (only)]"],
+        expected,
+    );
+}
+
+/// Leaving out specimens whose weights are unreliable samples the posterior of the other specimens, of which some lack
+/// quantities. New specimens have all quantities.
+#[test]
+fn incomplete_specimens_are_left_out_and_predicted() {
+    let sampler = Nuts::default().chains(2).draws(800).seed(5).target_accept(0.9);
+    let single = calibrate(&forward(), &priors(), &evidence(), &sampler, 5).unwrap();
+    let without = single.without_each(&sampler, 0, 5).unwrap();
+    assert_eq!(without.len(), 6);
+    assert!(without.iter().all(|one| one.elpd.is_finite()), "{without:?}");
+    // one quantity has a smaller density than two quantities, each of which has a density of about 1/(0.1 √(2π))
+    assert!(without[1].elpd < without[0].elpd, "{without:?}");
+    let predicted = single.posterior.predictive.get("new_specimen").unwrap();
+    assert!(predicted.data.iter().all(|x| x.is_finite()));
+    assert_eq!(predicted.data.len(), 2 * 1600);
+}
+
+/// A quantity that only one specimen has leaves no specimen with this quantity if that specimen is left out. The posterior
+/// without the specimen is then that of the other quantity.
+#[test]
+fn a_quantity_of_one_specimen_can_be_left_out() {
+    let mut qois = ROWS.map(Vec::from).to_vec();
+    qois.iter_mut().skip(1).for_each(|row| row[1] = MISSING);
+    qois[2][0] = 1.01;
+    let evidence = Evidence { qois, shared: shared(), ..Evidence::default() };
+    let sampler = Nuts::default().chains(2).draws(800).seed(5).target_accept(0.9);
+    let single = calibrate(&forward(), &priors(), &evidence, &sampler, 5).unwrap();
+    let without = single.without_each(&sampler, 0, 5).unwrap();
+    assert!(without.iter().all(|one| one.elpd.is_finite()), "{without:?}");
+}
