@@ -52,7 +52,7 @@ pub use breccia_calibration::{
     PeakForce, PeakedCurve, Pooling, Population, PostPeakSlope, Prediction, PredictionError, Prior,
     PriorBounds, PriorFamily, PriorKey, Qoi, QoiError, QoiRegistry, Qois, Quantity, ReadOptions,
     RelativeForce, RelaxedFraction, Separator, Slope, Specimen, SpecimenTable, Specimens,
-    TableColumn, TestAtDraw, TestCurve, TestDraws, TestGroup, Trend, Unit, UnloadingSlope,
+    TableColumn, TestAtDraw, TestCurve, TestDraws, TestGroup, Trend, TrendOverTests, Unit, UnloadingSlope,
     calibrate, calibrate_after, calibrate_groups, calibrate_tests, calibration_of_draws,
     calibration_on, calibration_over_groups, calibration_over_tests, hyperelastic, tension,
     viscoplastic,
@@ -69,8 +69,8 @@ pub use case::{
     Likelihood, MachineCase, MaterialCase, MeasureCase, Microstructure, NoiseCase, OutputCase,
     Parameter, PlasticCase, PrescribeCase, PriorCase, ProgramPointCase, QoiCase, SequentialCase,
     SimulationParts, SimulatorCase, SingleTest, SpecimenCase, SpecimenGeometry, SurrogateCase,
-    Target, TargetError, TestCase, TestEntry, Toe, TractionCase, ValidationCase, VirtualCase,
-    YieldRow,
+    Target, TargetError, TestCase, TestEntry, Toe, TractionCase, TrendCase, TrendVariable, ValidationCase,
+    VirtualCase, YieldRow,
 };
 pub use cli::program;
 pub use coverage::{CoverageRow, CoverageStudy, Emulated, KnownStiffness, Laboratory, Setting};

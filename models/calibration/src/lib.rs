@@ -72,7 +72,8 @@ pub use error::InputError;
 pub use experiment::{Specimen, SpecimenTable, TestCurve};
 pub use fracture::{
     BetweenTests, Calibration, CalibrationError, Evidence, Groups, JointCalibration, JointTest,
-    JointTests, Pooling, Population, Specimens, TestDraws, TestGroup, Trend, calibrate,
+    JointTests, Pooling, Population, Specimens, TestDraws, TestGroup, Trend, TrendOverTests,
+    calibrate,
     calibrate_after, calibrate_groups, calibrate_tests, calibration_of_draws, calibration_on,
     calibration_over_groups, calibration_over_tests,
 };

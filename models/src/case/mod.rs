@@ -49,7 +49,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::prior::PriorBounds;
 use crate::qoi::Quantity;
-pub use between_tests::BetweenTestsCase;
+pub(crate) use between_tests::TrendValues;
+pub use between_tests::{BetweenTestsCase, TrendCase, TrendVariable};
 pub use calibration::{
     CalibrationCase, ConfirmCase, DesignCase, DesignSample, DiscrepancyCase, ExtendCase,
     Likelihood, Microstructure, QoiCase, SequentialCase, SurrogateCase,

@@ -425,7 +425,7 @@ mod tests {
         let between = |relation: &str| format!("[calibration]\nbetween_tests.{relation}\n");
         // replacements in the text of the case, and texts that the error message must contain
         type Mistake<'a> = (&'a [(&'a str, &'a str)], &'a [&'a str]);
-        let cases: [Mistake<'_>; 18] = [
+        let cases: [Mistake<'_>; 21] = [
             (&[("name = \"slow\"", "name = \"fast\"")], &["tests[1].name", "two tests"]),
             (&[("name = \"slow\"", "name = \"../slow\"")], &["tests[1].name", "letters, digits"]),
             (
@@ -475,6 +475,28 @@ mod tests {
             (
                 &[("[calibration]\n", &between("matrix.young_mpa = { varies-percent = 500.0 }"))],
                 &["calibration.between_tests.matrix.young_mpa = 500"],
+            ),
+            (
+                &[("[calibration]\n", &between("matrix.young_mpa = { trend = \"temperature\" }"))],
+                &[
+                    "calibration.between_tests.matrix.young_mpa",
+                    "follows the temperature, but fast has none",
+                    "set.test.temperature_celsius",
+                ],
+            ),
+            (
+                &[
+                    ("[calibration]\n", &between("matrix.young_mpa = { trend = \"rate\" }")),
+                    (
+                        "displacement_mm = 0.06, duration_s = 16.0",
+                        "displacement_mm = 0.44, duration_s = 2.0",
+                    ),
+                ],
+                &["follows the rate, but all tests have"],
+            ),
+            (
+                &[("[calibration]\n", &between("matrix.young_mpa = { trend = \"tempo\" }"))],
+                &["tempo", "temperature"],
             ),
             (
                 &[(

@@ -38,7 +38,7 @@ pub use error::CalibrationError;
 pub use groups::{Groups, Pooling, TestGroup, Trend, calibrate_groups, calibration_over_groups};
 pub use influence::WithoutSpecimen;
 pub use joint::{
-    BetweenTests, JointCalibration, JointTest, JointTests, TestDraws, calibrate_tests,
+    BetweenTests, JointCalibration, JointTest, JointTests, TestDraws, TrendOverTests, calibrate_tests,
     calibration_of_draws, calibration_over_tests,
 };
 use likelihood::of_specimens;

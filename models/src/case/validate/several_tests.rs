@@ -2,7 +2,9 @@
 //! tests.
 
 use super::super::several_tests::{TestMistake, check_name, is_reserved, read_tests};
-use super::super::{BetweenTestsCase, CaseFile, Mistakes, SingleTest};
+use super::super::{
+    BetweenTestsCase, CaseFile, Mistakes, SingleTest, TrendCase, TrendValues, TrendVariable,
+};
 use crate::error::InputError;
 
 /// Checks each test of a case as a complete case, and the keys that apply to all tests. Returns all errors.
@@ -90,20 +92,76 @@ fn check_relations(file: &CaseFile, tests: &[SingleTest], mistakes: &mut Mistake
             mistakes.note(Err(file.error(&key, "", problem, help)));
             continue;
         };
-        let BetweenTestsCase::VariesPercent(percent) = *relation else { continue };
-        let help = "It is the scale of the prior of its standard deviation between tests: 5.0 for some 5 %.";
-        mistakes.note(file.within(&key, percent, 0.01, 100.0, "%", help));
+        let does = match *relation {
+            BetweenTestsCase::Shared | BetweenTestsCase::Own => continue,
+            BetweenTestsCase::VariesPercent(percent) => {
+                let help = "It is the scale of the prior of its standard deviation between tests: 5.0 for some 5 %.";
+                mistakes.note(file.within(&key, percent, 0.01, 100.0, "%", help));
+                "varies"
+            }
+            BetweenTestsCase::Trend(trend) => {
+                check_trend(file, &key, trend, tests, mistakes);
+                "follows a trend"
+            }
+        };
         let [lower, _] = prior.range();
         if lower <= 0.0 {
-            let problem = format!("varies by factors, but its prior begins at {lower}");
+            let problem = format!("{does} by factors, but its prior begins at {lower}");
             let help = "Begin its prior above 0.";
             mistakes.note(Err(file.error(&key, "", problem, help)));
         }
         let own = tests.iter().find(|test| test.own.contains(&parameter.to_string()));
         if let Some(test) = own {
-            let problem = format!("varies between tests, but {} has a prior of its own", test.name);
+            let problem = format!("{does} between tests, but {} has a prior of its own", test.name);
             let help = "Remove one of the two.";
             mistakes.note(Err(file.error(&key, "", problem, help)));
+        }
+    }
+}
+
+/// Checks that every test has a value of the variable of a trend, and that the values differ.
+fn check_trend(
+    file: &CaseFile,
+    key: &str,
+    TrendCase { trend, deviation_percent }: TrendCase,
+    tests: &[SingleTest],
+    mistakes: &mut Mistakes,
+) {
+    let help = "It is the scale of the prior of the deviations from the trend: 2.0 for some 2 %, 0.0 for none.";
+    mistakes.note(file.within(key, deviation_percent, 0.0, 100.0, "%", help));
+    let variable = match trend {
+        TrendVariable::Temperature => "temperature",
+        TrendVariable::Rate => "rate",
+    };
+    match trend.values(tests) {
+        Err(test) => {
+            let problem = format!("follows the {variable}, but {test} has none");
+            let help = match trend {
+                TrendVariable::Temperature => {
+                    "Write set.test.temperature_celsius in each test, or temperature_celsius in [test]."
+                }
+                TrendVariable::Rate => {
+                    "The rate is the first speed of the platen: test.displacement_mm / test.duration_s, or that of \
+                     test.program."
+                }
+            };
+            mistakes.note(Err(file.error(key, "", problem, help)));
+        }
+        Ok(TrendValues { at, unit }) => {
+            let first = at.values().next().copied().unwrap_or_default();
+            if at.values().all(|x| *x == first) {
+                let problem =
+                    format!("follows the {variable}, but all tests have {first} {unit}");
+                let help = "Remove it, or give the tests different values.";
+                mistakes.note(Err(file.error(key, "", problem, help)));
+            }
+            if trend == TrendVariable::Rate
+                && let Some((test, x)) = at.iter().find(|(_, x)| **x <= 0.0)
+            {
+                let problem = format!("follows the rate, but {test} has {x} {unit}");
+                let help = "A power law needs rates above 0.";
+                mistakes.note(Err(file.error(key, "", problem, help)));
+            }
         }
     }
 }

@@ -12,8 +12,10 @@ use super::evidence::TestEvidence;
 use super::folders;
 use super::parameters::{FILE, JointParameter, path_and_test};
 use super::sources::write_uncertainty;
-use crate::case::BetweenTestsCase;
-use crate::fracture::{BetweenTests, JointCalibration, JointTest, calibrate_tests};
+use crate::case::{BetweenTestsCase, TrendCase, TrendValues, TrendVariable};
+use crate::fracture::{
+    BetweenTests, JointCalibration, JointTest, TrendOverTests, calibrate_tests,
+};
 use crate::progress::say;
 
 pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
@@ -29,7 +31,7 @@ pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         .target_accept(settings.target_accept)
         .seed(settings.seed)
         .interrupt(task.interrupt);
-    let between = relations(inputs);
+    let between = relations(inputs)?;
     let all: Vec<JointTest> = tests.iter().map(TestEvidence::joint_test).collect();
     let calibrated = |tests: &[JointTest]| {
         let between = &relations_in(&between, tests);
@@ -76,14 +78,35 @@ pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
 }
 
 /// Relation between the values of each parameter in the tests, by the path of the parameter.
-fn relations(inputs: &Inputs<'_>) -> BTreeMap<String, BetweenTests> {
-    let relation = |relation: &BetweenTestsCase| match *relation {
-        BetweenTestsCase::Shared => BetweenTests::Shared,
-        BetweenTestsCase::Own => BetweenTests::Own,
-        BetweenTestsCase::VariesPercent(percent) => BetweenTests::Varies { scale: 0.01 * percent },
+///
+/// # Errors
+/// Fails if a test has no value of the variable of a trend.
+fn relations(inputs: &Inputs<'_>) -> Result<BTreeMap<String, BetweenTests>, WorkflowError> {
+    let tests = inputs.tests()?;
+    let relation = |relation: &BetweenTestsCase| -> Result<BetweenTests, WorkflowError> {
+        Ok(match *relation {
+            BetweenTestsCase::Shared => BetweenTests::Shared,
+            BetweenTestsCase::Own => BetweenTests::Own,
+            BetweenTestsCase::VariesPercent(percent) => {
+                BetweenTests::Varies { scale: 0.01 * percent }
+            }
+            BetweenTestsCase::Trend(TrendCase { trend, deviation_percent }) => {
+                // the check of the case refuses tests without a value
+                let no_value = |test| {
+                    WorkflowError::Unusable(format!("the test {test} has no value of a trend"))
+                };
+                let TrendValues { at, unit } = trend.values(&tests).map_err(no_value)?;
+                BetweenTests::Trend(TrendOverTests {
+                    at,
+                    is_logarithmic: trend == TrendVariable::Rate,
+                    unit: unit.to_owned(),
+                    deviation: 0.01 * deviation_percent,
+                })
+            }
+        })
     };
     let all = inputs.calibration().between_tests.iter();
-    all.map(|(parameter, own)| (parameter.to_string(), relation(own))).collect()
+    all.map(|(parameter, own)| Ok((parameter.to_string(), relation(own)?))).collect()
 }
 
 /// Returns the relations of the parameters that at least one of the given tests shares with other
@@ -97,7 +120,7 @@ fn relations_in(
     };
     let is_shared = |name: &String| tests.iter().any(|test| shares(test, name));
     let kept = between.iter().filter(|(name, _)| is_shared(name));
-    kept.map(|(name, relation)| (name.clone(), *relation)).collect()
+    kept.map(|(name, relation)| (name.clone(), relation.clone())).collect()
 }
 
 /// Writes draws, summary and statistics of the sampler, and the warnings about the posterior.

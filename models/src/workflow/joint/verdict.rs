@@ -84,6 +84,8 @@ fn judged(
     let mut all = parameters(inputs)?;
     for parameter in &mut all {
         let (_, only) = path_and_test(&parameter.label);
+        // the end of a trend, such as `at 20 °C`, is a parameter of all tests
+        let only = only.filter(|only| judgements.iter().any(|own| own.test == *only));
         let of = judgements.iter().filter(|own| only.is_none_or(|only| only == own.test));
         for judgement in of.collect::<Vec<_>>() {
             parameter.qualifiers.extend(&judgement.qualifiers);

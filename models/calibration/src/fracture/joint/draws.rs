@@ -123,6 +123,21 @@ impl TestDraws {
     }
 }
 
+impl TestDraws {
+    /// Mean squared difference of each input of the surrogate from its value without deviations in the test. `theta` has the
+    /// parameters of the joint model, one row per draw.
+    pub(super) fn variances_about(&self, test: &PreparedTest, theta: &[&[f64]]) -> Vec<f64> {
+        let mut sums = vec![0.0; test.inputs.len()];
+        for (own, parameters) in self.theta.chunks(test.inputs.len()).zip(theta) {
+            let centre = test.point(parameters, &[]);
+            for &place in &test.varying {
+                sums[place] += (own[place] - centre[place]).powi(2);
+            }
+        }
+        sums.into_iter().map(|sum| sum / theta.len().max(1) as f64).collect()
+    }
+}
+
 /// Returns the values of the surrogate's inputs of a test, moved inside their box if necessary: rounding can set a
 /// value to a bound, where its prior has zero density.
 fn point_within(test: &PreparedTest, places: &Places, unknowns: &Unknowns<'_>) -> Vec<f64> {

@@ -22,7 +22,8 @@ use super::{CalibrationError, leave_out};
 use crate::prior::Prior;
 pub use draws::{TestDraws, calibration_of_draws};
 pub use model::calibration_over_tests;
-pub use prepared::{BetweenTests, JointTest, JointTests};
+use prepared::PreparedTest;
+pub use prepared::{BetweenTests, JointTest, JointTests, TrendOverTests};
 
 /// Posterior and mode of a joint calibration.
 #[derive(Clone, Debug)]
@@ -40,8 +41,12 @@ pub struct JointCalibration {
     pub mode: Mode,
     /// The same draws in the parameters of each test, in the order of the tests.
     pub tests: Vec<TestDraws>,
-    /// For each test, the index of the parameter of each of its surrogate's inputs.
-    pub parameters: Vec<Vec<usize>>,
+    /// For each test and each of its surrogate's inputs: the indices of the parameters on which the input depends, and its
+    /// derivatives with respect to these parameters at the posterior mean.
+    pub dependences: Vec<Vec<Vec<(usize, f64)>>>,
+    /// For each test and each of its surrogate's inputs: the mean squared deviation of the value in the test from the
+    /// common centre or the trend; 0 if the value does not vary between tests.
+    pub variances_between: Vec<Vec<f64>>,
 }
 
 /// Calibrates the parameters of several tests together. `between` gives the relation between the tests for parameters by
@@ -83,12 +88,18 @@ pub fn calibrate_tests(
     let map = record.values("theta").map_or_else(Vec::new, <[f64]>::to_vec);
     let draws = TestDraws::of_each(&prepared, &posterior.posterior, &record)?;
     drop(model);
+    let theta = posterior.posterior.get("theta").map_or(&[][..], |values| &values.data);
+    let rows: Vec<&[f64]> = theta.chunks(prepared.names.len()).collect();
+    let mean = |i: usize| rows.iter().map(|row| row[i]).sum::<f64>() / rows.len() as f64;
+    let mean: Vec<f64> = (0..prepared.names.len()).map(mean).collect();
+    let variances = |(test, draws): (&PreparedTest, &TestDraws)| draws.variances_about(test, &rows);
     Ok(JointCalibration {
         posterior,
         map,
         mode,
+        dependences: prepared.tests.iter().map(|test| test.dependences(&mean)).collect(),
+        variances_between: prepared.tests.iter().zip(&draws).map(variances).collect(),
         tests: draws,
-        parameters: prepared.tests.iter().map(|test| test.parameters.clone()).collect(),
         names: prepared.names,
         priors: prepared.priors,
     })
