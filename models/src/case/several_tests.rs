@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use super::overlay::{merge, nested, remove};
-use super::{Case, CaseFile, PriorCase};
+use super::{ByParameter, CandidateCase, Case, CaseFile, PriorCase, ValidationCase};
 use crate::error::InputError;
 
 /// Tables that a test cannot change, because these tables define the joint calibration.
@@ -192,11 +192,23 @@ fn overlaid(file: &CaseFile, entry: &TestEntry) -> (Option<Table>, Vec<InputErro
     let mut refuse = |place: &str, key: &str, problem: &str, help: String| {
         mistakes.push(InputError::new(&file.path, place, key, problem, help));
     };
-    let mut case = Case { tests: Vec::new(), validation: Vec::new(), ..file.case.clone() };
+    let mut case = Case { tests: Vec::new(), ..file.case.clone() };
     case.calibration.between_tests = Default::default();
+    case.validation = validations_of(file, entry);
+    let of_test = |candidate: &mut CandidateCase| candidate.test.take().as_ref() == Some(&entry.name);
+    case.further_tests.candidate.retain_mut(of_test);
     let mut prior = case.prior.take().unwrap_or_default();
     entry.prior.iter().for_each(|(parameter, own)| prior.insert(parameter.clone(), *own));
     case.prior = Some(prior);
+    // a width can be wanted of a parameter that another test alone has
+    let mut widths = ByParameter::default();
+    let whole = case.whole_prior().unwrap_or_default();
+    for (parameter, width) in case.further_tests.width90.iter() {
+        if whole.get(parameter).is_some() {
+            widths.insert(parameter.clone(), *width);
+        }
+    }
+    case.further_tests.width90 = widths;
     for (parameter, _) in entry.prior.iter() {
         if case.parameters.contains_key(&parameter.to_string()) {
             let help = "Write one prior in [parameters] for all tests.".to_owned();
@@ -250,6 +262,33 @@ fn overlaid(file: &CaseFile, entry: &TestEntry) -> (Option<Table>, Vec<InputErro
     }
     merge(&mut table, &entry.set);
     (Some(table).filter(|_| mistakes.is_empty()), mistakes)
+}
+
+/// The validations of a test. Their seeds of virtual specimens and of designs differ from those of all tests.
+fn validations_of(file: &CaseFile, entry: &TestEntry) -> Vec<ValidationCase> {
+    let case = &file.case;
+    let own = case.validation.iter().enumerate();
+    let own = own.filter(|(_, validation)| validation.test.as_ref() == Some(&entry.name));
+    let seeded = |(place, validation): (usize, &ValidationCase)| {
+        let mut validation = ValidationCase { test: None, ..validation.clone() };
+        // beyond the seeds of all tests
+        let later = (case.tests.len() + place) as u64;
+        let seed = |seed: u64| Value::Integer((seed.wrapping_add(later) as i64) & i64::MAX);
+        let specimens = case.experiments.as_ref().and_then(|own| own.virtual_specimens.as_ref());
+        let names_specimens =
+            ["table", "values"].iter().any(|key| at(&validation.set, &format!("experiments.{key}")).is_some());
+        let seeds = [
+            ("design.seed", Some(case.design.seed)),
+            ("experiments.virtual.seed", specimens.map(|own| own.seed).filter(|_| !names_specimens)),
+        ];
+        for (key, base) in seeds {
+            if let (Some(base), None) = (base, at(&validation.set, key)) {
+                merge(&mut validation.set, &nested(key, seed(base)));
+            }
+        }
+        validation
+    };
+    own.map(seeded).collect()
 }
 
 /// Value at a dotted path.

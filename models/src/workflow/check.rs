@@ -15,7 +15,7 @@ use super::specimen::{import_notes, imported_grains, imported_mesh};
 use super::specimen_checks::{InspectedSpecimens, inspect};
 use super::specimen_quantities::{SpecimenNames, compared};
 use super::stage::Stage;
-use super::validation_folders::refuse_calibrated;
+use super::validation_folders::{refuse_calibrated, refuse_calibrated_by_others};
 use crate::case::{
     CaseFile, ProgramPointCase, SingleTest, SpecimenGeometry, has_surrogate_for, single_tests,
     validation_case,
@@ -72,6 +72,9 @@ impl CaseCheck {
         let names: Vec<&str> = file.case.tests.iter().map(|test| test.name.as_str()).collect();
         self.say("tests", names.join(", "));
         let Ok(tests) = single_tests(file) else { return };
+        if let Err(mistake) = refuse_calibrated_by_others(&tests) {
+            self.fail(mistake);
+        }
         let mut costs = Vec::new();
         for SingleTest { name, file, own } in tests {
             let mut check = Self::of_calibration(&file);
@@ -84,6 +87,7 @@ impl CaseCheck {
             self.mistakes.extend(check.mistakes.iter().map(named));
             costs.extend(check.cost);
             self.tests.push((name, check.understood));
+            self.tests.extend(check.tests);
         }
         let total = ExpectedCost::sum(&costs.iter().collect::<Vec<_>>());
         self.say("cost", format!("{} (all tests together)", total.total()));

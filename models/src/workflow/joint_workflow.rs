@@ -9,6 +9,7 @@ use super::neighbours::Together;
 use super::product_folder::{FolderAccess, ProductFolder};
 use super::stage::Stage;
 use super::stages::{JOINT_STAGES, STAGES};
+use super::validation_folders::refuse_calibrated_by_others;
 use super::{Workflow, WorkflowError};
 use crate::case::{CaseFile, SingleTest, single_tests};
 use crate::progress::speaking_for;
@@ -50,6 +51,7 @@ impl<'a> JointWorkflow<'a> {
     ) -> Result<Self, WorkflowError> {
         let cores = Cores::new(threads);
         let singles = single_tests(source)?;
+        refuse_calibrated_by_others(&singles)?;
         let whole = Workflow::open_with(source, dir, threads, interrupt, access)?;
         let cases = singles.iter().map(|test| folders::of_test(&test.name)).collect();
         let folder = ProductFolder::new(dir, &access.replace);

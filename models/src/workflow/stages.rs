@@ -193,6 +193,7 @@ pub(super) static JOINT_STAGES: [Stage; 3] = [
             "uncertainty.csv",
             "without_tests.csv",
             "joint/*.json",
+            "joint/validation/*.json",
             "warnings/calibrate.txt",
         ],
         share: None,

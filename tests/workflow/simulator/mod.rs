@@ -5,6 +5,7 @@ mod failures;
 mod further;
 mod missing;
 mod refused;
+mod several;
 mod validation;
 
 use std::collections::BTreeMap;

@@ -5,8 +5,8 @@ use maud::{Markup, html};
 
 use super::parts::table;
 use super::{
-    budget, case_file, correlations, curves, misfit, parameters, parts, posterior, predictions,
-    sampling, warnings,
+    budget, case_file, correlations, curves, further, misfit, parameters, parts, posterior,
+    predictions, sampling, validation, warnings,
 };
 use crate::report::digits::number;
 use crate::report::document::document;
@@ -65,7 +65,7 @@ pub(crate) fn joint_page(results: &JointResults) -> String {
                     (count(test.ensemble.len(), "simulation")) ". "
                     a href={ "tests/" (name) "/report.html" } { "All of this test" } "." }
             }
-            (sections!(test, [misfit, curves, predictions]))
+            (sections!(test, [misfit, curves, predictions, validation, further]))
         }
         (sections!(joint, [posterior, correlations, sampling, case_file]))
     };

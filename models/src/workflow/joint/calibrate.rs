@@ -12,7 +12,10 @@ use super::evidence::TestEvidence;
 use super::folders;
 use super::parameters::{FILE, JointParameter, path_and_test};
 use super::sources::write_uncertainty;
-use crate::case::{BetweenTestsCase, TrendCase, TrendValues, TrendVariable};
+use crate::case::{
+    BetweenTestsCase, SingleTest, TrendCase, TrendValues, TrendVariable, validation_case,
+};
+use crate::error::InputError;
 use crate::fracture::{
     BetweenTests, JointCalibration, JointTest, TrendOverTests, calibrate_tests,
 };
@@ -55,6 +58,7 @@ pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     for (test, draws) in tests.iter().zip(&joint.tests) {
         task.write_json(&folders::draws_of(&test.name), draws)?;
     }
+    write_draws_of_validations(task, &joint)?;
     write_map(task, &joint)?;
     write_uncertainty(task, &tests, &joint)?;
 
@@ -107,6 +111,36 @@ fn relations(inputs: &Inputs<'_>) -> Result<BTreeMap<String, BetweenTests>, Work
     };
     let all = inputs.calibration().between_tests.iter();
     all.map(|(parameter, own)| Ok((parameter.to_string(), relation(own)?))).collect()
+}
+
+/// Writes the draws at which each validation simulates its test. The parameters are those of the test that the validation
+/// changes, except that varying parameters have new values about their centre, and that trends are evaluated at the
+/// temperature or rate of the validation.
+fn write_draws_of_validations(
+    task: &Task<'_>,
+    joint: &JointCalibration,
+) -> Result<(), WorkflowError> {
+    let tests = task.inputs.tests()?;
+    let settings = task.inputs.calibration();
+    for (index, test) in tests.iter().enumerate() {
+        for (place, entry) in test.file.case.validation.iter().enumerate() {
+            let unreadable = |mut errors: Vec<InputError>| match errors.is_empty() {
+                true => WorkflowError::Unusable(format!("{}: mistakes", entry.name)),
+                false => errors.swap_remove(0).into(),
+            };
+            let file = validation_case(&test.file, entry, place).map_err(unreadable)?;
+            let own = SingleTest { name: entry.name.clone(), file, own: test.own.clone() };
+            let mut at = BTreeMap::new();
+            for (parameter, relation) in settings.between_tests.iter() {
+                let BetweenTestsCase::Trend(trend) = relation else { continue };
+                let value = trend.trend.value_in(&own, &tests).map_err(WorkflowError::Unusable)?;
+                at.insert(parameter.to_string(), value);
+            }
+            let draws = joint.draws_in_new_test(index, &at, settings.seed);
+            task.write_json(&folders::draws_of_validation(&entry.name), &draws)?;
+        }
+    }
+    Ok(())
 }
 
 /// Returns the relations of the parameters that at least one of the given tests shares with other

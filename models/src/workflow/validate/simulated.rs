@@ -55,7 +55,7 @@ impl<'a> Runs<'a> {
         entry: &ValidationCase,
         calibrated: &'a Calibrated,
     ) -> Result<Self, WorkflowError> {
-        let draws = calibrated.thinned(entry.draws);
+        let draws = calibrated.thinned_for(entry);
         let (records, has_microstructures) = records(own, entry, &calibrated.names, &draws)?;
         let qoi = own.inputs.qoi();
         let mut runs = Self {

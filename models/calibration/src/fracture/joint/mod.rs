@@ -47,6 +47,8 @@ pub struct JointCalibration {
     /// For each test and each of its surrogate's inputs: the mean squared deviation of the value in the test from the
     /// common centre or the trend; 0 if the value does not vary between tests.
     pub variances_between: Vec<Vec<f64>>,
+    /// The joint model.
+    model: JointTests,
 }
 
 /// Calibrates the parameters of several tests together. `between` gives the relation between the tests for parameters by
@@ -100,8 +102,9 @@ pub fn calibrate_tests(
         dependences: prepared.tests.iter().map(|test| test.dependences(&mean)).collect(),
         variances_between: prepared.tests.iter().zip(&draws).map(variances).collect(),
         tests: draws,
-        names: prepared.names,
-        priors: prepared.priors,
+        names: prepared.names.clone(),
+        priors: prepared.priors.clone(),
+        model: prepared,
     })
 }
 

@@ -74,11 +74,11 @@ impl TrendOverTests {
         [all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max)]
     }
 
-    /// Position of a test between the ends of the trend: 0 at the smallest value of the variable, 1 at the largest.
-    fn position(&self, test: &str) -> f64 {
+    /// Position of a value of the variable between the ends of the trend: 0 at the smallest value, 1 at the largest.
+    pub(super) fn position(&self, value: f64) -> f64 {
         let scale = |x: f64| if self.is_logarithmic { x.ln() } else { x };
         let [low, high] = self.ends().map(scale);
-        self.at.get(test).map_or(f64::NAN, |&x| (scale(x) - low) / (high - low))
+        (scale(value) - low) / (high - low)
     }
 
     /// Names of the parameters at the ends of the trend.
@@ -135,6 +135,8 @@ pub struct JointTests {
     pub(super) priors: Vec<Prior>,
     /// Parameters that vary between tests.
     pub(super) varying: Vec<Varying>,
+    /// Trends of parameters, by the name of the surrogate's input.
+    pub(super) trends: BTreeMap<String, TrendOverTests>,
     pub(super) tests: Vec<PreparedTest>,
 }
 
@@ -179,8 +181,17 @@ impl JointTests {
         if tests.is_empty() {
             return Err(CalibrationError::TooFew(0));
         }
-        let mut joint =
-            Self { names: Vec::new(), priors: Vec::new(), varying: Vec::new(), tests: Vec::new() };
+        let trends = between.iter().filter_map(|(name, relation)| match relation {
+            BetweenTests::Trend(trend) => Some((name.clone(), trend.clone())),
+            _ => None,
+        });
+        let mut joint = Self {
+            names: Vec::new(),
+            priors: Vec::new(),
+            varying: Vec::new(),
+            trends: trends.collect(),
+            tests: Vec::new(),
+        };
         for test in tests {
             if joint.tests.iter().any(|other| other.name == test.name) {
                 return refuse(&test.name, "is the name of two tests".to_owned());
@@ -281,7 +292,9 @@ impl JointTests {
                 let [low, high] = trend.names(&input.name);
                 let low = self.parameter(test, low, prior)?;
                 let high = self.parameter(test, high, prior)?;
-                Ok(InputValue::Trend([low, high], trend.position(&test.name)))
+                // `problem` refuses a test without a value
+                let value = trend.at.get(&test.name).copied().unwrap_or(f64::NAN);
+                Ok(InputValue::Trend([low, high], trend.position(value)))
             }
             _ => Ok(InputValue::Parameter(self.parameter(test, input.name.clone(), prior)?)),
         }

@@ -293,6 +293,51 @@ fn deviations_from_a_trend_are_those_of_quadrature() {
     assert!(joint.variances_between.concat().iter().all(|variance| *variance > 0.0));
 }
 
+/// Draws for a test that was not calibrated: a trend at another temperature, and a varying parameter about its centre.
+#[test]
+fn new_tests_have_the_parameters_of_the_population() {
+    let (tests, at) = three_temperatures();
+    let sampler = sampler(8).draws(500);
+    let between = BTreeMap::from([(YOUNG.to_owned(), trend(&at, false, 0.0))]);
+    let joint = calibrate_tests(&tests, &between, &sampler, 0, 8).unwrap();
+    let theta = joint.posterior.posterior.get("theta").unwrap().data.clone();
+    let draws = |at: f64| {
+        joint.draws_in_new_test(1, &BTreeMap::from([(YOUNG.to_owned(), at)]), 1)
+    };
+    for (row, ends) in draws(50.0).iter().zip(theta.chunks(2)) {
+        let exact = ends[0].powf(0.25) * ends[1].powf(0.75);
+        assert!((row[0] / exact - 1.0).abs() < 1e-9, "{row:?} {exact}");
+    }
+    // at the ends, the values are those of the calibrated tests
+    for (row, ends) in draws(20.0).iter().zip(theta.chunks(2)) {
+        assert!((row[0] / ends[0] - 1.0).abs() < 1e-9, "{row:?} {ends:?}");
+    }
+
+    let between = BTreeMap::from([(YOUNG.to_owned(), BetweenTests::Varies { scale: 0.1 })]);
+    let joint = calibrate_tests(&tests, &between, &sampler, 0, 8).unwrap();
+    let group = &joint.posterior.posterior;
+    let data = |name: &str| group.get(name).unwrap().data.clone();
+    let (theta, spread) = (data("theta"), data("spread"));
+    let new: Vec<f64> = joint.draws_in_new_test(0, &BTreeMap::new(), 1).concat();
+    // on the scale of the logit, the deviations divided by their standard deviation are standard normal
+    let (bottom, width) = (200f64.ln(), 2f64.ln());
+    let logit = |e: f64| {
+        let share = (e.ln() - bottom) / width;
+        (share / (1.0 - share)).ln()
+    };
+    let units: Vec<f64> = new
+        .iter()
+        .zip(&theta)
+        .zip(&spread)
+        .map(|((e, centre), spread)| (logit(*e) - logit(*centre)) * width / (4.0 * spread))
+        .collect();
+    let n = units.len() as f64;
+    let mean = units.iter().sum::<f64>() / n;
+    let variance = units.iter().map(|z| z * z).sum::<f64>() / n;
+    assert!(mean.abs() < 4.0 / n.sqrt(), "{mean}");
+    assert!((variance - 1.0).abs() < 4.0 * (2.0 / n).sqrt(), "{variance}");
+}
+
 /// A parameter that is proportional to a power of the rate is a straight line over the logarithm of the rate.
 #[test]
 fn a_power_law_of_the_rate_is_a_trend() {
