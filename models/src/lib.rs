@@ -50,16 +50,16 @@ pub use breccia_calibration::{
     Extent, ForceAt, ForceAtTime, FurtherTest, FurtherTestError, Goal, Groups, HomogeneousCylinder,
     HysteresisEnergy, InputError, JointCalibration, JointTest, JointTests, Machine, Needed,
     PeakForce, PeakedCurve, Pooling, Population, PostPeakSlope, Prediction, PredictionError, Prior,
-    PriorBounds, PriorFamily, PriorKey, Qoi, QoiError, QoiRegistry, Qois, Quantity, ReadOptions,
-    RelativeForce, RelaxedFraction, Separator, Slope, Specimen, SpecimenTable, Specimens,
-    TableColumn, TestAtDraw, TestCurve, TestDraws, TestGroup, Trend, TrendOverTests, Unit, UnloadingSlope,
-    calibrate, calibrate_after, calibrate_groups, calibrate_tests, calibration_of_draws,
-    calibration_on, calibration_over_groups, calibration_over_tests, hyperelastic, tension,
-    viscoplastic,
+    PriorBounds, PriorFamily, PriorKey, PriorSensitivity, Qoi, QoiError, QoiRegistry, Qois,
+    Quantity, ReadOptions, RelativeForce, RelaxedFraction, Separator, Slope, Specimen,
+    SpecimenTable, Specimens, TableColumn, TestAtDraw, TestCurve, TestDraws, TestGroup, Trend,
+    TrendOverTests, Unit, UnloadingSlope, calibrate, calibrate_after, calibrate_groups,
+    calibrate_tests, calibration_of_draws, calibration_on, calibration_over_groups,
+    calibration_over_tests, hyperelastic, tension, viscoplastic,
 };
 use breccia_calibration::{
-    budget, curve_check, error, experiment, fracture, further_test, machine, predicted_curve,
-    prior, qoi, record, specimen_files, table, table_format, validation,
+    bridge, budget, curve_check, error, experiment, fracture, further_test, machine,
+    predicted_curve, prior, qoi, record, specimen_files, table, table_format, validation,
 };
 pub use case::{
     AdaptiveCase, ArcLengthCase, BetweenTestsCase, BoundsCase, ByParameter, CalibrationCase,
@@ -69,8 +69,8 @@ pub use case::{
     Likelihood, MachineCase, MaterialCase, MeasureCase, Microstructure, NoiseCase, OutputCase,
     Parameter, PlasticCase, PrescribeCase, PriorCase, ProgramPointCase, QoiCase, SequentialCase,
     SimulationParts, SimulatorCase, SingleTest, SpecimenCase, SpecimenGeometry, SurrogateCase,
-    Target, TargetError, TestCase, TestEntry, Toe, TractionCase, TrendCase, TrendVariable, ValidationCase,
-    VirtualCase, YieldRow,
+    Target, TargetError, TestCase, TestEntry, Toe, TractionCase, TrendCase, TrendVariable,
+    ValidationCase, VirtualCase, YieldRow,
 };
 pub use cli::program;
 pub use coverage::{CoverageRow, CoverageStudy, Emulated, KnownStiffness, Laboratory, Setting};

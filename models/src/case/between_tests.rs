@@ -111,7 +111,9 @@ impl TrendVariable {
         let values = self.values(&all).map_err(no_value)?;
         match values.unit == unit {
             true => Ok(values.at.get(&validation.name).copied().unwrap_or(f64::NAN)),
-            false => Err(format!("{} has no specimen.height_mm, and so no strain rate", validation.name)),
+            false => {
+                Err(format!("{} has no specimen.height_mm, and so no strain rate", validation.name))
+            }
         }
     }
 }
@@ -184,7 +186,10 @@ mod tests {
         let error = rate.value_in(&test("c", 0.8, None), &tests).unwrap_err();
         assert!(error.contains("c has no specimen.height_mm"), "{error}");
         let tests = [test("a", 0.5, None), test("b", 0.01, Some(4.0))];
-        assert_eq!((rate.values(&tests).unwrap().unit, rate.values(&tests).unwrap().at["b"]), ("mm/s", 0.01));
+        assert_eq!(
+            (rate.values(&tests).unwrap().unit, rate.values(&tests).unwrap().at["b"]),
+            ("mm/s", 0.01)
+        );
         assert_eq!(TrendVariable::Temperature.values(&tests).unwrap_err(), "a");
     }
 

@@ -251,7 +251,12 @@ impl CaseFile {
             }
             if self.case.design.import.is_some() {
                 let help = "Give [simulator], which can make these runs.";
-                return refuse(".set", "", "needs runs, and the runs of this case are imported", help);
+                return refuse(
+                    ".set",
+                    "",
+                    "needs runs, and the runs of this case are imported",
+                    help,
+                );
             }
             let own = self.of_candidate(candidate)?;
             let is_made_anew = match own.geometry()? {

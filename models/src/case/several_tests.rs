@@ -12,7 +12,7 @@ use crate::error::InputError;
 const JOINT: [&str; 6] = ["prior", "extend", "parameters", "tests", "validation", "further_tests"];
 
 /// Keys of `[calibration]` that a test cannot change, because the joint calibration has one sampler and one model.
-const JOINT_CALIBRATION: [&str; 10] = [
+const JOINT_CALIBRATION: [&str; 11] = [
     "sampling",
     "chains",
     "warmup",
@@ -21,6 +21,7 @@ const JOINT_CALIBRATION: [&str; 10] = [
     "thin",
     "target_accept",
     "seed",
+    "evidence",
     "between_tests",
     "joint",
 ];
@@ -195,7 +196,8 @@ fn overlaid(file: &CaseFile, entry: &TestEntry) -> (Option<Table>, Vec<InputErro
     let mut case = Case { tests: Vec::new(), ..file.case.clone() };
     case.calibration.between_tests = Default::default();
     case.validation = validations_of(file, entry);
-    let of_test = |candidate: &mut CandidateCase| candidate.test.take().as_ref() == Some(&entry.name);
+    let of_test =
+        |candidate: &mut CandidateCase| candidate.test.take().as_ref() == Some(&entry.name);
     case.further_tests.candidate.retain_mut(of_test);
     let mut prior = case.prior.take().unwrap_or_default();
     entry.prior.iter().for_each(|(parameter, own)| prior.insert(parameter.clone(), *own));
@@ -275,11 +277,15 @@ fn validations_of(file: &CaseFile, entry: &TestEntry) -> Vec<ValidationCase> {
         let later = (case.tests.len() + place) as u64;
         let seed = |seed: u64| Value::Integer((seed.wrapping_add(later) as i64) & i64::MAX);
         let specimens = case.experiments.as_ref().and_then(|own| own.virtual_specimens.as_ref());
-        let names_specimens =
-            ["table", "values"].iter().any(|key| at(&validation.set, &format!("experiments.{key}")).is_some());
+        let names_specimens = ["table", "values"]
+            .iter()
+            .any(|key| at(&validation.set, &format!("experiments.{key}")).is_some());
         let seeds = [
             ("design.seed", Some(case.design.seed)),
-            ("experiments.virtual.seed", specimens.map(|own| own.seed).filter(|_| !names_specimens)),
+            (
+                "experiments.virtual.seed",
+                specimens.map(|own| own.seed).filter(|_| !names_specimens),
+            ),
         ];
         for (key, base) in seeds {
             if let (Some(base), None) = (base, at(&validation.set, key)) {

@@ -15,6 +15,7 @@ use super::gate::check_range;
 use super::influence::write_influence;
 use super::inputs::Inputs;
 use super::predicted_curves::write_predicted_curves;
+use super::prior_sensitivity::{write_evidence, write_sensitivity};
 use super::task::Task;
 use super::uncertainty::{Budget, SharedError, budget};
 use crate::fracture::{
@@ -116,6 +117,11 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     task.on_threads(settings.chains, |threads| {
         write_influence(task, &result, &sampler.threads(threads), burn_in, &ids, &prior)
     })?;
+    if settings.joint.is_none() {
+        // for draws of several tests, the joint stage writes these files
+        write_sensitivity(task, result.prior_sensitivity())?;
+        write_evidence(task, |seed| result.marginal_likelihood(seed))?;
+    }
     write_fit(task, &fitted, posterior, &evidence, &shared, &result.map)?;
     let budget = budget(&fitted, &priors, posterior, &evidence, &shared)?;
     if let Some(budget) = &budget {

@@ -8,6 +8,7 @@ use surrogate::{
 use super::WorkflowError;
 use super::inputs::Inputs;
 use super::made_on::MadeOn;
+use super::specimen_quantities::read_cell;
 use super::specimen_stiffness::{KnownStiffness, knowing_stiffness, of_specimens};
 use crate::case::SurrogateCase;
 use crate::error::InputError;

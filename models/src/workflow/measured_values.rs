@@ -47,7 +47,8 @@ pub(super) fn read_measured(
         let value = |(quantity, column): (&Quantity, &String)| {
             read_cell(&row, column, quantity.is_positive())
         };
-        let values: Vec<f64> = quantities.iter().zip(&columns).map(value).collect::<Result<_, _>>()?;
+        let values: Vec<f64> =
+            quantities.iter().zip(&columns).map(value).collect::<Result<_, _>>()?;
         if values.iter().all(|value| value.is_nan()) {
             let help = "Write at least one number, or remove the line.";
             return Err(row.error("id", "has no quantity", help));

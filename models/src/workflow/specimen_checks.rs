@@ -10,9 +10,7 @@ use super::inputs::Inputs;
 use super::mesh_scale::MeshSize;
 use super::preparation::Preparation;
 use super::specimen_notes::{Notes, check_machine, check_rates, note_sizes};
-use super::specimen_quantities::{
-    MeasuredQuantities, SpecimenNames, compared, missing_quantities,
-};
+use super::specimen_quantities::{MeasuredQuantities, SpecimenNames, compared, missing_quantities};
 use super::task::Task;
 use crate::curve_check::{Finding, NO_QUANTITIES, Weight};
 use crate::error::InputError;

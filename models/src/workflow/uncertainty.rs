@@ -261,7 +261,11 @@ pub(super) fn sources_of_test(
             let of_groups = |a: usize, b: usize| {
                 let is_unknown = groups[a].population.is_some() && groups[b].population.is_some();
                 let own = if a == b { groups[a].size.recip() } else { 0.0 };
-                if is_unknown { &between * (own + population.count().recip()) } else { zero.clone() }
+                if is_unknown {
+                    &between * (own + population.count().recip())
+                } else {
+                    zero.clone()
+                }
             };
             of_population.get_or_insert_with(|| blocks(&groups, of_groups));
         }
@@ -389,7 +393,8 @@ fn groups(evidence: &Evidence) -> Vec<Group<'_>> {
     let known = |k: usize| evidence.known.get(k).cloned().unwrap_or_else(|| Some(Vec::new()));
     let mut groups: Vec<(bool, Vec<usize>, Vec<Vec<f64>>)> = Vec::new();
     for is_known in [true, false] {
-        for (k, own) in recorded.iter().enumerate().filter(|(k, _)| known(*k).is_some() == is_known) {
+        for (k, own) in recorded.iter().enumerate().filter(|(k, _)| known(*k).is_some() == is_known)
+        {
             let inputs = known(k).unwrap_or_default();
             let same = |group: &&mut (bool, Vec<usize>, Vec<Vec<f64>>)| {
                 group.0 == is_known && group.1 == *own

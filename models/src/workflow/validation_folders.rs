@@ -51,7 +51,8 @@ pub(super) fn refuse_calibrated_by_others(tests: &[SingleTest]) -> Result<(), In
         for (place, entry) in test.file.case.validation.iter().enumerate() {
             let own = validation_case(&test.file, entry, place);
             let own = own.map_err(|errors| {
-                let mistakes = || InputError::new(&test.file.path, &entry.name, "", "has mistakes", "");
+                let mistakes =
+                    || InputError::new(&test.file.path, &entry.name, "", "has mistakes", "");
                 errors.into_iter().next().unwrap_or_else(mistakes)
             })?;
             let others = tests.iter().filter(|other| other.name != test.name);
@@ -97,9 +98,8 @@ pub(super) fn refuse_calibrated(
             // two missing values (NaN) are the same
             let is_equal = |(a, b): (&f64, &f64)| a == b || (a.is_nan() && b.is_nan());
             let has_values = |values: &[f64]| values.iter().zip(&specimen.values).all(is_equal);
-            let is_same = calibrated
-                .iter()
-                .any(|other| other.id == specimen.id && has_values(&other.values));
+            let is_same =
+                calibrated.iter().any(|other| other.id == specimen.id && has_values(&other.values));
             if is_same {
                 return refuse(&path, &specimen.id, &specimen.id);
             }

@@ -52,7 +52,8 @@ fn empty_cells_are_missing_quantities() {
     measured(dir.path(), &rows);
     let (code, told, err) = breccia(dir.path(), &["check", "bar.toml"]);
     assert_eq!(code, Some(0), "{told}{err}");
-    let extension = "column:extension_mm is compared for 6 of 9 specimens, because 3 specimens lack it";
+    let extension =
+        "column:extension_mm is compared for 6 of 9 specimens, because 3 specimens lack it";
     let force = "column:force_n is compared for 5 of 9 specimens, because 4 specimens lack it";
     assert!(told.contains(extension) && told.contains(force), "{told}");
 
@@ -180,5 +181,8 @@ fn curves_that_end_before_the_peak_give_the_other_quantities() {
     write_curves(dir.path(), &slopes, 8);
     let (code, told, err) = breccia(dir.path(), &["check", "bar.toml"]);
     assert_ne!(code, Some(0), "{told}");
-    assert!(format!("{told}{err}").contains("no specimen has peak-force. S-0: no peak"), "{told}{err}");
+    assert!(
+        format!("{told}{err}").contains("no specimen has peak-force. S-0: no peak"),
+        "{told}{err}"
+    );
 }

@@ -151,7 +151,8 @@ fn a_held_out_test_that_the_joint_posterior_misses_is_contradicted() {
 #[test]
 fn entries_beside_tests_name_their_test() {
     let dir = case(1.0);
-    let tenfold = "runs = 8\nset.simulator.command = [\"sh\", \"solver.sh\", \"{k1}\", \"10\", \"{run}\"]";
+    let tenfold =
+        "runs = 8\nset.simulator.command = [\"sh\", \"solver.sh\", \"{k1}\", \"10\", \"{run}\"]";
     for (from, to, problem) in [
         (
             "name = \"more\"\ntest = \"single\"",

@@ -119,8 +119,7 @@ fn after<R: Scalar>(
         alone + specimens.common(kind, kind, expected, i, j) - dot(a, b)
     };
     let pairs = || recorded.iter().zip(&columns);
-    let covariance: Vec<Vec<R>> =
-        pairs().map(|a| pairs().map(|b| entry(a, b)).collect()).collect();
+    let covariance: Vec<Vec<R>> = pairs().map(|a| pairs().map(|b| entry(a, b)).collect()).collect();
     let own = DynCholeskyFactor::of_covariance(&covariance)?;
     Ok(After { factor, columns, own })
 }

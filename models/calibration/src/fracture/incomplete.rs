@@ -2,21 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use ppl::{Nuts, Posterior, check};
+use ppl::{Nuts, Posterior, Sensitivity, check};
 
 use super::six_specimens::{forward, priors, shared};
 use super::{Evidence, JointTest, calibrate, calibrate_tests};
+use crate::prior::{Prior, PriorFamily};
 
 const MISSING: f64 = f64::NAN;
 /// Slope and peak force of six specimens: one has no slope, two have no peak force.
-const ROWS: [[f64; 2]; 6] = [
-    [0.97, 1.02],
-    [1.04, MISSING],
-    [MISSING, 0.96],
-    [0.93, 0.95],
-    [1.06, 1.07],
-    [1.09, MISSING],
-];
+const ROWS: [[f64; 2]; 6] =
+    [[0.97, 1.02], [1.04, MISSING], [MISSING, 0.96], [0.93, 0.95], [1.06, 1.07], [1.09, MISSING]];
 
 fn evidence() -> Evidence {
     Evidence { qois: ROWS.map(Vec::from).to_vec(), shared: shared(), ..Evidence::default() }
@@ -44,7 +39,8 @@ fn ln_normal(mut covariance: Vec<Vec<f64>>, mut x: Vec<f64>) -> f64 {
 /// Mean and standard deviation of E and of the two standard deviations between specimens, by quadrature over E, both
 /// standard deviations and their correlation. All recorded quantities are one normal vector, whose covariance has the
 /// entries of Σ + S within a specimen and of S between specimens.
-fn moments_by_quadrature() -> [[f64; 2]; 3] {
+/// Also returns the logarithm of the marginal likelihood.
+fn by_quadrature() -> ([[f64; 2]; 3], f64) {
     let places: Vec<(usize, usize)> =
         (0..6).flat_map(|k| [(k, 0), (k, 1)]).filter(|&(k, m)| !ROWS[k][m].is_nan()).collect();
     let mean = |m: usize| {
@@ -85,10 +81,18 @@ fn moments_by_quadrature() -> [[f64; 2]; 3] {
             }
         }
     }
-    sums.map(|[first, second]| {
+    let moments = sums.map(|[first, second]| {
         let mean = first / mass;
         [mean, (second / mass - mean * mean).sqrt()]
-    })
+    });
+    // widths of the intervals in E (relative to the prior), in the standard deviations and in the correlation
+    let cell = (1.0 / 40.0) * (0.4 / 48.0_f64).powi(2) * (2.0 / 24.0);
+    let tau = 2.0 * std::f64::consts::PI;
+    // truncated normal distribution: 0.25 √(2π) Φ(0.6); LKJ(3) of two quantities: 15/16 (1 − r²)²
+    let of_sd = 0.25 * tau.sqrt() * 0.725_746_882_249_927;
+    let ln_priors = (15.0_f64 / 16.0).ln() - 2.0 * of_sd.ln();
+    let ln_normalisers = -0.5 * places.len() as f64 * tau.ln();
+    (moments, mass.ln() + 20.0 + cell.ln() + ln_priors + ln_normalisers)
 }
 
 fn assert_moments(posterior: &Posterior, names: [&str; 3], expected: [[f64; 2]; 3]) {
@@ -102,15 +106,11 @@ fn assert_moments(posterior: &Posterior, names: [&str; 3], expected: [[f64; 2]; 
 /// quadrature.
 #[test]
 fn the_posterior_of_incomplete_specimens_is_that_of_quadrature() {
-    let expected = moments_by_quadrature();
+    let (expected, ln_evidence) = by_quadrature();
     let sampler = Nuts::default().chains(4).draws(2000).seed(5).target_accept(0.9);
     let (pce, priors) = (forward(), priors());
     let single = calibrate(&pce, &priors, &evidence(), &sampler, 5).unwrap();
-    assert_moments(
-        &single.posterior,
-        ["theta[matrix.young_mpa]", "sd[0]", "sd[1]"],
-        expected,
-    );
+    assert_moments(&single.posterior, ["theta[matrix.young_mpa]", "sd[0]", "sd[1]"], expected);
     let test = JointTest {
         name: "only".to_owned(),
         forward: pce,
@@ -124,6 +124,36 @@ fn the_posterior_of_incomplete_specimens_is_that_of_quadrature() {
         ["theta[matrix.young_mpa]", "sd[slope (only)]", "sd[peak-force (only)]"],
         expected,
     );
+    // single and joint model have the same marginal likelihood
+    for found in [single.marginal_likelihood(3).unwrap(), joint.marginal_likelihood(3).unwrap()] {
+        // the error of the quadrature is below 0.01
+        assert!(
+            (found.ln - ln_evidence).abs() < 0.01 + 4.0 * found.error,
+            "{found:?} {ln_evidence}"
+        );
+    }
+    // and the same sensitivities: the uniform prior of E has none
+    let (a, b) = (single.prior_sensitivity().unwrap(), joint.prior_sensitivity().unwrap());
+    assert_eq!((a.len(), b.len()), (1, 1));
+    assert!(a[0].prior == 0.0 && b[0].prior == 0.0, "{a:?} {b:?}");
+    assert!(a[0].likelihood > 0.05, "{a:?}");
+    assert!((a[0].likelihood - b[0].likelihood).abs() < 0.05, "{a:?} {b:?}");
+}
+
+/// A normal prior far from the data conflicts with them, and a narrow prior in a place that the data allow does not.
+#[test]
+fn priors_that_conflict_with_the_data_are_sensitive() {
+    let sampler = Nuts::default().chains(4).draws(2000).seed(5).target_accept(0.9);
+    let pce = forward();
+    let sensitivity = |mean: f64, sd: f64| {
+        let prior = Prior::new(PriorFamily::Normal, &[mean, sd]).within(250.0, 300.0);
+        let result = calibrate(&pce, &[prior], &evidence(), &sampler, 5).unwrap();
+        result.prior_sensitivity().unwrap()[0].clone()
+    };
+    let conflict = sensitivity(290.0, 4.0);
+    assert_eq!(conflict.diagnosis(), Sensitivity::PriorDataConflict, "{conflict:?}");
+    let wide = sensitivity(275.0, 200.0);
+    assert_eq!(wide.diagnosis(), Sensitivity::None, "{wide:?}");
 }
 
 /// Leaving out specimens whose weights are unreliable samples the posterior of the other specimens, of which some lack

@@ -3,8 +3,8 @@
 //! 1. `error`, `contrasts`, `population`, `within_box`: errors, transforms of quantities and of parameters
 //! 2. `specimens`: specimens prepared for the likelihood
 //! 3. `given_others`, `likelihood`: densities of specimens
-//! 4. `loo`, `influence`, `units`: cross-validation, influence of each specimen, units of the
-//!    results
+//! 4. `loo`, `influence`, `sensitivity`, `units`: cross-validation, influence of each specimen and of the priors, units of
+//!    the results
 //! 5. `groups`, `joint`: calibrations of several groups of specimens or of several tests
 
 mod contrasts;
@@ -18,6 +18,7 @@ mod joint;
 mod likelihood;
 mod loo;
 mod population;
+mod sensitivity;
 #[cfg(test)]
 mod six_specimens;
 mod specimens;
@@ -32,17 +33,20 @@ use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use surrogate::{CoefficientPosterior, DynPce, Input};
 
+use crate::bridge::{BridgeError, MarginalLikelihood, marginal_likelihood};
 use crate::prior::Prior;
 use crate::qoi::Quantity;
 pub use error::CalibrationError;
 pub use groups::{Groups, Pooling, TestGroup, Trend, calibrate_groups, calibration_over_groups};
 pub use influence::WithoutSpecimen;
 pub use joint::{
-    BetweenTests, JointCalibration, JointTest, JointTests, TestDraws, TrendOverTests, calibrate_tests,
-    calibration_of_draws, calibration_over_tests,
+    BetweenTests, JointCalibration, JointTest, JointTests, TestDraws, TrendOverTests,
+    calibrate_tests, calibration_of_draws, calibration_over_tests,
 };
 use likelihood::of_specimens;
 pub use population::Population;
+pub use sensitivity::PriorSensitivity;
+use sensitivity::{ln_likelihoods, sensitivities};
 pub use specimens::Specimens;
 pub use specimens::column_means;
 
@@ -102,6 +106,27 @@ pub struct Calibration {
     forward: DynPce,
     /// Priors of the parameters.
     priors: Vec<Prior>,
+}
+
+impl Calibration {
+    /// Computes the sensitivity of each parameter to its prior, to the priors of the scatter and to the data.
+    ///
+    /// # Errors
+    /// If a log density is not finite at a draw.
+    pub fn prior_sensitivity(&self) -> Result<Vec<PriorSensitivity>, ppl::PowerScalingError> {
+        let ln_likelihood = ln_likelihoods(&self.posterior, &self.forward, &self.specimens);
+        sensitivities(&self.posterior, ln_likelihood, &["theta"], &["sd", "corr"])
+    }
+
+    /// Estimates the marginal likelihood of the specimens' quantities, relative to the means of the specimens, from the draws.
+    /// `seed` is the seed of the auxiliary draws.
+    ///
+    /// # Errors
+    /// The errors of [`marginal_likelihood`], and too few draws for the draws of a joint calibration of several tests.
+    pub fn marginal_likelihood(&self, seed: u64) -> Result<MarginalLikelihood, BridgeError> {
+        let model = calibration_on(&self.forward, &self.priors, &self.specimens);
+        marginal_likelihood(&model, &self.posterior.chains, seed)
+    }
 }
 
 /// Experimental data of the specimens, and the errors of the forward model.

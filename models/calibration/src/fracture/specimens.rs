@@ -24,8 +24,8 @@ use ppl::prelude::*;
 use surrogate::CoefficientPosterior;
 
 use super::CalibrationError;
-use super::contrasts::{Group, helmert, recorded};
 pub(super) use super::contrasts::Kind;
+use super::contrasts::{Group, helmert, recorded};
 use super::population::{Population, Spread};
 
 /// Quantities of interest of specimens, relative to their means, and the covariance of the error that all specimens
@@ -308,7 +308,8 @@ impl Specimens {
             return Ok(whole);
         }
         let covariance = whole.covariance();
-        let rows: Vec<Vec<R>> = group.recorded.iter().map(|&m| group.part(&covariance[m])).collect();
+        let rows: Vec<Vec<R>> =
+            group.recorded.iter().map(|&m| group.part(&covariance[m])).collect();
         DynCholeskyFactor::of_covariance(&rows)
     }
 

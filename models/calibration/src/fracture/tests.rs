@@ -188,9 +188,8 @@ fn statements_of_the_model_have_the_density() {
     for qois in [[QOIS].as_slice(), &incomplete()].concat() {
         let specimens = specimens_of(&qois);
         let model = fixed(&pce, &specimens, &factor);
-        let at = |x: f64| {
-            model.log_density_without_jacobian(&[x], &mut Workspace::default()).unwrap()
-        };
+        let at =
+            |x: f64| model.log_density_without_jacobian(&[x], &mut Workspace::default()).unwrap();
         let exact = |theta: f64| {
             let expected = specimens.expected(&pce, &[theta]).unwrap();
             ln_density_of(&specimens, &expected, &scatter()).unwrap()

@@ -172,9 +172,8 @@ fn specimens_that_lack_quantities_have_the_information_of_the_others() {
             let ((k, m), (l, n)) = (places[a], places[b]);
             shared[m][n] + if k == l { draw.scatter[m][n] } else { 0.0 }
         });
-        let jacobian = DMatrix::from_fn(size, 2, |a, i| {
-            draw.jacobian[places[a].1][i] * belief.prior_sd[i]
-        });
+        let jacobian =
+            DMatrix::from_fn(size, 2, |a, i| draw.jacobian[places[a].1][i] * belief.prior_sd[i]);
         jacobian.transpose() * covariance.try_inverse().unwrap() * jacobian
     };
     for more in [1, 3] {

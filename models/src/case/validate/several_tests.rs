@@ -92,7 +92,8 @@ fn check_entries_of_tests(file: &CaseFile, names: &[&str], mistakes: &mut Mistak
     for candidate in &file.case.further_tests.candidate {
         let key = format!("further_tests.candidate ({})", candidate.name);
         if !candidate.is_another_test() {
-            let problem = "asks for further quantities of present curves, which several tests cannot answer";
+            let problem =
+                "asks for further quantities of present curves, which several tests cannot answer";
             let help = "Add the quantity to the test (set.qoi.quantities) and calibrate, or name keys in set.";
             mistakes.note(Err(file.error(&key, "", problem, help)));
         }
@@ -226,8 +227,7 @@ fn check_trend(
             check_trend_in_validations(file, trend, tests, mistakes);
             let first = at.values().next().copied().unwrap_or_default();
             if at.values().all(|x| *x == first) {
-                let problem =
-                    format!("follows the {variable}, but all tests have {first} {unit}");
+                let problem = format!("follows the {variable}, but all tests have {first} {unit}");
                 let help = "Remove it, or give the tests different values.";
                 mistakes.note(Err(file.error(key, "", problem, help)));
             }

@@ -6,7 +6,7 @@ use maud::{Markup, html};
 use super::parts::table;
 use super::{
     budget, case_file, correlations, curves, further, misfit, parameters, parts, posterior,
-    predictions, sampling, validation, warnings,
+    predictions, sampling, sensitivity, validation, warnings,
 };
 use crate::report::digits::number;
 use crate::report::document::document;
@@ -57,7 +57,7 @@ pub(crate) fn joint_page(results: &JointResults) -> String {
         (links(results))
         (sections!(joint, [parameters, warnings]))
         (without_tests(&results.without))
-        (sections!(joint, [budget]))
+        (sections!(joint, [budget, sensitivity]))
         @for (name, test) in &results.tests {
             section {
                 h2 { "Test " (name) }

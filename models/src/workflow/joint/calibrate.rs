@@ -7,6 +7,7 @@ use ppl::{Nuts, Posterior, WarningKind};
 use super::super::WorkflowError;
 use super::super::calibrate::{ChainsBar, parameter_name, write_draws, write_sampling};
 use super::super::inputs::Inputs;
+use super::super::prior_sensitivity::{write_evidence, write_sensitivity};
 use super::super::task::Task;
 use super::evidence::TestEvidence;
 use super::folders;
@@ -16,9 +17,7 @@ use crate::case::{
     BetweenTestsCase, SingleTest, TrendCase, TrendValues, TrendVariable, validation_case,
 };
 use crate::error::InputError;
-use crate::fracture::{
-    BetweenTests, JointCalibration, JointTest, TrendOverTests, calibrate_tests,
-};
+use crate::fracture::{BetweenTests, JointCalibration, JointTest, TrendOverTests, calibrate_tests};
 use crate::progress::say;
 
 pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
@@ -59,6 +58,8 @@ pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         task.write_json(&folders::draws_of(&test.name), draws)?;
     }
     write_draws_of_validations(task, &joint)?;
+    write_sensitivity(task, joint.prior_sensitivity())?;
+    write_evidence(task, |seed| joint.marginal_likelihood(seed))?;
     write_map(task, &joint)?;
     write_uncertainty(task, &tests, &joint)?;
 

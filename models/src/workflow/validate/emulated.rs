@@ -33,11 +33,7 @@ struct SharedGiven {
 impl SharedGiven {
     /// The error, given the quantities of the specimens minus their prediction f (`gaps`; NaN for a missing quantity).
     /// `None` if S + Σ/N or the covariance of the recorded quantities is not positive definite.
-    fn new(
-        shared: &DMatrix<f64>,
-        scatter: &DMatrix<f64>,
-        gaps: &[Vec<f64>],
-    ) -> Option<Self> {
+    fn new(shared: &DMatrix<f64>, scatter: &DMatrix<f64>, gaps: &[Vec<f64>]) -> Option<Self> {
         let size = shared.nrows();
         if gaps.iter().flatten().all(|gap| !gap.is_nan()) {
             let total = shared + scatter / gaps.len() as f64;

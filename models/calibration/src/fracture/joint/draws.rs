@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use ppl::prelude::*;
 use ppl::{Group, Posterior, Record, Values};
 use rand::{Rng, SeedableRng};
 use rand_distr::StandardNormal;
@@ -14,6 +15,7 @@ use surrogate::{DynPce, Input};
 use super::JointCalibration;
 use super::correlation::factor_of;
 use super::prepared::{InputValue, JointTests, PreparedTest};
+use crate::fracture::likelihood::ln_density_of;
 use crate::fracture::{
     Calibration, CalibrationError, Evidence, calibration_on, label, relative_to_means,
     unknown_inputs,
@@ -166,6 +168,21 @@ impl JointCalibration {
 }
 
 impl TestDraws {
+    /// Log likelihood of the specimens of the test at each draw; NaN at draws where it cannot be computed.
+    pub(super) fn ln_likelihoods(&self, test: &PreparedTest) -> Vec<f64> {
+        let size = test.quantities.len();
+        let rows = self.theta.chunks(test.inputs.len()).zip(self.sd.chunks(size));
+        let at_draw = |((theta, sd), corr): ((&[f64], &[f64]), &[f64])| {
+            let row = |(row, sd): (&[f64], &f64)| row.iter().map(|x| sd * x).collect();
+            let factor: Vec<Vec<f64>> = corr.chunks(size).zip(sd).map(row).collect();
+            let factor = DynCholeskyFactor::new(&factor)?;
+            let expected = test.specimens.expected(&test.forward, theta)?;
+            ln_density_of(&test.specimens, &expected, &factor)
+        };
+        let rows = rows.zip(self.corr.chunks(size * size));
+        rows.map(|draw| at_draw(draw).unwrap_or(f64::NAN)).collect()
+    }
+
     /// Mean squared difference of each input of the surrogate from its value without deviations in the test. `theta` has the
     /// parameters of the joint model, one row per draw.
     pub(super) fn variances_about(&self, test: &PreparedTest, theta: &[&[f64]]) -> Vec<f64> {

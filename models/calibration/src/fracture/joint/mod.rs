@@ -14,11 +14,13 @@ mod tests;
 
 use std::collections::BTreeMap;
 
-use ppl::{Map, Mode, Nuts, Posterior, SampleError};
+use ppl::{Map, Mode, Nuts, Posterior, PowerScalingError, SampleError};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
+use super::sensitivity::{PriorSensitivity, sensitivities};
 use super::{CalibrationError, leave_out};
+use crate::bridge::{BridgeError, MarginalLikelihood, marginal_likelihood};
 use crate::prior::Prior;
 pub use draws::{TestDraws, calibration_of_draws};
 pub use model::calibration_over_tests;
@@ -106,6 +108,33 @@ pub fn calibrate_tests(
         priors: prepared.priors.clone(),
         model: prepared,
     })
+}
+
+impl JointCalibration {
+    /// Computes the sensitivity of each parameter to the priors of the parameters (of varying parameters also to the prior of
+    /// their spread), to the priors of the scatter, and to the data of all tests.
+    ///
+    /// # Errors
+    /// If a log density is not finite at a draw.
+    pub fn prior_sensitivity(&self) -> Result<Vec<PriorSensitivity>, PowerScalingError> {
+        let group = &self.posterior.posterior;
+        let mut ln_likelihood = vec![0.0; group.chains * group.draws];
+        for (test, draws) in self.model.tests.iter().zip(&self.tests) {
+            let own = draws.ln_likelihoods(test);
+            ln_likelihood.iter_mut().zip(own).for_each(|(sum, own)| *sum += own);
+        }
+        sensitivities(&self.posterior, ln_likelihood, &["theta", "spread"], &["sd", "partial"])
+    }
+
+    /// Estimates the marginal likelihood of the quantities of all tests, relative to the means of the specimens of each test,
+    /// from the draws. `seed` is the seed of the auxiliary draws.
+    ///
+    /// # Errors
+    /// The errors of [`marginal_likelihood`].
+    pub fn marginal_likelihood(&self, seed: u64) -> Result<MarginalLikelihood, BridgeError> {
+        let model = calibration_over_tests(&self.model);
+        marginal_likelihood(&model, &self.posterior.chains, seed)
+    }
 }
 
 /// Replaces indices by the names of parameters, quantities and tests.

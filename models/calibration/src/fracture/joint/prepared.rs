@@ -265,9 +265,8 @@ impl JointTests {
             }
         }
         for test in &mut joint.tests {
-            let place = |varying: &Varying| {
-                test.inputs.iter().position(|input| input.name == varying.name)
-            };
+            let place =
+                |varying: &Varying| test.inputs.iter().position(|input| input.name == varying.name);
             test.varying = joint.varying.iter().filter_map(place).collect();
         }
         Ok(joint)
@@ -363,7 +362,8 @@ impl PreparedTest {
         let value = |(value, input): (&InputValue, &Input)| match *value {
             InputValue::Parameter(index) => parameters[index],
             InputValue::Trend([low, high], position) => {
-                let line = parameters[low].ln() * (1.0 - position) + parameters[high].ln() * position;
+                let line =
+                    parameters[low].ln() * (1.0 - position) + parameters[high].ln() * position;
                 exponential_within(line, [input.lower, input.upper])
             }
         };

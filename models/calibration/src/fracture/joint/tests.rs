@@ -239,7 +239,9 @@ fn a_trend_is_that_of_quadrature() {
         (warm(cold + 0.01, hot) - warm(cold - 0.01, hot)) / 0.02,
         (warm(cold, hot + 0.01) - warm(cold, hot - 0.01)) / 0.02,
     ];
-    for ((index, slope), (place, expected)) in joint.dependences[1][0].iter().zip(slopes.iter().enumerate()) {
+    for ((index, slope), (place, expected)) in
+        joint.dependences[1][0].iter().zip(slopes.iter().enumerate())
+    {
         assert!(*index == place && (slope - expected).abs() < 1e-6, "{slope} {expected}");
     }
     // without the cold test the names and the meaning of the parameters are the same
@@ -275,8 +277,8 @@ fn deviations_from_a_trend_are_those_of_quadrature() {
     let mut found: [Moments; 3] = Default::default();
     for spread in midpoints(0.0, 0.36, 40) {
         let prior = (-0.5 * (spread / scale).powi(2)).exp();
-        let [cold, hot] =
-            [0, 2].map(|test| grid.iter().map(|&e| of_test(test, e, spread)[0]).collect::<Vec<_>>());
+        let [cold, hot] = [0, 2]
+            .map(|test| grid.iter().map(|&e| of_test(test, e, spread)[0]).collect::<Vec<_>>());
         for (i, &a) in grid.iter().enumerate() {
             for (j, &b) in grid.iter().enumerate() {
                 let ends = prior * cold[i] * hot[j];
@@ -301,9 +303,7 @@ fn new_tests_have_the_parameters_of_the_population() {
     let between = BTreeMap::from([(YOUNG.to_owned(), trend(&at, false, 0.0))]);
     let joint = calibrate_tests(&tests, &between, &sampler, 0, 8).unwrap();
     let theta = joint.posterior.posterior.get("theta").unwrap().data.clone();
-    let draws = |at: f64| {
-        joint.draws_in_new_test(1, &BTreeMap::from([(YOUNG.to_owned(), at)]), 1)
-    };
+    let draws = |at: f64| joint.draws_in_new_test(1, &BTreeMap::from([(YOUNG.to_owned(), at)]), 1);
     for (row, ends) in draws(50.0).iter().zip(theta.chunks(2)) {
         let exact = ends[0].powf(0.25) * ends[1].powf(0.75);
         assert!((row[0] / exact - 1.0).abs() < 1e-9, "{row:?} {exact}");
