@@ -1,6 +1,7 @@
 //! Report of a study: the results of several calibrations on one page.
 
 mod conclusions;
+mod models;
 mod results;
 
 use maud::{Markup, PreEscaped, html};
@@ -11,6 +12,7 @@ use super::figures::overlaid;
 use super::page::parts::table;
 use super::results::CalibratedParameter;
 use conclusions::{conclusions, settings};
+use models::models;
 pub(crate) use results::{ComparedCase, Conclusion, Pair, REPRODUCED, StudyResults, Variant};
 
 /// The page as HTML, with inline figures.
@@ -41,6 +43,7 @@ pub(crate) fn study_page(results: &StudyResults) -> String {
         (settings(results))
         (overlays(&results.cases))
         (agreement(&results.pairs))
+        (models(&results.cases))
         (confirmation(&results.cases))
         (cautions(&results.cases))
         section {
