@@ -134,8 +134,11 @@ fn the_posterior_of_incomplete_specimens_is_that_of_quadrature() {
     }
     // and the same sensitivities: the uniform prior of E has none
     let (a, b) = (single.prior_sensitivity().unwrap(), joint.prior_sensitivity().unwrap());
-    assert_eq!((a.len(), b.len()), (1, 1));
-    assert!(a[0].prior == 0.0 && b[0].prior == 0.0, "{a:?} {b:?}");
+    for found in [&a, &b] {
+        assert!(found.len() == 1 && found[0].parameter == "matrix.young_mpa", "{found:?}");
+        // rounding errors of the constant density
+        assert!(found[0].prior < 1e-5, "{found:?}");
+    }
     assert!(a[0].likelihood > 0.05, "{a:?}");
     assert!((a[0].likelihood - b[0].likelihood).abs() < 0.05, "{a:?} {b:?}");
 }

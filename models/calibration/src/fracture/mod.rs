@@ -115,7 +115,9 @@ impl Calibration {
     /// If a log density is not finite at a draw.
     pub fn prior_sensitivity(&self) -> Result<Vec<PriorSensitivity>, ppl::PowerScalingError> {
         let ln_likelihood = ln_likelihoods(&self.posterior, &self.forward, &self.specimens);
-        sensitivities(&self.posterior, ln_likelihood, &["theta"], &["sd", "corr"])
+        let inputs = &self.forward.inputs()[..self.priors.len()];
+        let names: Vec<String> = inputs.iter().map(|input| input.name.clone()).collect();
+        sensitivities(&self.posterior, &names, ln_likelihood, &["theta"], &["sd", "corr"])
     }
 
     /// Estimates the marginal likelihood of the specimens' quantities, relative to the means of the specimens, from the draws.

@@ -33,7 +33,7 @@ impl PriorSensitivity {
     }
 }
 
-/// Computes the sensitivities of the parameters `theta` of a posterior. `ln_likelihood` has the log likelihood at each draw, and
+/// Computes the sensitivities of the parameters `theta` of a posterior, whose names are `names`. `ln_likelihood` has the log likelihood at each draw, and
 /// `of_parameters` and `of_scatter` name the variables whose priors are scaled.
 ///
 /// # Errors
@@ -43,6 +43,7 @@ impl PriorSensitivity {
 /// Kallioinen, Paananen, Bürkner & Vehtari (2024), doi:10.1007/s11222-023-10366-5.
 pub(super) fn sensitivities(
     posterior: &Posterior,
+    names: &[String],
     ln_likelihood: Vec<f64>,
     of_parameters: &[&str],
     of_scatter: &[&str],
@@ -62,9 +63,10 @@ pub(super) fn sensitivities(
     let pareto_k = all.into_iter().filter(|k| k.is_finite()).fold(0.0, f64::max);
     let rows = by_parameters.rows.iter().zip(&by_scatter.rows);
     let sensitivity = |(row, scatter): (&SensitivityRow, &SensitivityRow)| {
-        let name = row.name.strip_prefix("theta[").and_then(|rest| rest.strip_suffix(']'));
+        let index = row.name.strip_prefix("theta[").and_then(|rest| rest.strip_suffix(']'));
+        let name = index.and_then(|index| names.get(index.parse::<usize>().ok()?));
         PriorSensitivity {
-            parameter: name.unwrap_or(&row.name).to_owned(),
+            parameter: name.unwrap_or(&row.name).clone(),
             prior: row.prior,
             scatter_prior: scatter.prior,
             likelihood: row.likelihood,

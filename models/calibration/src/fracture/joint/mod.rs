@@ -97,12 +97,13 @@ pub fn calibrate_tests(
     let mean = |i: usize| rows.iter().map(|row| row[i]).sum::<f64>() / rows.len() as f64;
     let mean: Vec<f64> = (0..prepared.names.len()).map(mean).collect();
     let variances = |(test, draws): (&PreparedTest, &TestDraws)| draws.variances_about(test, &rows);
+    let variances_between = prepared.tests.iter().zip(&draws).map(variances).collect();
     Ok(JointCalibration {
         posterior,
         map,
         mode,
         dependences: prepared.tests.iter().map(|test| test.dependences(&mean)).collect(),
-        variances_between: prepared.tests.iter().zip(&draws).map(variances).collect(),
+        variances_between,
         tests: draws,
         names: prepared.names.clone(),
         priors: prepared.priors.clone(),
@@ -123,7 +124,8 @@ impl JointCalibration {
             let own = draws.ln_likelihoods(test);
             ln_likelihood.iter_mut().zip(own).for_each(|(sum, own)| *sum += own);
         }
-        sensitivities(&self.posterior, ln_likelihood, &["theta", "spread"], &["sd", "partial"])
+        let (of_parameters, of_scatter) = (["theta", "spread"], ["sd", "partial"]);
+        sensitivities(&self.posterior, &self.names, ln_likelihood, &of_parameters, &of_scatter)
     }
 
     /// Estimates the marginal likelihood of the quantities of all tests, relative to the means of the specimens of each test,
