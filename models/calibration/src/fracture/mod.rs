@@ -33,7 +33,6 @@ use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use surrogate::{CoefficientPosterior, DynPce, Input};
 
-use crate::bridge::{BridgeError, MarginalLikelihood, marginal_likelihood};
 use crate::prior::Prior;
 use crate::qoi::Quantity;
 pub use error::CalibrationError;
@@ -46,7 +45,6 @@ pub use joint::{
 use likelihood::of_specimens;
 pub use population::Population;
 pub use sensitivity::PriorSensitivity;
-use sensitivity::{ln_likelihoods, sensitivities};
 pub use specimens::Specimens;
 pub use specimens::column_means;
 
@@ -106,29 +104,6 @@ pub struct Calibration {
     forward: DynPce,
     /// Priors of the parameters.
     priors: Vec<Prior>,
-}
-
-impl Calibration {
-    /// Computes the sensitivity of each parameter to its prior, to the priors of the scatter and to the data.
-    ///
-    /// # Errors
-    /// If a log density is not finite at a draw.
-    pub fn prior_sensitivity(&self) -> Result<Vec<PriorSensitivity>, ppl::PowerScalingError> {
-        let ln_likelihood = ln_likelihoods(&self.posterior, &self.forward, &self.specimens);
-        let inputs = &self.forward.inputs()[..self.priors.len()];
-        let names: Vec<String> = inputs.iter().map(|input| input.name.clone()).collect();
-        sensitivities(&self.posterior, &names, ln_likelihood, &["theta"], &["sd", "corr"])
-    }
-
-    /// Estimates the marginal likelihood of the specimens' quantities, relative to the means of the specimens, from the draws.
-    /// `seed` is the seed of the auxiliary draws.
-    ///
-    /// # Errors
-    /// The errors of [`marginal_likelihood`], and too few draws for the draws of a joint calibration of several tests.
-    pub fn marginal_likelihood(&self, seed: u64) -> Result<MarginalLikelihood, BridgeError> {
-        let model = calibration_on(&self.forward, &self.priors, &self.specimens);
-        marginal_likelihood(&model, &self.posterior.chains, seed)
-    }
 }
 
 /// Experimental data of the specimens, and the errors of the forward model.

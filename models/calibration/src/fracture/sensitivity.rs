@@ -1,4 +1,5 @@
-//! Sensitivity of the calibrated parameters to their priors, to the priors of the scatter and to the data, by power-scaling.
+//! Sensitivity of the calibrated parameters to their priors, to the priors of the scatter and to the data, by power-scaling;
+//! marginal likelihood of a calibration.
 
 use ppl::prelude::*;
 use ppl::{Posterior, PowerScaling, PowerScalingError, Sensitivity, SensitivityRow, Values};
@@ -7,6 +8,8 @@ use surrogate::DynPce;
 use super::likelihood::ln_density_of;
 use super::loo::draws_of;
 use super::specimens::Specimens;
+use super::{Calibration, calibration_on};
+use crate::bridge::{BridgeError, MarginalLikelihood, marginal_likelihood};
 
 /// Sensitivity of one parameter of a calibration.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,6 +33,29 @@ impl PriorSensitivity {
     pub fn diagnosis(&self) -> Sensitivity {
         let Self { prior, likelihood, .. } = *self;
         SensitivityRow { name: String::new(), prior, likelihood }.sensitivity()
+    }
+}
+
+impl Calibration {
+    /// Computes the sensitivity of each parameter to its prior, to the priors of the scatter and to the data.
+    ///
+    /// # Errors
+    /// If a log density is not finite at a draw.
+    pub fn prior_sensitivity(&self) -> Result<Vec<PriorSensitivity>, PowerScalingError> {
+        let ln_likelihood = ln_likelihoods(&self.posterior, &self.forward, &self.specimens);
+        let inputs = &self.forward.inputs()[..self.priors.len()];
+        let names: Vec<String> = inputs.iter().map(|input| input.name.clone()).collect();
+        sensitivities(&self.posterior, &names, ln_likelihood, &["theta"], &["sd", "corr"])
+    }
+
+    /// Estimates the marginal likelihood of the specimens' quantities, relative to the means of the specimens, from the draws.
+    /// `seed` is the seed of the auxiliary draws.
+    ///
+    /// # Errors
+    /// The errors of [`marginal_likelihood`], and too few draws for the draws of a joint calibration of several tests.
+    pub fn marginal_likelihood(&self, seed: u64) -> Result<MarginalLikelihood, BridgeError> {
+        let model = calibration_on(&self.forward, &self.priors, &self.specimens);
+        marginal_likelihood(&model, &self.posterior.chains, seed)
     }
 }
 
@@ -77,11 +103,7 @@ pub(super) fn sensitivities(
 }
 
 /// Log likelihood of the specimens at each draw of a posterior; NaN at draws where it cannot be computed.
-pub(super) fn ln_likelihoods(
-    posterior: &Posterior,
-    forward: &DynPce,
-    specimens: &Specimens,
-) -> Vec<f64> {
+fn ln_likelihoods(posterior: &Posterior, forward: &DynPce, specimens: &Specimens) -> Vec<f64> {
     let at_draw = |theta: &[f64], factor: &DynCholeskyFactor<f64>| {
         let expected = specimens.expected(forward, theta)?;
         ln_density_of(specimens, &expected, factor)

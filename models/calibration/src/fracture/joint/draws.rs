@@ -1,20 +1,15 @@
 //! Draws of the joint posterior for each test: the parameters of the test, its scatter and its correlations. All results
 //! of a single test are computed from these draws.
 
-use std::collections::BTreeMap;
 use std::ops::Range;
 
 use ppl::prelude::*;
 use ppl::{Group, Posterior, Record, Values};
-use rand::{Rng, SeedableRng};
-use rand_distr::StandardNormal;
-use rand_xoshiro::Xoshiro256PlusPlus;
 use serde::{Deserialize, Serialize};
 use surrogate::{DynPce, Input};
 
-use super::JointCalibration;
 use super::correlation::factor_of;
-use super::prepared::{InputValue, JointTests, PreparedTest};
+use super::prepared::{JointTests, PreparedTest};
 use crate::fracture::likelihood::ln_density_of;
 use crate::fracture::{
     Calibration, CalibrationError, Evidence, calibration_on, label, relative_to_means,
@@ -130,43 +125,6 @@ impl TestDraws {
     }
 }
 
-impl JointCalibration {
-    /// Draws of the inputs of the surrogate in a test that was not calibrated, one row per draw. The test is like the
-    /// calibrated test at the index `like`: it has the shared parameters and the parameters of this test alone. A varying
-    /// parameter has a new value about its centre or trend. A trend is evaluated at the value `at` of its variable, by the name
-    /// of the parameter; values beyond the calibrated tests extrapolate the trend within the range of the prior.
-    pub fn draws_in_new_test(
-        &self,
-        like: usize,
-        at: &BTreeMap<String, f64>,
-        seed: u64,
-    ) -> Vec<Vec<f64>> {
-        let mut test = self.model.tests[like].clone();
-        for (value, input) in test.values.iter_mut().zip(&test.inputs) {
-            let known = self.model.trends.get(&input.name).zip(at.get(&input.name));
-            if let (InputValue::Trend(_, position), Some((trend, &value))) = (value, known) {
-                *position = trend.position(value);
-            }
-        }
-        let group = &self.posterior.posterior;
-        let count = group.chains * group.draws;
-        let rows = |name: &str| {
-            let data = group.get(name).map_or(&[][..], |values| &values.data);
-            (0..count).map(move |draw| {
-                let size = data.len() / count.max(1);
-                &data[draw * size..(draw + 1) * size]
-            })
-        };
-        let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
-        let mut draw = |(theta, spread): (&[f64], &[f64])| {
-            let deviations: Vec<f64> =
-                spread.iter().map(|sd| sd * rng.sample::<f64, _>(StandardNormal)).collect();
-            within(&test, test.point(theta, &deviations))
-        };
-        rows("theta").zip(rows("spread")).map(&mut draw).collect()
-    }
-}
-
 impl TestDraws {
     /// Log likelihood of the specimens of the test at each draw; NaN at draws where it cannot be computed.
     pub(super) fn ln_likelihoods(&self, test: &PreparedTest) -> Vec<f64> {
@@ -206,7 +164,7 @@ fn point_within(test: &PreparedTest, places: &Places, unknowns: &Unknowns<'_>) -
 }
 
 /// Moves values of the surrogate's inputs inside their box.
-fn within(test: &PreparedTest, point: Vec<f64>) -> Vec<f64> {
+pub(super) fn within(test: &PreparedTest, point: Vec<f64>) -> Vec<f64> {
     let within = |(value, input): (f64, &Input)| {
         let margin = 1e-12 * (input.upper - input.lower);
         value.clamp(input.lower + margin, input.upper - margin)

@@ -4,10 +4,12 @@
 //! 2. `prepared`: the tests, and the parameters of the joint model
 //! 3. `model`: the joint model
 //! 4. `draws`: draws of the joint posterior for each test
+//! 5. `new_test`: draws for a test that was not calibrated
 
 mod correlation;
 mod draws;
 mod model;
+mod new_test;
 mod prepared;
 #[cfg(test)]
 mod tests;
