@@ -142,8 +142,8 @@ fn a_held_out_test_that_the_joint_posterior_misses_is_contradicted() {
     run(dir.path(), &["--threads", "2"]);
     let results = dir.path().join("results");
     assert_eq!(verdicts(&results, "double"), [["triple", "simulations", "contradicted"]]);
-    let verdict = &row_of(&results, "verdict.csv", "k1")["verdict"];
-    assert_eq!(verdict, "identified, validation failed");
+    let verdict = std::fs::read_to_string(results.join("verdict.csv")).unwrap();
+    assert!(verdict.trim_end().ends_with("\"identified, validation failed\""), "{verdict}");
     let warnings = std::fs::read_to_string(results.join("warnings.txt")).unwrap();
     assert!(warnings.contains("double: ") && warnings.contains("triple"), "{warnings}");
 }
