@@ -67,8 +67,9 @@ pub use breccia_calibration::{
     calibrate_groups, calibration_on, hyperelastic, tension, viscoplastic,
 };
 use breccia_calibration::{
-    budget, curve_check, error, experiment, fracture, further_test, machine, predicted_curve,
-    prior, qoi, record, same_test, specimen_files, table, table_format, validation,
+    bridge, budget, curve_check, error, experiment, fracture, further_test, machine,
+    predicted_curve, prior, qoi, record, same_test, specimen_files, table, table_format,
+    validation,
 };
 pub use case::{Case, CaseFile, SimulationParts, Target, TargetError, VirtualCase};
 pub use cli::program;

@@ -109,6 +109,34 @@ fn two_tests_are_calibrated_together_in_folders_of_their_own() {
         table(&out.join("map.csv")).iter().map(|row| row["parameter"].clone()).collect();
     assert!(names.contains(&"matrix.young_mpa (fast)".to_owned()), "{names:?}");
     assert!(names.contains(&"matrix.young_mpa (slow)".to_owned()), "{names:?}");
+
+    // a parameter that is a power of the rate: its values at both rates, and its value in each test
+    let text = fast_and_slow().replace(
+        "[calibration]\n",
+        "[calibration]\nbetween_tests.matrix.young_mpa = { trend = \"rate\" }\n",
+    );
+    std::fs::write(dir.path().join("two.toml"), text).unwrap();
+    let (code, _, err) = breccia(dir.path(), &["run", "two.toml", "--out", "results"]);
+    assert_eq!(code, Some(0), "{err}");
+    let joint = table(&out.join("posterior.csv"));
+    let ends: Vec<&String> =
+        joint[0].keys().filter(|name| name.starts_with("matrix.young_mpa (at ")).collect();
+    assert!(ends.len() == 2 && ends.iter().all(|name| name.ends_with(" 1/s)")), "{ends:?}");
+    // the two tests are the ends of the trend
+    for test in ["fast", "slow"] {
+        let own = table(&out.join(format!("tests/{test}/posterior.csv")));
+        let is_end = |end: &&String| {
+            let pairs = own.iter().zip(&joint);
+            let gap = |(own, joint): (&BTreeMap<String, String>, &BTreeMap<String, String>)| {
+                (number(own, "matrix.young_mpa") / number(joint, end) - 1.0).abs()
+            };
+            pairs.map(gap).all(|gap| gap < 1e-6)
+        };
+        assert_eq!(ends.iter().filter(|end| is_end(end)).count(), 1, "{test}");
+    }
+    assert_eq!(table(&out.join("sensitivity.csv")).len(), 4);
+    let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(page.contains("matrix E (MPa), at ") || page.contains("E (MPa), at "), "no label");
 }
 
 #[test]

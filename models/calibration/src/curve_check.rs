@@ -19,6 +19,8 @@ use origin::{force_zero, late_load, late_onset_mm, preload, toe, toe_mm};
 use spikes::spikes;
 use times::times;
 
+/// Name of the finding of a curve without slope or peak.
+pub const NO_QUANTITIES: &str = "no-quantities";
 /// Smallest number of readings before the peak that is not reported as sparse.
 const SPARSE: usize = 10;
 /// Largest gap between readings before the peak, as a fraction of the displacement at peak; a wider gap is reported.
@@ -197,7 +199,7 @@ impl InspectedCurve {
 
 fn without_quantities(reason: &QoiError) -> Finding {
     Finding {
-        name: "no-quantities",
+        name: NO_QUANTITIES,
         value: f64::NAN,
         problem: reason.to_string(),
         help: "Correct the curve, or remove the specimen from the table.",

@@ -129,7 +129,7 @@ pub struct TestAtDraw {
 /// let draws: Vec<Vec<f64>> = (0..10_001).map(|i| vec![width * f64::from(i) / 1e4]).collect();
 /// let belief = Belief::of_draws(&[Prior::uniform(0.0, width)], &draws)?;
 /// let draw = TestAtDraw { jacobian: vec![vec![1.0]], scatter: vec![vec![1.0]] };
-/// let test = FurtherTest { draws: vec![draw], shared: vec![vec![0.0]], seen: 0 };
+/// let test = FurtherTest { draws: vec![draw], shared: vec![vec![0.0]], seen: Vec::new() };
 ///
 /// // n specimens reduce the variance by the fraction n/(n + 1)
 /// assert!((test.expected(&belief, 4)?[0].contraction - 0.8).abs() < 1e-3);
@@ -147,9 +147,9 @@ pub struct FurtherTest {
     /// Covariance S of the error that all specimens of the test share, quantities × quantities. This error does not
     /// decrease with the number of specimens.
     pub shared: Vec<Vec<f64>>,
-    /// Number of specimens of the same test that the present posterior already includes. These specimens share one
-    /// error with further specimens.
-    pub seen: usize,
+    /// Specimens of the same test that the present posterior already includes: the indices of the recorded quantities of
+    /// each specimen. These specimens share one error with further specimens.
+    pub seen: Vec<Vec<usize>>,
 }
 
 /// Expected posterior of one parameter.
@@ -280,12 +280,32 @@ impl FurtherTest {
             draw.jacobian[m][i] * belief.prior_sd[i]
         });
         let scatter = matrix(&draw.scatter);
+        let size = scatter.nrows();
+        let complete = self.seen.iter().filter(|recorded| recorded.len() == size).count();
+        // sum over the specimens that lack quantities of Hᵀ Σ_k⁻¹ H, where H selects the recorded quantities and Σ_k is
+        // their covariance
+        let mut incomplete = DMatrix::zeros(size, size);
+        for recorded in self.seen.iter().filter(|recorded| recorded.len() < size) {
+            let part = scatter.select_rows(recorded).select_columns(recorded);
+            let inverse = Cholesky::new(part)?.inverse();
+            for (a, &i) in recorded.iter().enumerate() {
+                recorded.iter().enumerate().for_each(|(b, &j)| {
+                    incomplete[(i, j)] += inverse[(a, b)];
+                });
+            }
+        }
         let information = |n: usize| -> Option<DMatrix<f64>> {
-            let covariance: Cholesky<f64, Dyn> = Cholesky::new(&scatter / n as f64 + shared)?;
-            Some(jacobian.transpose() * covariance.solve(&jacobian))
+            if complete == self.seen.len() {
+                let covariance: Cholesky<f64, Dyn> = Cholesky::new(&scatter / n as f64 + shared)?;
+                return Some(jacobian.transpose() * covariance.solve(&jacobian));
+            }
+            // with the precision P of the mean response without S, the precision with S is P (1 + S P)⁻¹ = (1 + P S)⁻¹ P
+            let precision = &incomplete + Cholesky::new(scatter.clone())?.inverse() * n as f64;
+            let within = DMatrix::identity(size, size) + &precision * shared;
+            Some(jacobian.transpose() * within.lu().solve(&(precision * &jacobian))?)
         };
-        let all = information(self.seen + specimens)?;
-        if self.seen == 0 { Some(all) } else { Some(all - information(self.seen)?) }
+        let all = information(complete + specimens)?;
+        if self.seen.is_empty() { Some(all) } else { Some(all - information(complete)?) }
     }
 
     fn check(&self, belief: &Belief) -> Result<(), FurtherTestError> {

@@ -22,7 +22,7 @@
 //!
 //! 1. `error`, `table`, `record`, `table_format`: errors in files, small tables, records of testing machines, tables
 //!    saved from spreadsheets
-//! 2. `branch`, `prior`, `experiment`, `same_test`, `specimen_files`, `qoi`, `machine`: priors of parameters, specimens with their
+//! 2. `branch`, `bridge`, `prior`, `experiment`, `same_test`, `specimen_files`, `qoi`, `machine`: priors of parameters, specimens with their
 //!    curves and files, quantities of interest, testing machines
 //! 3. `curve_check`: findings on a measured curve
 //! 4. `fracture`, `hyperelastic`, `tension`, `viscoplastic`: calibration models, each the pattern that a user copies, and
@@ -33,6 +33,8 @@
 // hidden modules: `models` uses their items but does not re-export them, so that they are not part of the interface
 #[doc(hidden)]
 pub mod branch;
+#[doc(hidden)]
+pub mod bridge;
 #[doc(hidden)]
 pub mod budget;
 #[doc(hidden)]
@@ -70,13 +72,14 @@ pub mod validation;
 pub mod viscoplastic;
 
 pub use branch::{Branch, BranchKind};
+pub use bridge::{BridgeError, MarginalLikelihood, marginal_likelihood};
 pub use error::InputError;
 pub use experiment::{Specimen, SpecimenTable, TestCurve};
 pub use fracture::{
     BetweenTests, Calibration, CalibrationError, Evidence, Groups, JointCalibration, JointTest,
-    JointTests, Pooling, Population, Specimens, TestDraws, TestGroup, Trend, calibrate,
-    calibrate_after, calibrate_groups, calibrate_tests, calibration_of_draws, calibration_on,
-    calibration_over_groups, calibration_over_tests,
+    JointTests, Pooling, Population, PriorSensitivity, Specimens, TestDraws, TestGroup, Trend,
+    TrendOverTests, calibrate, calibrate_after, calibrate_groups, calibrate_tests,
+    calibration_of_draws, calibration_on, calibration_over_groups, calibration_over_tests,
 };
 pub use further_test::{Belief, Expected, FurtherTest, FurtherTestError, Goal, Needed, TestAtDraw};
 pub use machine::Machine;

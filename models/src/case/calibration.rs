@@ -176,6 +176,9 @@ pub struct CalibrationCase {
     pub target_accept: f64,
     /// Seed of the chains.
     pub seed: u64,
+    /// Whether the marginal likelihood (evidence) is estimated.
+    #[serde(skip_serializing_if = "is_false")]
+    pub evidence: bool,
     /// Prior of the systematic error of the model.
     #[serde(skip_serializing_if = "DiscrepancyCase::is_empty")]
     pub discrepancy: DiscrepancyCase,
@@ -217,6 +220,10 @@ fn is_without_relations(between_tests: &ByParameter<BetweenTestsCase>) -> bool {
     between_tests.parameters().len() == 0
 }
 
+fn is_false(is_set: &bool) -> bool {
+    !is_set
+}
+
 fn is_zero(n: &usize) -> bool {
     *n == 0
 }
@@ -238,6 +245,7 @@ struct WrittenCalibration {
     thin: Option<usize>,
     target_accept: Option<f64>,
     seed: Option<u64>,
+    evidence: bool,
     discrepancy: DiscrepancyCase,
     between_tests: ByParameter<BetweenTestsCase>,
     joint: Option<PathBuf>,
@@ -285,6 +293,7 @@ impl TryFrom<WrittenCalibration> for CalibrationCase {
             thin: written.thin.unwrap_or(thin),
             target_accept: written.target_accept.unwrap_or(default.target_accept),
             seed: written.seed.unwrap_or(default.seed),
+            evidence: written.evidence,
             discrepancy: written.discrepancy,
             between_tests: written.between_tests,
             joint: written.joint,
@@ -390,6 +399,7 @@ impl Default for CalibrationCase {
             thin: 1,
             target_accept: 0.95,
             seed: 7,
+            evidence: false,
             discrepancy: DiscrepancyCase::default(),
             between_tests: ByParameter::default(),
             joint: None,

@@ -11,14 +11,16 @@ use crate::error::InputError;
 use crate::qoi::Quantity;
 
 /// Tables that a candidate test may change. All other tables are fixed, because they define the calibration.
-const TABLES: [&str; 9] = [
+const TABLES: [&str; 11] = [
     "specimen",
     "material",
     "interface",
     "phase_field",
     "test",
+    "machine",
     "conditions",
     "solver",
+    "simulator",
     "design",
     "fidelity",
 ];
@@ -43,6 +45,9 @@ pub struct FurtherTestsCase {
 pub struct CandidateCase {
     /// Name of the candidate.
     pub name: String,
+    /// With `[[tests]]`: name of the test that the candidate changes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub test: Option<String>,
     /// Quantities that the curves of the candidate supply. If the candidate is the present test, these quantities are
     /// added to the quantities that the case compares; by default, no quantity is added. If the candidate is another
     /// test, the default is the quantities that the case compares.
@@ -194,6 +199,10 @@ impl CaseFile {
             let refuse = |rest: &str, value: &str, problem: &str, help: &str| {
                 Err(self.error(&place(rest), value, problem, help))
             };
+            if let Some(test) = &candidate.test {
+                let problem = "names a test of [[tests]], and the case has one test";
+                return refuse(".test", &format!("{test:?}"), problem, "Remove it.");
+            }
             if names.contains(&candidate.name.as_str()) || candidate.name.trim().is_empty() {
                 let help = "Give each candidate a name of its own.";
                 return refuse(".name", "", "is taken", help);
@@ -245,21 +254,29 @@ impl CaseFile {
                 let key = format!(".scatter_percent.{quantity}");
                 return refuse(&key, "", "is missing", help);
             }
-            if !self.case.is_built_in() {
-                let help = "Name further quantities of the present results, or calibrate the other test as a case.";
-                return refuse(".set", "", "needs the built-in simulation", help);
+            if self.case.design.import.is_some() {
+                let help = "Give [simulator], which can make these runs.";
+                return refuse(
+                    ".set",
+                    "",
+                    "needs runs, and the runs of this case are imported",
+                    help,
+                );
             }
             let own = self.of_candidate(candidate)?;
             let is_made_anew = match own.geometry()? {
-                SpecimenGeometry::Mesh { .. } | SpecimenGeometry::Absent => true,
-                SpecimenGeometry::Cylinder { grains: Some(_), .. } => {
-                    own.case.design.microstructure == Microstructure::PerRun
+                SpecimenGeometry::Mesh { .. }
+                | SpecimenGeometry::Absent
+                | SpecimenGeometry::Surfaces { .. }
+                | SpecimenGeometry::Cylinder { scan: None, .. } => true,
+                // grains of a scan are those of the calibrated specimen, unless each run has a packing
+                SpecimenGeometry::Cylinder { grains, .. } => {
+                    grains.is_some() && own.case.design.microstructure == Microstructure::PerRun
                 }
-                _ => false,
+                SpecimenGeometry::Image { .. } => false,
             };
             if own.case.specimen != self.case.specimen && !is_made_anew {
-                let help =
-                    "Give a mesh file, or a packing with design.microstructure = \"per-run\".";
+                let help = "The grains of this case are found in an image. Give a mesh file, or a packing without a scan.";
                 return refuse(".set", "specimen", "makes no mesh of its own", help);
             }
         }

@@ -34,6 +34,7 @@ mod target;
 mod template;
 #[cfg(test)]
 mod tests;
+mod trend_values;
 mod validate;
 mod validation;
 
@@ -49,7 +50,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::prior::PriorBounds;
 use crate::qoi::Quantity;
-pub use between_tests::BetweenTestsCase;
+pub use between_tests::{BetweenTestsCase, TrendCase, TrendVariable};
 pub(crate) use calibration::QoiComparison;
 pub use calibration::{
     CalibrationCase, ConfirmCase, DesignCase, DesignSample, DiscrepancyCase, ExtendCase,
@@ -86,6 +87,7 @@ pub use simulator::SimulatorCase;
 pub use target::{Parameter, SimulationParts, Target, TargetError};
 pub(crate) use target::{Property, TargetRegistry};
 pub(crate) use template::{Template, Value};
+pub(crate) use trend_values::TrendValues;
 pub use validation::ValidationCase;
 pub(crate) use validation::{has_surrogate_for, validation_case};
 

@@ -5,14 +5,14 @@ use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use super::overlay::{merge, nested, remove};
-use super::{Case, CaseFile, PriorCase};
+use super::{ByParameter, CandidateCase, Case, CaseFile, PriorCase, ValidationCase};
 use crate::error::InputError;
 
 /// Tables that a test cannot change, because these tables define the joint calibration.
 const JOINT: [&str; 6] = ["prior", "extend", "parameters", "tests", "validation", "further_tests"];
 
 /// Keys of `[calibration]` that a test cannot change, because the joint calibration has one sampler and one model.
-const JOINT_CALIBRATION: [&str; 10] = [
+const JOINT_CALIBRATION: [&str; 11] = [
     "sampling",
     "chains",
     "warmup",
@@ -21,6 +21,7 @@ const JOINT_CALIBRATION: [&str; 10] = [
     "thin",
     "target_accept",
     "seed",
+    "evidence",
     "between_tests",
     "joint",
 ];
@@ -192,11 +193,24 @@ fn overlaid(file: &CaseFile, entry: &TestEntry) -> (Option<Table>, Vec<InputErro
     let mut refuse = |place: &str, key: &str, problem: &str, help: String| {
         mistakes.push(InputError::new(&file.path, place, key, problem, help));
     };
-    let mut case = Case { tests: Vec::new(), validation: Vec::new(), ..file.case.clone() };
+    let mut case = Case { tests: Vec::new(), ..file.case.clone() };
     case.calibration.between_tests = Default::default();
+    case.validation = validations_of(file, entry);
+    let of_test =
+        |candidate: &mut CandidateCase| candidate.test.take().as_ref() == Some(&entry.name);
+    case.further_tests.candidate.retain_mut(of_test);
     let mut prior = case.prior.take().unwrap_or_default();
     entry.prior.iter().for_each(|(parameter, own)| prior.insert(parameter.clone(), *own));
     case.prior = Some(prior);
+    // a width can be wanted of a parameter that another test alone has
+    let mut widths = ByParameter::default();
+    let whole = case.whole_prior().unwrap_or_default();
+    for (parameter, width) in case.further_tests.width90.iter() {
+        if whole.get(parameter).is_some() {
+            widths.insert(parameter.clone(), *width);
+        }
+    }
+    case.further_tests.width90 = widths;
     for (parameter, _) in entry.prior.iter() {
         if case.parameters.contains_key(&parameter.to_string()) {
             let help = "Write one prior in [parameters] for all tests.".to_owned();
@@ -250,6 +264,37 @@ fn overlaid(file: &CaseFile, entry: &TestEntry) -> (Option<Table>, Vec<InputErro
     }
     merge(&mut table, &entry.set);
     (Some(table).filter(|_| mistakes.is_empty()), mistakes)
+}
+
+/// The validations of a test. Their seeds of virtual specimens and of designs differ from those of all tests.
+fn validations_of(file: &CaseFile, entry: &TestEntry) -> Vec<ValidationCase> {
+    let case = &file.case;
+    let own = case.validation.iter().enumerate();
+    let own = own.filter(|(_, validation)| validation.test.as_ref() == Some(&entry.name));
+    let seeded = |(place, validation): (usize, &ValidationCase)| {
+        let mut validation = ValidationCase { test: None, ..validation.clone() };
+        // beyond the seeds of all tests
+        let later = (case.tests.len() + place) as u64;
+        let seed = |seed: u64| Value::Integer((seed.wrapping_add(later) as i64) & i64::MAX);
+        let specimens = case.experiments.as_ref().and_then(|own| own.virtual_specimens.as_ref());
+        let names_specimens = ["table", "values"]
+            .iter()
+            .any(|key| at(&validation.set, &format!("experiments.{key}")).is_some());
+        let seeds = [
+            ("design.seed", Some(case.design.seed)),
+            (
+                "experiments.virtual.seed",
+                specimens.map(|own| own.seed).filter(|_| !names_specimens),
+            ),
+        ];
+        for (key, base) in seeds {
+            if let (Some(base), None) = (base, at(&validation.set, key)) {
+                merge(&mut validation.set, &nested(key, seed(base)));
+            }
+        }
+        validation
+    };
+    own.map(seeded).collect()
 }
 
 /// Value at a dotted path.
@@ -425,7 +470,7 @@ mod tests {
         let between = |relation: &str| format!("[calibration]\nbetween_tests.{relation}\n");
         // replacements in the text of the case, and texts that the error message must contain
         type Mistake<'a> = (&'a [(&'a str, &'a str)], &'a [&'a str]);
-        let cases: [Mistake<'_>; 18] = [
+        let cases: [Mistake<'_>; 21] = [
             (&[("name = \"slow\"", "name = \"fast\"")], &["tests[1].name", "two tests"]),
             (&[("name = \"slow\"", "name = \"../slow\"")], &["tests[1].name", "letters, digits"]),
             (
@@ -475,6 +520,28 @@ mod tests {
             (
                 &[("[calibration]\n", &between("matrix.young_mpa = { varies-percent = 500.0 }"))],
                 &["calibration.between_tests.matrix.young_mpa = 500"],
+            ),
+            (
+                &[("[calibration]\n", &between("matrix.young_mpa = { trend = \"temperature\" }"))],
+                &[
+                    "calibration.between_tests.matrix.young_mpa",
+                    "follows the temperature, but fast has none",
+                    "set.test.temperature_celsius",
+                ],
+            ),
+            (
+                &[
+                    ("[calibration]\n", &between("matrix.young_mpa = { trend = \"rate\" }")),
+                    (
+                        "displacement_mm = 0.06, duration_s = 16.0",
+                        "displacement_mm = 0.44, duration_s = 2.0",
+                    ),
+                ],
+                &["follows the rate, but all tests have"],
+            ),
+            (
+                &[("[calibration]\n", &between("matrix.young_mpa = { trend = \"tempo\" }"))],
+                &["tempo", "temperature"],
             ),
             (
                 &[(

@@ -39,6 +39,9 @@ const SPECIMENS: [(&str, &[&str]); 3] = [
 pub struct ValidationCase {
     /// Name of the validation, and of its folder.
     pub name: String,
+    /// With `[[tests]]`: name of the test that the validation is compared with or changes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub test: Option<String>,
     /// Number of posterior draws at which the test is simulated. Not used if the surrogate predicts the test.
     #[serde(default = "twenty_four")]
     pub draws: usize,

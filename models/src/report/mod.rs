@@ -24,9 +24,9 @@ pub(crate) use page::{JointResults, WithoutTest, joint_page, page};
 pub(crate) use results::{
     BandEnd, CalibratedParameter, ChangedKey, DamageModel, DamageState, Finding, FurtherExpected,
     FurtherNeeded, FurtherParameter, FurtherTestResult, InputFile, LeftOut, MOST_SHIFT, Methods,
-    Misfit, OrderErrors, Picture, PictureContent, Points, PredictedBand, Provenance, Qoi,
-    Qualifier, QuantityMisfit, Results, SpecimenFacts, Summarised, ValidatedQuantity,
-    ValidationCoverage, ValidationResult, ValidationVerdict, mean,
+    Misfit, OrderErrors, ParameterSensitivity, Picture, PictureContent, Points, PredictedBand,
+    Provenance, Qoi, Qualifier, QuantityMisfit, Results, SpecimenFacts, Summarised,
+    ValidatedQuantity, ValidationCoverage, ValidationResult, ValidationVerdict, mean,
 };
 pub(crate) use specimen_figures::{grain_sizes, mesh_quality};
 pub(crate) use study::{ComparedCase, Pair, StudyResults, Variant, study_page};

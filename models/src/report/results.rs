@@ -78,6 +78,10 @@ pub(crate) struct Results {
     pub(crate) parameters: Vec<CalibratedParameter>,
     /// Contributions to the posterior variance of each parameter: its label, and the sources with their shares.
     pub(crate) budget: Vec<(String, Vec<(String, f64)>)>,
+    /// Influence of the priors on each parameter; empty if it is not known.
+    pub(crate) sensitivities: Vec<ParameterSensitivity>,
+    /// Logarithm of the marginal likelihood and its standard error; `None` if it was not estimated.
+    pub(crate) evidence: Option<[f64; 2]>,
     /// Summary of every sampled quantity.
     pub(crate) summary: Vec<Summarised>,
     /// Number of divergent transitions of all chains after warmup.
@@ -413,6 +417,17 @@ impl CalibratedParameter {
         let (all, at_bound) = (self.draws().count(), self.draws().filter(|&x| near(x)).count());
         near(self.map) || at_bound as f64 > MOST_AT_BOUND * all as f64
     }
+}
+
+/// Influence of the priors on one parameter.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ParameterSensitivity {
+    /// Label of the parameter.
+    pub(crate) label: String,
+    /// Sensitivity to the priors of the parameters, to the priors of the scatter, and to the likelihood.
+    pub(crate) sensitivities: [f64; 3],
+    /// Diagnosis from the sensitivities.
+    pub(crate) diagnosis: String,
 }
 
 /// Mean of the values; NaN if there are none.

@@ -223,6 +223,8 @@ impl<'a> Shift<'a> {
             parameters: results.parameters,
             reference,
             qois: results.qois,
+            densities: results.loo.into_iter().map(|one| (one.specimen, one.elpd)).collect(),
+            evidence: results.evidence,
             reference_errors: case.reference.percent_error.clone(),
             warnings: results.warnings,
         })
@@ -258,7 +260,8 @@ fn tested_for<'t>(
 fn specimens_from(file: &CaseFile) -> Option<String> {
     let experiments = file.case.experiments.as_ref()?;
     let group = experiments.group.as_deref().unwrap_or_default();
-    experiments.table.as_ref().map(|table| format!("{} {group}", table.display()))
+    let table = experiments.table.as_ref().or(experiments.values.as_ref());
+    table.map(|table| format!("{} {group}", table.display()))
 }
 
 /// Returns a case in which the specimens of its laboratory replace its own experiments.

@@ -16,6 +16,7 @@ use super::gate::check_range;
 use super::influence::write_influence;
 use super::inputs::Inputs;
 use super::predicted_curves::write_predicted_curves;
+use super::prior_sensitivity::{write_evidence, write_sensitivity};
 use super::task::Task;
 use super::uncertainty::{Budget, SharedError, budget};
 use super::virtual_inputs;
@@ -97,6 +98,11 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     task.on_threads(settings.chains, |threads| {
         write_influence(task, &result, &sampler.threads(threads), burn_in, &ids, &prior)
     })?;
+    if settings.joint.is_none() {
+        // for draws of several tests, the joint stage writes these files
+        write_sensitivity(task, result.prior_sensitivity())?;
+        write_evidence(task, |seed| result.marginal_likelihood(seed))?;
+    }
     write_fit(task, &fitted, posterior, &evidence, &shared, &result.map)?;
     let budget = budget(&fitted, &priors, posterior, &evidence, &shared)?;
     if let Some(budget) = &budget {
@@ -105,7 +111,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
             budget.write(task)?;
             warnings.extend(unreached(inputs, budget));
         }
-        warnings.extend(budget.warning(&summary, pce.outputs(), evidence.qois.len()));
+        warnings.extend(budget.warning(&summary, pce.outputs(), &evidence));
     }
     let draws =
         |name: &str| posterior.trace(&format!("theta[{name}]")).unwrap_or_default().concat();

@@ -17,7 +17,7 @@ use super::specimen::{import_notes, imported_grains, imported_mesh};
 use super::specimen_checks::{InspectedSpecimens, inspect};
 use super::specimen_quantities::{SpecimenNames, compared};
 use super::stage::Stage;
-use super::validation_folders::refuse_calibrated;
+use super::validation_folders::{refuse_calibrated, refuse_calibrated_by_others};
 use crate::case::{
     CaseFile, ProgramPointCase, SingleTest, SpecimenGeometry, has_surrogate_for, single_tests,
     validation_case,
@@ -76,6 +76,9 @@ impl CaseCheck {
         let names: Vec<&str> = file.case.tests.iter().map(|test| test.name.as_str()).collect();
         self.say("tests", names.join(", "));
         let Ok(tests) = single_tests(file) else { return };
+        if let Err(mistake) = refuse_calibrated_by_others(&tests) {
+            self.fail(mistake);
+        }
         let mut costs = Vec::new();
         for SingleTest { name, file, own: separate } in tests {
             let mut check = Self::of_calibration(&file);
@@ -89,6 +92,7 @@ impl CaseCheck {
             self.mistakes.extend(check.mistakes.iter().map(named));
             costs.extend(check.cost);
             self.tests.push((name, check.understood));
+            self.tests.extend(check.tests);
         }
         let total = ExpectedCost::sum(&costs.iter().collect::<Vec<_>>());
         self.say("cost", format!("{} (all tests together)", total.total()));
@@ -340,7 +344,10 @@ impl CaseCheck {
             // the check of the case reports a missing file
             if path.is_file() {
                 match measured_specimens(file, &path, self.least_specimens()) {
-                    Ok(table) => self.table(&path, &table, None),
+                    Ok((table, warnings)) => {
+                        self.table(&path, &table, None);
+                        self.notes.extend(warnings);
+                    }
                     Err(mistake) => self.fail(mistake),
                 }
             }
@@ -451,10 +458,14 @@ impl CaseCheck {
     fn means(&mut self, file: &CaseFile, table: &SpecimenTable, mesh: Option<MeshSize>) {
         let qoi = &file.case.qoi_comparison();
         let values = table.specimens.iter();
-        let values = values.filter_map(|s| compared(s, mesh, qoi, &qoi.quantities).ok());
+        let values = values.map(|s| compared(s, mesh, qoi, &qoi.quantities).values);
         let values: Vec<Vec<f64>> = values.collect();
-        for (m, quantity) in qoi.quantities.iter().enumerate().filter(|_| !values.is_empty()) {
-            let column: Vec<f64> = values.iter().map(|row| row[m]).collect();
+        for (m, quantity) in qoi.quantities.iter().enumerate() {
+            let column: Vec<f64> =
+                values.iter().map(|row| row[m]).filter(|value| !value.is_nan()).collect();
+            if column.is_empty() {
+                continue;
+            }
             let low = column.iter().copied().fold(f64::INFINITY, f64::min);
             let high = column.iter().copied().fold(f64::NEG_INFINITY, f64::max);
             let (name, mean) = (quantity.column(), mean(&column));

@@ -46,7 +46,8 @@ pub(super) fn source_in_words(file: &CaseFile) -> Result<Vec<(&'static str, Stri
     Ok(lines)
 }
 
-/// Reads the table of measured quantities and returns its specimens, which have no curves.
+/// Reads the table of measured quantities and returns its specimens, which have no curves, and the warnings about missing
+/// quantities.
 ///
 /// # Errors
 /// Fails if the table cannot be used, or if the chosen group has fewer than `least` specimens.
@@ -54,7 +55,7 @@ pub(super) fn measured_specimens(
     file: &CaseFile,
     path: &Path,
     least: usize,
-) -> Result<SpecimenTable, WorkflowError> {
+) -> Result<(SpecimenTable, Vec<String>), WorkflowError> {
     let quantities = &file.case.compared_quantities();
     let mut specimens = read_measured(path, quantities)?;
     let folder = file.path.parent().map_or_else(PathBuf::new, Path::to_owned);
@@ -62,6 +63,6 @@ pub(super) fn measured_specimens(
     let table = without_curves(&specimens);
     let chosen = experiment_inputs::chosen(&inputs, table.clone())?;
     specimens.retain(|measured| chosen.specimens.iter().any(|specimen| specimen.id == measured.id));
-    check_measured(path, quantities, &specimens, least)?;
-    Ok(table)
+    let warnings = check_measured(path, quantities, &specimens, least)?;
+    Ok((table, warnings))
 }

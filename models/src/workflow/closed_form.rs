@@ -33,14 +33,15 @@ pub(super) fn far_from_closed_form(
     let mut quantities = qoi.quantities.clone();
     quantities.sort_by_key(|quantity| unit_rank(quantity.unit()));
     let distance = |specimen: &Specimen| {
-        // `inspect` reports curves from which quantities cannot be computed
-        let values = compared(specimen, Some(mesh), qoi, &quantities).ok()?;
-        quantities.iter().zip(values).find_map(|(quantity, value)| {
-            let [low, high] = form.range(&**quantity, mesh.height_mm, mesh.radius_mm)?;
-            let name = quantity.column().into_owned();
-            let range = Range { name, value, reached: [low / GENEROUS, high * GENEROUS] };
-            (!range.is_inside()).then_some(range)
-        })
+        let values = compared(specimen, Some(mesh), qoi, &quantities).values;
+        quantities.iter().zip(values).filter(|(_, value)| !value.is_nan()).find_map(
+            |(quantity, value)| {
+                let [low, high] = form.range(&**quantity, mesh.height_mm, mesh.radius_mm)?;
+                let name = quantity.column().into_owned();
+                let range = Range { name, value, reached: [low / GENEROUS, high * GENEROUS] };
+                (!range.is_inside()).then_some(range)
+            },
+        )
     };
     let far = |specimen| Some((specimen, distance(specimen)?));
     let mut all = table.specimens.iter().filter_map(far);

@@ -15,12 +15,11 @@ use super::simulator::{Simulator, recorded_run};
 use super::specimen::packed_mesh;
 use super::specimen_checks::checked;
 use super::specimen_images::{scan, stiffness_ratios};
-use super::specimen_quantities::compared;
+use super::specimen_quantities::{cell, compared};
 use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
 use super::virtual_inputs;
 use crate::case::{ByParameter, Parameter, QoiComparison, SpecimenGeometry};
-use crate::error::InputError;
 use crate::experiment::{Specimen, SpecimenTable, TestCurve};
 use crate::qoi::Qois;
 use crate::virtual_specimen::VirtualSpecimen;
@@ -43,11 +42,8 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     };
     let comparison = Comparison { mesh, qoi: inputs.qoi() };
     let table = checked(task, experiment_inputs::chosen(inputs, table)?, mesh)?;
-    let mut rows = table
-        .specimens
-        .iter()
-        .map(|specimen| comparison.row(task, specimen))
-        .collect::<Result<Vec<_>, _>>()?;
+    let specimens = table.specimens.iter();
+    let mut rows: Vec<Vec<String>> = specimens.map(|specimen| comparison.row(specimen)).collect();
     let ratios = stiffness_ratios(task, &table)?;
     for (row, ratio) in rows.iter_mut().zip(&ratios) {
         row.push(ratio.map(|ratio| ratio.to_string()).unwrap_or_default());
@@ -69,25 +65,21 @@ struct Comparison<'a> {
 }
 
 impl Comparison<'_> {
-    /// Returns the row of a specimen in `experiments.csv`, with quantities scaled to the size of the mesh.
-    fn row(&self, task: &Task<'_>, specimen: &Specimen) -> Result<Vec<String>, WorkflowError> {
+    /// Returns the row of a specimen in `experiments.csv`, with quantities scaled to the size of the mesh. A quantity that
+    /// the curve cannot give has an empty cell.
+    fn row(&self, specimen: &Specimen) -> Vec<String> {
         let Specimen { id, group, height_mm, radius_mm, .. } = specimen;
         let scale = MeshScale::of(specimen, self.mesh);
         let fraction = specimen.slope_fraction.unwrap_or(self.qoi.slope_fraction);
-        let values = compared(specimen, self.mesh, self.qoi, &self.qoi.quantities);
-        let values = values.map_err(|e| {
-            let curve = task.path("experiments/curves").join(format!("{id}.csv"));
-            let help = "Correct the curve, or remove the specimen from the table.";
-            InputError::new(&curve, "", "", e.to_string(), help)
-        })?;
-        Ok([id.clone(), group.clone()]
+        let values = compared(specimen, self.mesh, self.qoi, &self.qoi.quantities).values;
+        [id.clone(), group.clone()]
             .into_iter()
             .chain(
                 [*height_mm, *radius_mm, scale.displacement, scale.force, fraction]
                     .map(|x| x.to_string()),
             )
-            .chain(values.iter().map(f64::to_string))
-            .collect())
+            .chain(values.into_iter().map(cell))
+            .collect()
     }
 }
 

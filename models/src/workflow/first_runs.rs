@@ -11,6 +11,7 @@ use super::experiment_inputs;
 use super::files::SPECIMENS;
 use super::gate::unit_rank;
 use super::simulator::{Setup, quantities};
+use super::specimen_quantities::read_cell;
 use super::task::Task;
 use crate::case::{BoundsCase, QoiComparison};
 use crate::error::InputError;
@@ -94,7 +95,7 @@ fn means_of(file: &Path, qoi: &QoiComparison) -> Option<Vec<f64>> {
     let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
     let table = CsvTable::read(file, &columns).ok()?;
     let numbers = |row: TableRow<'_>| -> Option<Vec<f64>> {
-        columns.iter().map(|column| row.number(column).ok()).collect()
+        columns.iter().map(|column| read_cell(&row, column, false).ok()).collect()
     };
     let rows: Option<Vec<Vec<f64>>> = table.rows().map(numbers).collect();
     rows.filter(|rows| !rows.is_empty()).map(|rows| column_means(&rows))

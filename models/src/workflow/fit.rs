@@ -12,7 +12,8 @@ use super::uncertainty::{SharedError, mean_scatter};
 use crate::fracture::{Evidence, column_means, relative_covariance};
 
 /// Writes `fit.csv`. The standard deviation of the misfit in quantity m is √((Σ/n + S)_mm), where Σ is the covariance
-/// between the n specimens and S the covariance of the errors that all specimens share. The standard deviation for a
+/// between the specimens, n the number of specimens that have the quantity, and S the covariance of the errors that all
+/// specimens share. The standard deviation for a
 /// simulation also includes the scatter of microstructures, because a simulation uses a single microstructure.
 ///
 /// # Errors
@@ -26,7 +27,6 @@ pub(super) fn write_fit(
     map: &[f64],
 ) -> Result<(), WorkflowError> {
     let means = column_means(&evidence.qois);
-    let count = evidence.qois.len() as f64;
     let (predicted, slopes) =
         fitted.pce.value_and_jacobian(&[map, &evidence.middle()[..]].concat())?;
     let of_specimens = mean_scatter(posterior, means.len());
@@ -34,7 +34,7 @@ pub(super) fn write_fit(
     let of_microstructures = microstructures(task, fitted, &means, &slopes)?;
     let rows = (0..means.len()).map(|m| {
         let scatter = of_specimens.as_ref().map_or(0.0, |scatter| scatter[(m, m)]);
-        let variance = scatter / count + of_all[m][m];
+        let variance = scatter / evidence.specimens_with(m) as f64 + of_all[m][m];
         let percent = |variance: f64| 100.0 * variance.sqrt();
         let numbers = [
             means[m],

@@ -8,6 +8,7 @@ use surrogate::{
 use super::WorkflowError;
 use super::inputs::Inputs;
 use super::made_on::MadeOn;
+use super::specimen_quantities::read_cell;
 use super::specimen_stiffness::{KnownStiffness, knowing_stiffness, of_specimens};
 use crate::case::SurrogateCase;
 use crate::error::InputError;
@@ -174,7 +175,7 @@ pub(super) fn of_specimens_of_runs(
     }
 }
 
-/// Reads columns of `experiments.csv`; one row per specimen.
+/// Reads columns of `experiments.csv`; one row per specimen. An empty cell, whose quantity the specimen lacks, is NaN.
 pub(super) fn read_experiments(
     inputs: &Inputs<'_>,
     columns: &[impl AsRef<str>],
@@ -182,10 +183,10 @@ pub(super) fn read_experiments(
     let path = inputs.file("experiments.csv")?;
     let columns: Vec<&str> = columns.iter().map(AsRef::as_ref).collect();
     let table = CsvTable::read(&path, &columns)?;
-    let cell = |row: &TableRow, column: &str| match Quantity::of_column(column) {
-        Some(quantity) if quantity.is_positive() => row.positive(column),
+    let cell = |row: &TableRow<'_>, column: &str| {
         // a quantity that is not computed from curves may have any sign
-        _ => row.number(column),
+        let quantity = Quantity::of_column(column);
+        read_cell(row, column, quantity.is_some_and(|quantity| quantity.is_positive()))
     };
     let row = |row: TableRow| columns.iter().map(|column| cell(&row, column)).collect();
     Ok(table.rows().map(row).collect::<Result<_, InputError>>()?)

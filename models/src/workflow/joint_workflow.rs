@@ -10,6 +10,7 @@ use super::neighbours::Together;
 use super::product_folder::{FolderAccess, ProductFolder};
 use super::stage::Stage;
 use super::stages::{JOINT_STAGES, STAGES};
+use super::validation_folders::refuse_calibrated_by_others;
 use super::{Workflow, WorkflowError};
 use crate::case::{CaseFile, SingleTest, single_tests};
 use crate::progress::speaking_for;
@@ -54,6 +55,7 @@ impl<'a> JointWorkflow<'a> {
         for test in &singles {
             check_inputs(source, &dir.join(folders::of_test(&test.name)))?;
         }
+        refuse_calibrated_by_others(&singles)?;
         let whole = Workflow::open_with(source, dir, threads, interrupt, access)?;
         let cases = singles.iter().map(|test| folders::of_test(&test.name)).collect();
         let folder = ProductFolder::new(dir, &access.replace);

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::WorkflowError;
 use super::experiment_inputs;
 use super::mesh_scale::MeshScale;
-use super::specimen_quantities::check_scatter;
+use super::specimen_quantities::{cell, check_scatter, missing_quantities, read_cell};
 use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
 use crate::error::InputError;
@@ -21,14 +21,15 @@ const SMALLEST_MEAN: f64 = 1e-6;
 pub(super) struct MeasuredSpecimen {
     pub(super) id: String,
     pub(super) group: String,
-    /// The quantities, in the order of the case.
+    /// The quantities, in the order of the case; NaN for an empty cell.
     pub(super) values: Vec<f64>,
 }
 
 /// Reads the measured quantities of all specimens: the columns `id`, optionally `group`, and a column per quantity.
 ///
 /// # Errors
-/// Fails if a column is missing, a value is not a number, or two specimens have the same name.
+/// Fails if a column is missing, a cell has no number and is not empty, all cells of a specimen are empty, or two
+/// specimens have the same name.
 pub(super) fn read_measured(
     file: &Path,
     quantities: &[Quantity],
@@ -44,18 +45,23 @@ pub(super) fn read_measured(
             let help = "Give each specimen a name of its own.";
             return Err(row.error("id", "is missing or is the name of another specimen", help));
         }
-        let value = |(quantity, column): (&Quantity, &String)| match quantity.is_positive() {
-            true => row.positive(column),
-            false => row.number(column),
+        let value = |(quantity, column): (&Quantity, &String)| {
+            read_cell(&row, column, quantity.is_positive())
         };
-        let values = quantities.iter().zip(&columns).map(value).collect::<Result<_, _>>()?;
+        let values: Vec<f64> =
+            quantities.iter().zip(&columns).map(value).collect::<Result<_, _>>()?;
+        if values.iter().all(|value| value.is_nan()) {
+            let help = "Write at least one number, or remove the line.";
+            return Err(row.error("id", "has no quantity", help));
+        }
         specimens.push(MeasuredSpecimen { id, group: row.text("group").to_owned(), values });
     }
     Ok(specimens)
 }
 
-/// Checks whether a calibration to the given specimens is possible: at least `least` specimens, means that
-/// are not zero, and scatter of each quantity are necessary.
+/// Checks whether a calibration to the given specimens is possible: at least `least` specimens, and for each quantity a
+/// specimen that has it, a mean that is not zero, and scatter are necessary. Returns a warning for each quantity that
+/// some specimens lack.
 ///
 /// # Errors
 /// Names the file and the quantity.
@@ -64,7 +70,7 @@ pub(super) fn check_measured(
     quantities: &[Quantity],
     specimens: &[MeasuredSpecimen],
     least: usize,
-) -> Result<(), InputError> {
+) -> Result<Vec<String>, InputError> {
     if specimens.len() < least {
         let count = specimens.len();
         let problem = format!("has {count} specimens of the chosen group");
@@ -73,6 +79,12 @@ pub(super) fn check_measured(
     }
     let values: Vec<Vec<f64>> = specimens.iter().map(|specimen| specimen.values.clone()).collect();
     for (m, mean) in column_means(&values).into_iter().enumerate() {
+        if mean.is_nan() {
+            let place = format!("column {}", quantities[m].column());
+            let problem = "has no number for any specimen";
+            let help = "Write the measured values, or remove the quantity from qoi.quantities.";
+            return Err(InputError::new(file, place, "", problem, help));
+        }
         let largest = values.iter().map(|row| row[m].abs()).fold(0.0, f64::max);
         if mean.abs() <= SMALLEST_MEAN * largest {
             let location = format!("column {}", quantities[m].column());
@@ -82,7 +94,7 @@ pub(super) fn check_measured(
         }
     }
     let without_scatter = (least > 1).then(|| check_scatter(file, quantities, &values)).flatten();
-    without_scatter.map_or(Ok(()), Err)
+    without_scatter.map_or_else(|| Ok(missing_quantities(quantities, &values)), Err)
 }
 
 /// Writes `experiments.csv` from the table of measured quantities.
@@ -98,7 +110,8 @@ pub(super) fn write_measured(task: &Task<'_>, file: &Path) -> Result<String, Wor
         chosen.specimens.iter().any(|specimen| specimen.id == measured.id)
     };
     let specimens: Vec<MeasuredSpecimen> = all.into_iter().filter(is_chosen).collect();
-    check_measured(file, &qoi.quantities, &specimens, inputs.least_specimens())?;
+    let warnings = check_measured(file, &qoi.quantities, &specimens, inputs.least_specimens())?;
+    warnings.iter().for_each(|warning| task.warn(warning));
     let findings: [[String; 4]; 0] = [];
     task.write_csv("curve_checks.csv", ["id", "finding", "value", "help"], findings)?;
     let [displacement, force] = MeshScale::COLUMNS;
@@ -107,7 +120,7 @@ pub(super) fn write_measured(task: &Task<'_>, file: &Path) -> Result<String, Wor
     let columns = columns.iter().map(AsRef::as_ref);
     let rows = specimens.iter().map(|measured| {
         let scale = [1.0, 1.0, qoi.slope_fraction].map(|x| x.to_string());
-        let values = measured.values.iter().map(f64::to_string);
+        let values = measured.values.iter().copied().map(cell);
         let names = [measured.id.clone(), measured.group.clone()];
         names.into_iter().chain(scale).chain(values).chain([String::new()]).collect::<Vec<_>>()
     });
@@ -156,12 +169,22 @@ mod tests {
     }
 
     #[test]
+    fn empty_cells_are_missing_quantities() {
+        let found = read("id,u_mm,peak_force_N\na,-2,\nb,,11\nc,-1,12\n").unwrap();
+        let missing: Vec<Vec<bool>> =
+            found.iter().map(|own| own.values.iter().map(|x| x.is_nan()).collect()).collect();
+        assert_eq!(missing, [[false, true], [true, false], [false, false]]);
+    }
+
+    #[test]
     fn tables_that_cannot_be_used_are_refused() {
         for (text, problem) in [
             ("id,u_mm\na,1\n", "column peak_force_N is missing"),
             ("id,u_mm,peak_force_N\na,1,2\na,1,2\n", "name of another specimen"),
             ("id,u_mm,peak_force_N\na,1,-2\nb,1,2\n", "must be positive"),
             ("id,u_mm,peak_force_N\na,1,2\n", "has 1 specimens"),
+            ("id,u_mm,peak_force_N\na,1,2\nb,,\n", "b: has no quantity"),
+            ("id,u_mm,peak_force_N\na,1,\nb,2,\n", "has no number for any specimen"),
             ("id,u_mm,peak_force_N\na,1,2\nb,-1,2\n", "column u_mm = 0: has a mean of zero"),
             (
                 "id,u_mm,peak_force_N\na,1,2\nb,1.1,2\n",

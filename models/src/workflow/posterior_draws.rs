@@ -9,6 +9,7 @@ use crate::fracture::short_name;
 use crate::table::CsvTable;
 
 /// A draw of a posterior.
+#[derive(Clone, Debug)]
 pub(super) struct Draw {
     /// The parameters.
     pub(super) theta: Vec<f64>,

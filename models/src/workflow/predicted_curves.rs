@@ -186,7 +186,9 @@ impl Curves {
                 better[level_index].insert(run.to_owned(), curve);
             }
         }
-        let specimens = specimens(inputs)?;
+        // a curve that ends before its peak has no shape relative to the peak
+        let mut specimens = specimens(inputs)?;
+        specimens.retain(|specimen| largest_percentage(&specimen.curve).is_ok());
         Ok(Self { runs, of_runs, better, specimens })
     }
 

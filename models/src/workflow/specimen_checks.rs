@@ -11,12 +11,15 @@ use super::inputs::Inputs;
 use super::mesh_scale::MeshSize;
 use super::preparation::Preparation;
 use super::specimen_notes::{Notes, check_machine, check_rates, note_sizes};
-use super::specimen_quantities::{SpecimenNames, check_scatter, compared};
+use super::specimen_quantities::{
+    MeasuredQuantities, SpecimenNames, check_scatter, compared, missing_quantities,
+};
 use super::task::Task;
-use crate::curve_check::{Finding, Weight};
+use crate::curve_check::{Finding, NO_QUANTITIES, Weight};
 use crate::error::InputError;
 use crate::experiment::{Specimen, SpecimenTable};
 use crate::progress::say;
+use crate::qoi::Quantity;
 
 /// Largest plausible ratio between the heights of specimen and mesh; the larger height is the numerator.
 const HEIGHTS: f64 = 3.0;
@@ -101,18 +104,27 @@ pub(super) fn inspect(
         ));
     }
     let (qoi, preparation) = (inputs.qoi(), Preparation::of(inputs));
-    let (mut toes, mut values) = (Vec::new(), Vec::new());
+    let mut toes = Vec::new();
+    let mut measured: Vec<(String, MeasuredQuantities)> = Vec::new();
     for specimen in &mut table.specimens {
         let fraction = specimen.slope_fraction.unwrap_or(qoi.slope_fraction);
         let (curve, findings) = preparation.apply(&specimen.curve, fraction);
         specimen.curve = curve;
         let file = (names.curve)(&specimen.id);
+        let own = compared(specimen, mesh, qoi, &qoi.quantities);
+        // a toe can be removed only from a curve with a peak
+        let may_lack_peak = own.unusable().is_none() && !preparation.corrects_toe();
         let mut refused = None;
         for Finding { name, value, problem, help, weight } in findings {
             if name == "toe" {
                 toes.push(value);
             }
             match weight {
+                Weight::Error if name == NO_QUANTITIES && may_lack_peak => {
+                    if own.missing.is_empty() {
+                        notes.warn(name, format!("{} {problem}.", specimen.id));
+                    }
+                }
                 Weight::Error if refused.is_none() => {
                     refused = Some(InputError::new(&file, "", "", problem.clone(), help));
                 }
@@ -123,21 +135,21 @@ pub(super) fn inspect(
             }
             notes.list(&specimen.id, name, value, format!("{problem}. {help}"));
         }
-        let unusable = match compared(specimen, mesh, qoi, &qoi.quantities) {
-            Ok(row) => {
-                values.push(row);
-                None
-            }
-            Err(error) => {
-                let help = "Correct the curve, or remove the specimen from the table.";
-                Some(InputError::new(&file, "", "", error.to_string(), help))
-            }
+        let unusable = || {
+            let problem = own.unusable()?.to_string();
+            let help = "Correct the curve, or remove the specimen from the table.";
+            Some(InputError::new(&file, "", "", problem, help))
         };
-        mistakes.extend(refused.or(unusable));
+        match refused.or_else(unusable) {
+            Some(mistake) => mistakes.push(mistake),
+            None => measured.push((specimen.id.clone(), own)),
+        }
     }
     if inputs.least_specimens() > 1 {
+        let values: Vec<Vec<f64>> = measured.iter().map(|(_, own)| own.values.clone()).collect();
         mistakes.extend(check_scatter(names.table, &qoi.quantities, &values));
     }
+    mistakes.extend(note_missing(&qoi.quantities, &measured, names, &mut notes));
     notes.say_what_was_left_out();
     let [low, high] = toes.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &toe| {
         [low.min(toe), high.max(toe)]
@@ -158,6 +170,45 @@ pub(super) fn inspect(
         }
     }
     Ok(InspectedSpecimens { table, notes, mistakes })
+}
+
+/// Adds warnings about quantities that some curves cannot give, with the reasons.
+///
+/// Returns an error for each quantity that no curve can give.
+fn note_missing(
+    quantities: &[Quantity],
+    measured: &[(String, MeasuredQuantities)],
+    names: &SpecimenNames<'_>,
+    notes: &mut Notes,
+) -> Vec<InputError> {
+    let mut mistakes = Vec::new();
+    for (m, quantity) in quantities.iter().enumerate() {
+        let has_quantity = |own: &MeasuredQuantities| !own.values[m].is_nan();
+        let reasons = measured.iter().flat_map(|(id, own)| {
+            let of_quantity = own.missing.iter().filter(|(missing, _)| missing == quantity);
+            of_quantity.map(move |(_, reason)| (id, reason))
+        });
+        if !measured.iter().any(|(_, own)| has_quantity(own)) {
+            mistakes.extend(reasons.take(1).map(|(id, reason)| {
+                let problem = format!("no specimen has {quantity}. {id}: {reason}");
+                let help = "Take another quantity in qoi.quantities, or correct the curves.";
+                InputError::new(&(names.curve)(id), "", "", problem, help)
+            }));
+            continue;
+        }
+        for (id, reason) in reasons {
+            let text = format!("has no {quantity}: {reason}");
+            notes.warn("missing", format!("{id} {text}"));
+            notes.list(id, "missing", f64::NAN, text);
+        }
+    }
+    if mistakes.is_empty() {
+        let rows: Vec<Vec<f64>> = measured.iter().map(|(_, own)| own.values.clone()).collect();
+        for warning in missing_quantities(quantities, &rows) {
+            notes.warn("lack", warning);
+        }
+    }
+    mistakes
 }
 
 /// Returns errors for sizes of a specimen that differ too much from the sizes of the mesh.

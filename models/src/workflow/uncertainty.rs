@@ -224,10 +224,11 @@ pub(super) fn sources_of_test(
     // covariance of the group means, for an error that all specimens share and for errors that are independent between
     // specimens
     let shared_by_all = |part: &[Vec<f64>]| blocks(&groups, |_, _| matrix(part));
+    let zero = DMatrix::zeros(means.len(), means.len());
     let of_each = |part: &DMatrix<f64>| {
-        let zero = DMatrix::zeros(means.len(), means.len());
         blocks(&groups, |g, h| if g == h { part / groups[g].size } else { zero.clone() })
     };
+    let mut of_population: Option<DMatrix<f64>> = None;
     let mut sources = vec![(OF_SURROGATE, shared_by_all(&of_surrogate))];
     sources.extend(shared.mesh.as_ref().map(|mesh| ("mesh", shared_by_all(mesh))));
     sources.extend(shared.discrepancy.as_ref().map(|model| ("discrepancy", shared_by_all(model))));
@@ -245,14 +246,14 @@ pub(super) fn sources_of_test(
     }
 
     let mut jacobian: Vec<Vec<f64>> = Vec::new();
-    for (g, group) in groups.iter().enumerate() {
+    for group in &groups {
         // inputs that are known from the specimens (the stiffness ratio) are not parameters: fix them at their group
         // means
         let mean_point = [&means_of_draws[..], &group.inputs].concat();
         let (_, slopes) = fitted.pce.value_and_jacobian(&mean_point)?;
         let relative = |(row, mean): (&Vec<f64>, &f64)| row.iter().map(|s| s / mean).collect();
         let slopes: Vec<Vec<f64>> = slopes.iter().zip(&means).map(relative).collect();
-        jacobian.extend(slopes.iter().map(|row| row[..unknown.len()].to_vec()));
+        jacobian.extend(group.recorded.iter().map(|&m| slopes[m][..unknown.len()].to_vec()));
         if let Some(population) = group.population {
             // change of the quantities for one standard deviation of each unknown input
             let column = |row: &Vec<f64>| {
@@ -263,14 +264,22 @@ pub(super) fn sources_of_test(
                     .collect()
             };
             let columns = matrix(&slopes.iter().map(column).collect::<Vec<_>>());
+            // each specimen has its own stiffness; all groups of the population share the error of its mean
             let between = &columns * columns.transpose();
-            let spread = between * (group.size.recip() + population.count().recip());
-            let zero = DMatrix::zeros(means.len(), means.len());
-            let of_group =
-                |a: usize, b: usize| if (a, b) == (g, g) { spread.clone() } else { zero.clone() };
-            let of_geometry = blocks(&groups, of_group);
-            geometry = Some(geometry.map_or_else(|| of_geometry.clone(), |all| all + &of_geometry));
+            let of_groups = |a: usize, b: usize| {
+                let is_unknown = groups[a].population.is_some() && groups[b].population.is_some();
+                let own = if a == b { groups[a].size.recip() } else { 0.0 };
+                if is_unknown {
+                    &between * (own + population.count().recip())
+                } else {
+                    zero.clone()
+                }
+            };
+            of_population.get_or_insert_with(|| blocks(&groups, of_groups));
         }
+    }
+    if let Some(own) = of_population {
+        geometry = Some(geometry.map_or_else(|| own.clone(), |all| all + &own));
     }
     sources.extend(geometry.map(|geometry| ("geometry", geometry)));
     sources.push(("specimens", of_each(&remaining)));
@@ -341,19 +350,19 @@ impl Budget {
     }
 
     /// Returns a warning if the error of the runs widens the posterior: n S/Σ > 0.1 for some quantity, where S is the
-    /// relative variance of this error, Σ the relative variance between specimens, and n the number of specimens.
+    /// relative variance of this error, Σ the relative variance between specimens, and n the number of specimens that have the quantity.
     pub(super) fn warning(
         &self,
         summary: &Summary,
         quantities: &[String],
-        specimens: usize,
+        evidence: &Evidence,
     ) -> Option<String> {
         let worst = quantities
             .iter()
             .enumerate()
             .filter_map(|(m, name)| {
                 let sd = summary.row(&format!("sd[{}]", short_name(name)))?.mean;
-                Some((specimens as f64 * self.of_runs[m][m] / (sd * sd), name))
+                Some((evidence.specimens_with(m) as f64 * self.of_runs[m][m] / (sd * sd), name))
             })
             .max_by(|a, b| a.0.total_cmp(&b.0));
         worst.filter(|(ratio, _)| *ratio > 0.1).map(|(ratio, name)| {
@@ -377,6 +386,8 @@ pub(super) fn draws_of(posterior: &Posterior, name: &str) -> Vec<Vec<f64>> {
 /// Group of specimens with the same covariance.
 struct Group<'a> {
     size: f64,
+    /// Indices of the quantities that the specimens have.
+    recorded: Vec<usize>,
     /// Last inputs of the surrogate (the stiffness ratio), averaged over the group.
     inputs: Vec<f64>,
     /// Distribution of the inputs over all possible specimens, if the inputs of the specimens are
@@ -384,32 +395,52 @@ struct Group<'a> {
     population: Option<&'a Population>,
 }
 
-/// Splits the specimens into a group with known inputs and a group with unknown inputs. Empty groups are omitted.
+/// Splits the specimens into groups: specimens of one group have the same quantities, and all or none of them have known
+/// inputs. Groups with known inputs come first.
 fn groups(evidence: &Evidence) -> Vec<Group<'_>> {
-    let known_inputs: Vec<Vec<f64>> = evidence.known.iter().flatten().cloned().collect();
-    let unknown = evidence.known.len() - known_inputs.len();
-    let all = evidence.qois.len();
-    let population = evidence.population.as_ref().filter(|_| unknown > 0);
-    let of_known = Group {
-        size: (all - unknown) as f64,
-        inputs: column_means(&known_inputs),
-        population: None,
+    let recorded = evidence.recorded();
+    let known = |k: usize| evidence.known.get(k).cloned().unwrap_or_else(|| Some(Vec::new()));
+    let mut groups: Vec<(bool, Vec<usize>, Vec<Vec<f64>>)> = Vec::new();
+    for is_known in [true, false] {
+        for (k, own) in recorded.iter().enumerate().filter(|(k, _)| known(*k).is_some() == is_known)
+        {
+            let inputs = known(k).unwrap_or_default();
+            let same = |group: &&mut (bool, Vec<usize>, Vec<Vec<f64>>)| {
+                group.0 == is_known && group.1 == *own
+            };
+            match groups.iter_mut().find(same) {
+                Some(group) => group.2.push(inputs),
+                None => groups.push((is_known, own.clone(), vec![inputs])),
+            }
+        }
+    }
+    let population = |is_known: bool| evidence.population.as_ref().filter(|_| !is_known);
+    let group = |(is_known, recorded, inputs): (bool, Vec<usize>, Vec<Vec<f64>>)| Group {
+        size: inputs.len() as f64,
+        recorded,
+        inputs: population(is_known).map_or_else(|| column_means(&inputs), |p| p.mean().to_vec()),
+        population: population(is_known),
     };
-    let of_unknown = population.map(|population| Group {
-        size: unknown as f64,
-        inputs: population.mean().to_vec(),
-        population: Some(population),
-    });
-    [Some(of_known), of_unknown].into_iter().flatten().filter(|group| group.size > 0.0).collect()
+    groups.into_iter().map(group).collect()
 }
 
-/// Assembles a matrix for the means of all groups from one block for each pair of groups.
+/// Assembles a matrix for the means of the quantities of all groups from one block for each pair of groups. A block has all
+/// quantities, of which those that the groups have are used.
 fn blocks(groups: &[Group<'_>], block: impl Fn(usize, usize) -> DMatrix<f64>) -> DMatrix<f64> {
-    let size = block(0, 0).nrows();
-    let mut whole = DMatrix::zeros(size * groups.len(), size * groups.len());
-    for g in 0..groups.len() {
-        for h in 0..groups.len() {
-            whole.view_mut((g * size, h * size), (size, size)).copy_from(&block(g, h));
+    let starts: Vec<usize> = groups
+        .iter()
+        .scan(0, |next, group| {
+            let start = *next;
+            *next += group.recorded.len();
+            Some(start)
+        })
+        .collect();
+    let size = groups.iter().map(|group| group.recorded.len()).sum();
+    let mut whole = DMatrix::zeros(size, size);
+    for (g, a) in groups.iter().enumerate() {
+        for (h, b) in groups.iter().enumerate() {
+            let part = block(g, h).select_rows(&a.recorded).select_columns(&b.recorded);
+            whole.view_mut((starts[g], starts[h]), part.shape()).copy_from(&part);
         }
     }
     whole

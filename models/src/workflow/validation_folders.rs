@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::WorkflowError;
 use super::measured_values::read_measured;
-use crate::case::{CaseFile, validation_case};
+use crate::case::{CaseFile, SingleTest, validation_case};
 use crate::error::InputError;
 use crate::experiment::Specimen;
 use crate::same_test::is_same_test;
@@ -41,6 +41,26 @@ pub(super) fn held_out_cases(source: &CaseFile) -> Result<Vec<(String, CaseFile)
         cases.push((entry.name.clone(), held_out));
     }
     Ok(cases)
+}
+
+/// Refuses held-out specimens of a test that the calibration of another test uses.
+///
+/// # Errors
+/// Fails if a validation has a mistake; names the table of the held-out specimens and the specimen.
+pub(super) fn refuse_calibrated_by_others(tests: &[SingleTest]) -> Result<(), InputError> {
+    for test in tests {
+        for (place, entry) in test.file.case.validation.iter().enumerate() {
+            let own = validation_case(&test.file, entry, place);
+            let own = own.map_err(|errors| {
+                let mistakes =
+                    || InputError::new(&test.file.path, &entry.name, "", "has mistakes", "");
+                errors.into_iter().next().unwrap_or_else(mistakes)
+            })?;
+            let others = tests.iter().filter(|other| other.name != test.name);
+            others.into_iter().try_for_each(|other| refuse_calibrated(&other.file, &own))?;
+        }
+    }
+    Ok(())
 }
 
 /// Refuses held-out specimens that the calibration uses: specimens with the readings of the same test, or with the same name and the same
@@ -81,9 +101,11 @@ pub(super) fn refuse_calibrated(
         (values(calibration), values(held_out))
     {
         for specimen in &measured_specimens {
-            let is_same = calibrated
-                .iter()
-                .any(|other| other.id == specimen.id && other.values == specimen.values);
+            // two missing values (NaN) are the same
+            let is_equal = |(a, b): (&f64, &f64)| a == b || (a.is_nan() && b.is_nan());
+            let has_values = |values: &[f64]| values.iter().zip(&specimen.values).all(is_equal);
+            let is_same =
+                calibrated.iter().any(|other| other.id == specimen.id && has_values(&other.values));
             if is_same {
                 return refuse(&path, &specimen.id, &specimen.id);
             }

@@ -3,7 +3,9 @@
 
 mod failures;
 mod further;
+mod missing;
 mod refused;
+mod several;
 mod validation;
 
 use std::collections::BTreeMap;

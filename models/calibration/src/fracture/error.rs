@@ -37,6 +37,18 @@ pub enum CalibrationError {
         /// Number of values of the specimen.
         found: usize,
     },
+    /// No quantity of a specimen was recorded.
+    #[error("specimen {} of the calibration has no quantity of interest", specimen + 1)]
+    NothingRecorded {
+        /// Index of the specimen.
+        specimen: usize,
+    },
+    /// A quantity was recorded for no specimen.
+    #[error("no specimen has the quantity of interest {quantity}")]
+    NotRecorded {
+        /// Name of the quantity's column.
+        quantity: String,
+    },
     /// The ranges of the priors are not the box of the surrogate.
     #[error(
         "the ranges of the priors are not the box of the surrogate's inputs: fit the surrogate on these ranges"

@@ -4,7 +4,8 @@
 use ppl::DomainError;
 use ppl::prelude::*;
 
-use super::specimens::{Expected, Kind, Specimens, scaled};
+use super::contrasts::Group;
+use super::specimens::{Expected, Kind, Specimens};
 
 /// Distribution of a new specimen given the tested specimens. All specimens share the error δ. The inputs of the
 /// new specimen are unknown if some tested specimens have unknown inputs; otherwise the new specimen has the mean
@@ -21,11 +22,12 @@ pub(super) fn new_specimen<R: Scalar>(
         .zip(specimens.mean_of_totals(expected))
         .map(|(&total, mean)| -(mean - total))
         .collect();
-    after(specimens, &specimens.groups(), kind, expected, scatter)?
+    let all: Vec<usize> = (0..specimens.shared.len()).collect();
+    after(specimens, &specimens.sized_groups(), (kind, &all), expected, scatter)?
         .specimen(expected.mean_of(kind), &gaps)
 }
 
-/// Computes log p(y_k | y_−k, θ, Σ) of the quantities y_k of each specimen k given the quantities y_−k of the
+/// Computes log p(y_k | y_−k, θ, Σ) of the recorded quantities y_k of each specimen k given the quantities y_−k of the
 /// other specimens, with the shared errors integrated out. The covariance is the same for all specimens of a
 /// group, and it is factorised only once per group.
 ///
@@ -36,77 +38,88 @@ pub(super) fn ln_conditionals(
     expected: &Expected<f64>,
     scatter: &DynCholeskyFactor<f64>,
 ) -> Result<Vec<f64>, DomainError> {
-    let mut found = [Vec::new(), Vec::new()];
-    for (kind, _) in specimens.groups() {
-        found[kind as usize] = ln_conditionals_of(specimens, kind, expected, scatter)?;
+    let count = |kind| specimens.is_known.iter().filter(|own| Kind::of(**own) == kind).count();
+    let mut found = [Kind::Known, Kind::Unknown].map(|kind| vec![f64::NAN; count(kind)]);
+    for (g, group) in specimens.groups.iter().enumerate() {
+        let own = ln_conditionals_of(specimens, g, expected, scatter)?;
+        for (&place, ln_density) in group.places.iter().zip(own) {
+            found[group.kind as usize][place] = ln_density;
+        }
     }
     let [mut known, mut unknown] = found.map(Vec::into_iter);
     let next = |is_known: &bool| if *is_known { known.next() } else { unknown.next() };
     Ok(specimens.is_known.iter().filter_map(next).collect())
 }
 
-/// Computes [`ln_conditionals`] for the specimens of one group.
+/// Computes [`ln_conditionals`] for the specimens of the group at the index `own_group`.
 fn ln_conditionals_of(
     specimens: &Specimens,
-    kind: Kind,
+    own_group: usize,
     expected: &Expected<f64>,
     scatter: &DynCholeskyFactor<f64>,
 ) -> Result<Vec<f64>, DomainError> {
-    // sizes of the groups without specimen k
-    let others = |(group, n): (Kind, usize)| (group, n - usize::from(group == kind));
-    let groups: Vec<(Kind, usize)> =
-        specimens.groups().into_iter().map(others).filter(|(_, n)| *n > 0).collect();
-    let after = after(specimens, &groups, kind, expected, scatter)?;
-    let ln_conditional = |(place, row): (usize, &Vec<f64>)| {
-        let own = expected.own_mean(kind, place);
-        let residual: Vec<f64> = row.iter().zip(own).map(|(y, mean)| y - mean).collect();
-        let gaps = groups.iter().flat_map(|&(group, n)| {
-            let total = &specimens.group(group).total;
-            let mean = scaled(expected.mean_of(group), specimens.group(group).len());
-            let whole = total.iter().zip(mean).map(|(total, mean)| total - mean);
-            match group == kind {
-                false => whole.collect::<Vec<f64>>(),
+    let group = &specimens.groups[own_group];
+    // groups with their sizes without specimen k, and with their gaps between totals and expected totals of all specimens
+    let (mut groups, mut all_gaps) = (Vec::new(), Vec::new());
+    for (g, other) in specimens.groups.iter().enumerate() {
+        let n = other.len() - usize::from(g == own_group);
+        if n > 0 {
+            let mean = specimens.mean_of_total(g, other, expected);
+            let gap: Vec<f64> = other.total.iter().zip(mean).map(|(y, mean)| y - mean).collect();
+            groups.push((other, n));
+            all_gaps.push((g == own_group, gap));
+        }
+    }
+    let after = after(specimens, &groups, (group.kind, &group.recorded), expected, scatter)?;
+    let ln_conditional = |(&place, row): (&usize, &Vec<f64>)| {
+        let own = group.part(expected.own_mean(group.kind, place));
+        let residual: Vec<f64> = row.iter().zip(&own).map(|(y, mean)| y - mean).collect();
+        let gaps = groups.iter().zip(&all_gaps).flat_map(|(&(_, n), (is_own, gap))| {
+            let gap = gap.iter().copied();
+            match is_own {
+                false => gap.collect::<Vec<f64>>(),
                 true => {
                     let (all, root) = ((n as f64 + 1.0).sqrt(), (n as f64).sqrt());
-                    whole.zip(&residual).map(|(gap, r)| (all * gap - r) / root).collect()
+                    gap.zip(&residual).map(|(gap, r)| (all * gap - r) / root).collect()
                 }
             }
         });
         let gaps: Vec<f64> = gaps.collect();
-        Ok(after.specimen(own, &gaps)?.ln_density(row))
+        Ok(after.specimen(&own, &gaps)?.ln_density(row))
     };
-    specimens.group(kind).rows.iter().enumerate().map(ln_conditional).collect()
+    group.places.iter().zip(&group.rows).map(ln_conditional).collect()
 }
 
-/// Returns the distribution of one more specimen of a kind, given the totals of groups of the given sizes. V is the
+/// Returns the distribution of one more specimen of a kind with the given recorded quantities, given the totals of groups
+/// of the given sizes. V is the
 /// covariance of the totals, and C is the covariance between the specimen and the totals. The distribution is N(m +
 /// C V⁻¹ (totals − their means), Σ_k + S − C V⁻¹ Cᵀ). Here m is the expected response of the specimen, Σ_k is the
 /// covariance of the specimen's own deviation, and S is the covariance that the specimen shares with other
 /// specimens of its kind.
 fn after<R: Scalar>(
     specimens: &Specimens,
-    groups: &[(Kind, usize)],
-    kind: Kind,
+    groups: &[(&Group, usize)],
+    (kind, recorded): (Kind, &[usize]),
     expected: &Expected<R>,
     scatter: &DynCholeskyFactor<R>,
 ) -> Result<After<R>, DomainError> {
     let factor = specimens.factor_of(groups, expected, scatter)?;
-    let size = specimens.shared.len();
-    let column = |i: usize| {
+    let column = |&i: &usize| {
         let entries = groups.iter().flat_map(|&(group, n)| {
-            let root = (n as f64).sqrt();
-            (0..size).map(move |j| specimens.common(kind, group, expected, i, j) * root)
+            let (root, other) = ((n as f64).sqrt(), group.kind);
+            let entry = move |&j: &usize| specimens.common(kind, other, expected, i, j) * root;
+            group.recorded.iter().map(entry)
         });
         factor.solve_lower(&entries.collect::<Vec<R>>())
     };
-    let columns: Vec<Vec<R>> = (0..size).map(column).collect::<Result<_, _>>()?;
+    let columns: Vec<Vec<R>> = recorded.iter().map(column).collect::<Result<_, _>>()?;
     let scatter = scatter.covariance();
-    let entry = |i: usize, j: usize| {
+    let entry = |(&i, a): (&usize, &Vec<R>), (&j, b): (&usize, &Vec<R>)| {
         let alone = specimens.own(kind, expected, &scatter, i, j);
-        alone + specimens.common(kind, kind, expected, i, j) - dot(&columns[i], &columns[j])
+        alone + specimens.common(kind, kind, expected, i, j) - dot(a, b)
     };
-    let covariance: Vec<Vec<R>> =
-        (0..size).map(|i| (0..size).map(|j| entry(i, j)).collect()).collect();
+    let pairs = || recorded.iter().zip(&columns);
+    let covariance: Vec<Vec<R>> = pairs().map(|a| pairs().map(|b| entry(a, b)).collect()).collect();
     let own = DynCholeskyFactor::of_covariance(&covariance)?;
     Ok(After { factor, columns, own })
 }

@@ -102,7 +102,7 @@ impl Calibration {
 /// # Errors
 /// If no specimen remains.
 fn without(all: &Specimens, k: usize) -> Result<Specimens, CalibrationError> {
-    let mut rows: Vec<Vec<f64>> = all.rows().into_iter().cloned().collect();
+    let mut rows = all.rows.clone();
     rows.remove(k);
     let mut others = Specimens::new(&rows)?.sharing(all.shared.clone())?;
     if all.known_inputs() > 0 {
@@ -205,10 +205,7 @@ mod tests {
         let all = Specimens::new(&rows).unwrap().sharing(vec![vec![0.5]]).unwrap();
         let all = all.knowing(&known, Some(population)).unwrap();
         let others = without(&all, 0).unwrap();
-        assert_eq!(
-            others.rows(),
-            [&[2.0][..], &[3.0], &[4.0]].map(Vec::from).iter().collect::<Vec<_>>()
-        );
+        assert_eq!(others.rows, [[2.0], [3.0], [4.0]]);
         assert_eq!(others.is_known, [false, true, false]);
         assert_eq!(others.inputs, [[0.3]]);
         assert_eq!((others.shared[0][0], others.known_inputs()), (0.5, 1));

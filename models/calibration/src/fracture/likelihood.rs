@@ -3,7 +3,7 @@
 use ppl::DomainError;
 use ppl::prelude::*;
 
-use super::specimens::{Expected, Specimens};
+use super::specimens::{Expected, Kind, Specimens};
 
 ppl::model! {
     /// Likelihood of specimens of one microstructure, used in all calibrations. `expected` is the response of the
@@ -13,35 +13,42 @@ ppl::model! {
         expected: &Expected<Real>,
         scatter: &DynCholeskyFactor<Real>,
     ) -> () {
-        // contrasts depend on the scatter between specimens only; totals also depend on the errors that all specimens
-        // share. The condition is necessary because a loop without data would be reported as an observation without
-        // data
-        if !specimens.known.contrasts.is_empty() {
-            if specimens.known_inputs() == 0 {
-                for contrast in &specimens.known.contrasts {
-                    contrast ~ MvNormalCholesky(specimens.no_contrast::<Real>(), scatter);
-                }
-            } else {
-                let pairs = specimens.known.contrasts.iter().zip(&expected.contrasts);
-                for (contrast, between) in pairs {
-                    contrast ~ MvNormalCholesky(between, scatter);
+        if !specimens.is_complete() {
+            // specimens with different recorded quantities have densities of different sizes
+            factor(ln_density_of(specimens, expected, scatter)?);
+        } else {
+            // contrasts depend on the scatter between specimens only; totals also depend on the errors that all specimens
+            // share. The condition is necessary because a loop without data would be reported as an observation without
+            // data
+            let between_known = specimens.contrasts_of(Kind::Known);
+            if !between_known.is_empty() {
+                if specimens.known_inputs() == 0 {
+                    for contrast in between_known {
+                        contrast ~ MvNormalCholesky(specimens.no_contrast::<Real>(), scatter);
+                    }
+                } else {
+                    let pairs = between_known.into_iter().zip(&expected.contrasts);
+                    for (contrast, between) in pairs {
+                        contrast ~ MvNormalCholesky(between, scatter);
+                    }
                 }
             }
-        }
-        if !specimens.unknown.contrasts.is_empty() {
-            let of_unknown = specimens.factor_of_unknown(expected, scatter)?;
-            for unknown in &specimens.unknown.contrasts {
-                unknown ~ MvNormalCholesky(specimens.no_contrast::<Real>(), &of_unknown);
+            let between_unknown = specimens.contrasts_of(Kind::Unknown);
+            if !between_unknown.is_empty() {
+                let of_unknown = specimens.factor_of_unknown(expected, scatter)?;
+                for unknown in between_unknown {
+                    unknown ~ MvNormalCholesky(specimens.no_contrast::<Real>(), &of_unknown);
+                }
             }
+            let of_totals = specimens.factor_of_totals(expected, scatter)?;
+            specimens.totals ~ MvNormalCholesky(specimens.mean_of_totals(expected), &of_totals);
         }
-        let of_totals = specimens.factor_of_totals(expected, scatter)?;
-        specimens.totals ~ MvNormalCholesky(specimens.mean_of_totals(expected), &of_totals);
     }
 }
 
-/// Log density of the specimens of one test, equal to the sum of the statements of `of_specimens`. A joint model of
-/// tests with different numbers of quantities adds this log density as one number, because statements in a loop need
-/// values of one size.
+/// Log density of the recorded quantities of the specimens of one test. If every quantity was recorded, it is the sum of
+/// the statements of `of_specimens`. A joint model of tests with different numbers of quantities adds this log density as
+/// one number, because statements in a loop need values of one size.
 ///
 /// # Errors
 /// If a covariance is not positive definite.
@@ -55,17 +62,19 @@ pub(super) fn ln_density_of<R: Scalar>(
         MvNormalCholesky(mean, factor.clone()).ln_density(&x)
     };
     let mut sum = R::from(0.0);
-    for (k, contrast) in specimens.known.contrasts.iter().enumerate() {
-        // the expected contrasts are zero, and not computed, if all inputs of the forward model are parameters
-        let between = match specimens.known_inputs() {
-            0 => specimens.no_contrast(),
-            _ => expected.contrasts[k].clone(),
-        };
-        sum += ln_density(contrast, between, scatter);
-    }
-    let of_unknown = specimens.factor_of_unknown(expected, scatter)?;
-    for unknown in &specimens.unknown.contrasts {
-        sum += ln_density(unknown, specimens.no_contrast(), &of_unknown);
+    let mut between_known = expected.contrasts.iter();
+    for group in specimens.groups.iter().filter(|group| !group.contrasts.is_empty()) {
+        let factor = specimens.factor_of_specimen(group, expected, scatter)?;
+        for contrast in &group.contrasts {
+            // expected contrasts are zero between specimens with unknown inputs, or if all inputs of the forward model
+            // are parameters
+            let between = match group.kind {
+                Kind::Known => between_known.next().cloned(),
+                Kind::Unknown => None,
+            };
+            let between = between.unwrap_or_else(|| vec![R::from(0.0); contrast.len()]);
+            sum += ln_density(contrast, between, &factor);
+        }
     }
     let of_totals = specimens.factor_of_totals(expected, scatter)?;
     let totals = ln_density(&specimens.totals, specimens.mean_of_totals(expected), &of_totals);

@@ -1,8 +1,8 @@
 //! Leave-one-out cross-validation over the specimens.
 
-use ppl::Posterior;
 use ppl::diagnostics::{Loo, LooError};
 use ppl::prelude::*;
+use ppl::{DomainError, Posterior};
 use surrogate::DynPce;
 
 use super::specimens::Specimens;
@@ -37,30 +37,32 @@ pub(super) fn ln_conditionals(
     forward: &DynPce,
     specimens: &Specimens,
 ) -> Vec<f64> {
-    let group = &posterior.posterior;
-    let draws_of =
-        |name: &str| group.variables.iter().find(|v| v.name == name).map(|v| &v.data[..]);
-    let (Some(theta), Some(sd), Some(corr)) = (draws_of("theta"), draws_of("sd"), draws_of("corr"))
-    else {
-        return Vec::new();
+    let at_draw = |theta: &[f64], factor: &DynCholeskyFactor<f64>| {
+        given_others::ln_conditionals(specimens, &specimens.expected(forward, theta)?, factor)
     };
-    let count = (group.chains * group.draws).max(1);
-    let (inputs, size) = ((theta.len() / count).max(1), forward.outputs().len());
-    let draws = theta.chunks(inputs).zip(sd.chunks(size)).zip(corr.chunks(size * size));
-    let conditionals = draws.flat_map(|((theta, sd), corr)| {
-        let row = |(row, sd): (&[f64], &f64)| row.iter().map(|x| sd * x).collect();
-        let factor: Vec<Vec<f64>> = corr.chunks(size).zip(sd).map(row).collect();
-        DynCholeskyFactor::new(&factor)
-            .and_then(|factor| {
-                given_others::ln_conditionals(
-                    specimens,
-                    &specimens.expected(forward, theta)?,
-                    &factor,
-                )
-            })
+    let conditionals = draws_of(posterior, forward.outputs().len()).flat_map(|(theta, factor)| {
+        factor
+            .and_then(|factor| at_draw(theta, &factor))
             .unwrap_or_else(|_| vec![f64::NAN; specimens.len()])
     });
     conditionals.collect()
+}
+
+/// Parameters and Cholesky factor of the covariance between specimens at each draw of a posterior of `size` quantities.
+pub(super) fn draws_of(
+    posterior: &Posterior,
+    size: usize,
+) -> impl Iterator<Item = (&[f64], Result<DynCholeskyFactor<f64>, DomainError>)> {
+    let group = &posterior.posterior;
+    let values = |name: &str| group.get(name).map_or(&[][..], |values| &values.data);
+    let (theta, sd, corr) = (values("theta"), values("sd"), values("corr"));
+    let inputs = (theta.len() / (group.chains * group.draws).max(1)).max(1);
+    let draws = theta.chunks(inputs).zip(sd.chunks(size)).zip(corr.chunks(size * size));
+    draws.map(move |((theta, sd), corr)| {
+        let row = |(row, sd): (&[f64], &f64)| row.iter().map(|x| sd * x).collect();
+        let factor: Vec<Vec<f64>> = corr.chunks(size).zip(sd).map(row).collect();
+        (theta, DynCholeskyFactor::new(&factor))
+    })
 }
 
 #[cfg(test)]

@@ -3,19 +3,22 @@
 //! 1. `error`, `contrasts`, `population`, `within_box`: errors, transforms of quantities and of parameters
 //! 2. `specimens`: specimens prepared for the likelihood
 //! 3. `given_others`, `likelihood`: densities of specimens
-//! 4. `loo`, `influence`, `units`: cross-validation, influence of each specimen, units of the
-//!    results
+//! 4. `loo`, `influence`, `sensitivity`, `units`: cross-validation, influence of each specimen and of the priors, units of
+//!    the results
 //! 5. `groups`, `joint`: calibrations of several groups of specimens or of several tests
 
 mod contrasts;
 mod error;
 mod given_others;
 mod groups;
+#[cfg(test)]
+mod incomplete;
 mod influence;
 mod joint;
 mod likelihood;
 mod loo;
 mod population;
+mod sensitivity;
 #[cfg(test)]
 mod six_specimens;
 mod specimens;
@@ -36,11 +39,12 @@ pub use error::CalibrationError;
 pub use groups::{Groups, Pooling, TestGroup, Trend, calibrate_groups, calibration_over_groups};
 pub use influence::WithoutSpecimen;
 pub use joint::{
-    BetweenTests, JointCalibration, JointTest, JointTests, TestDraws, calibrate_tests,
-    calibration_of_draws, calibration_over_tests,
+    BetweenTests, JointCalibration, JointTest, JointTests, TestDraws, TrendOverTests,
+    calibrate_tests, calibration_of_draws, calibration_over_tests,
 };
 use likelihood::of_specimens;
 pub use population::Population;
+pub use sensitivity::PriorSensitivity;
 pub use specimens::Specimens;
 pub use specimens::column_means;
 
@@ -105,7 +109,8 @@ pub struct Calibration {
 /// Experimental data of the specimens, and the errors of the forward model.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Evidence {
-    /// Quantities of interest, one row per specimen, in the order of the surrogate's outputs.
+    /// Quantities of interest, one row per specimen, in the order of the surrogate's outputs. NaN: the quantity was not
+    /// recorded for this specimen.
     pub qois: Vec<Vec<f64>>,
     /// For each specimen, the last inputs of the surrogate, such as the stiffness ratio of the microstructure; `None`
     /// if these inputs are unknown. An empty list means that all inputs are parameters.
@@ -127,6 +132,16 @@ impl Evidence {
     pub fn known_inputs(&self) -> usize {
         let of_population = self.population.as_ref().map_or(0, |p| p.mean().len());
         self.known.iter().flatten().next().map_or(of_population, Vec::len)
+    }
+
+    /// Indices of the recorded quantities of each specimen.
+    pub fn recorded(&self) -> Vec<Vec<usize>> {
+        self.qois.iter().map(|row| contrasts::recorded(row)).collect()
+    }
+
+    /// Number of specimens with a quantity.
+    pub fn specimens_with(&self, quantity: usize) -> usize {
+        self.qois.iter().filter(|row| !row[quantity].is_nan()).count()
     }
 
     /// Typical values of the inputs that are not parameters: the mean of the population if some specimens have unknown
@@ -281,6 +296,9 @@ fn relative_to_means(
         return Err(CalibrationError::Quantities { expected, found: row.len() });
     }
     let mean = column_means(qois);
+    if let Some(m) = mean.iter().position(|mean| mean.is_nan()) {
+        return Err(CalibrationError::NotRecorded { quantity: pce.outputs()[m].clone() });
+    }
     let relative: Vec<Vec<f64>> =
         qois.iter().map(|row| row.iter().zip(&mean).map(|(y, mean)| y / mean).collect()).collect();
     let factors: Vec<f64> = mean.iter().map(|mean| mean.recip()).collect();

@@ -12,30 +12,37 @@
 //! Each specimen then has its own mean m_k, and the same transform is applied to the means. Specimens with unknown
 //! inputs form a second group. The covariance of a specimen of this group is Σ + T, where T = b bᵀ is the effect of the
 //! population's spread on the response. In addition to δ, all specimens of this group share an error with covariance
-//! T/N, where N is the number of members from which the population is estimated. The totals of both groups have one
-//! joint normal density.
+//! T/N, where N is the number of members from which the population is estimated.
+//!
+//! A specimen may lack some quantities. Its recorded quantities have the marginal normal distribution: the entries of
+//! mean, Σ, S and T that belong to the recorded quantities. Specimens with the same recorded quantities form a group, so
+//! that the transform applies to each group. The totals of all groups have one joint normal density, in which δ is
+//! integrated out.
 
 use ppl::DomainError;
 use ppl::prelude::*;
 use surrogate::CoefficientPosterior;
 
 use super::CalibrationError;
-use super::contrasts::{Group, helmert};
+pub(super) use super::contrasts::Kind;
+use super::contrasts::{Group, helmert, recorded};
 use super::population::{Population, Spread};
 
 /// Quantities of interest of specimens, relative to their means, and the covariance of the error that all specimens
 /// share.
 #[derive(Clone, Debug)]
 pub struct Specimens {
+    /// Quantities of the specimens in their original order; NaN for a quantity that was not recorded.
+    pub(super) rows: Vec<Vec<f64>>,
     /// Whether the inputs of each specimen are known.
     pub(super) is_known: Vec<bool>,
-    pub(super) known: Group,
-    pub(super) unknown: Group,
+    /// Groups of specimens with the same covariance; no group is empty.
+    pub(super) groups: Vec<Group>,
     /// Last inputs of the forward model for each specimen with known inputs; empty if the model has no such inputs.
     pub(super) inputs: Vec<Vec<f64>>,
     /// Population of the unknown inputs; `None` if all inputs are known.
     pub(super) population: Option<Population>,
-    /// Totals of the non-empty groups, concatenated.
+    /// Totals of the groups, concatenated.
     pub(super) totals: Vec<f64>,
     /// Constant part of the covariance S of the error that all specimens share, quantities × quantities. If S is zero,
     /// the likelihood is the likelihood of the paper.
@@ -56,22 +63,26 @@ pub(super) struct Open {
 
 impl Specimens {
     /// Creates specimens without a shared error. `qois` has one row per specimen, in the order of the forward model's
-    /// outputs.
+    /// outputs; NaN for a quantity that was not recorded.
     ///
     /// # Errors
-    /// If there is no specimen, or the rows have different lengths.
+    /// If there is no specimen, the rows have different lengths, or a specimen has no recorded quantity.
     pub fn new(qois: &[Vec<f64>]) -> Result<Self, CalibrationError> {
         let [first, ..] = qois else { return Err(CalibrationError::TooFew(0)) };
         let expected = first.len();
         if let Some(row) = qois.iter().find(|row| row.len() != expected) {
             return Err(CalibrationError::Quantities { expected, found: row.len() });
         }
-        let known = Group::of(qois.to_vec());
+        if let Some(specimen) = qois.iter().position(|row| recorded(row).is_empty()) {
+            return Err(CalibrationError::NothingRecorded { specimen });
+        }
+        let is_known = vec![true; qois.len()];
+        let groups = Group::of_each(qois, &is_known);
         Ok(Self {
-            is_known: vec![true; qois.len()],
-            totals: known.total.clone(),
-            known,
-            unknown: Group::default(),
+            rows: qois.to_vec(),
+            is_known,
+            totals: totals(&groups),
+            groups,
             inputs: Vec::new(),
             population: None,
             shared: vec![vec![0.0; expected]; expected],
@@ -101,23 +112,26 @@ impl Specimens {
         if population.is_none() && is_known.contains(&false) {
             return Err(CalibrationError::Population { found: 0 });
         }
-        let rows = self.rows();
-        let group_with = |known: bool| {
-            let chosen = rows.iter().zip(&is_known).filter(|(_, own)| **own == known);
-            Group::of(chosen.map(|(row, _)| (*row).clone()).collect())
-        };
-        let (known, unknown) = (group_with(true), group_with(false));
-        let totals = [&known.total[..], &unknown.total].concat();
-        let population = population.filter(|_| unknown.len() > 0);
+        let groups = Group::of_each(&self.rows, &is_known);
+        let totals = totals(&groups);
+        let population = population.filter(|_| is_known.contains(&false));
         let inputs = inputs.iter().flatten().cloned().collect();
-        Ok(Self { is_known, known, unknown, inputs, population, totals, ..self })
+        Ok(Self { is_known, groups, inputs, population, totals, ..self })
     }
 
-    /// Returns the rows of all specimens in their original order.
-    pub(super) fn rows(&self) -> Vec<&Vec<f64>> {
-        let (mut known, mut unknown) = (self.known.rows.iter(), self.unknown.rows.iter());
-        let row = |is_known: &bool| if *is_known { known.next() } else { unknown.next() };
-        self.is_known.iter().filter_map(row).collect()
+    /// Whether every quantity of every specimen was recorded.
+    pub(super) fn is_complete(&self) -> bool {
+        self.groups.iter().all(|group| group.recorded.len() == self.shared.len())
+    }
+
+    /// Contrasts of all groups of one kind, group after group.
+    pub(super) fn contrasts_of(&self, kind: Kind) -> Vec<&Vec<f64>> {
+        self.of_kind(kind).flat_map(|group| &group.contrasts).collect()
+    }
+
+    /// The groups of specimens of one kind.
+    pub(super) fn of_kind(&self, kind: Kind) -> impl Iterator<Item = &Group> {
+        self.groups.iter().filter(move |group| group.kind == kind)
     }
 
     /// Number of inputs of the forward model that are not parameters.
@@ -139,18 +153,24 @@ impl Specimens {
         let unknown = self.population.as_ref().map(|p| p.response(forward, point));
         if self.known_inputs() == 0 {
             let mean = forward.at(point);
-            let (own, contrasts) = (Vec::new(), Vec::new());
-            return Ok(Expected { own, contrasts, mean, unknown, shared });
+            let (own, totals) = (Vec::new(), Vec::new());
+            return Ok(Expected { own, contrasts: Vec::new(), totals, mean, unknown, shared });
         }
         let response = |inputs: &Vec<f64>| -> Vec<R> {
             let inputs = inputs.iter().map(|&x| R::from(x));
             forward.at(&point.iter().copied().chain(inputs).collect::<Vec<R>>())
         };
         let own: Vec<Vec<R>> = self.inputs.iter().map(response).collect();
-        let (contrasts, total) = helmert(&own);
-        let root = (self.known.len() as f64).sqrt();
-        let mean = total.into_iter().map(|sum| sum / root).collect();
-        Ok(Expected { own, contrasts, mean, unknown, shared })
+        let of_group = |group: &Group| {
+            let rows: Vec<Vec<R>> = group.places.iter().map(|&k| group.part(&own[k])).collect();
+            helmert(&rows)
+        };
+        let (contrasts, totals): (Vec<_>, Vec<_>) = self.of_kind(Kind::Known).map(of_group).unzip();
+        let mean = match (&totals[..], self.is_complete()) {
+            ([total], true) => scaled_back(total, own.len()),
+            _ => scaled_back(&helmert(&own).1, own.len()),
+        };
+        Ok(Expected { own, contrasts: contrasts.concat(), totals, mean, unknown, shared })
     }
 
     /// Sets the covariance S of the error δ that all specimens share: the error of the surrogate, the mesh and the
@@ -226,9 +246,9 @@ impl Specimens {
     pub(super) fn mean<R: Scalar>(&self, expected: &Expected<R>) -> Vec<R> {
         match &expected.unknown {
             None => expected.mean.clone(),
-            Some(unknown) if self.known.len() == 0 => unknown.mean.clone(),
+            Some(unknown) if self.inputs.is_empty() => unknown.mean.clone(),
             Some(unknown) => {
-                let part = self.known.len() as f64 / self.len() as f64;
+                let part = self.inputs.len() as f64 / self.len() as f64;
                 let both = expected.mean.iter().zip(&unknown.mean);
                 both.map(|(&a, &b)| a * part + b * (1.0 - part)).collect()
             }
@@ -243,8 +263,22 @@ impl Specimens {
 
     /// Expected totals of the groups, concatenated.
     pub(super) fn mean_of_totals<R: Scalar>(&self, expected: &Expected<R>) -> Vec<R> {
-        let groups = self.groups().into_iter();
-        groups.flat_map(|(group, size)| scaled(expected.mean_of(group), size)).collect()
+        let of_group = |(g, group): (usize, &Group)| self.mean_of_total(g, group, expected);
+        self.groups.iter().enumerate().flat_map(of_group).collect()
+    }
+
+    /// Expected total of the group at the index `g`.
+    pub(super) fn mean_of_total<R: Scalar>(
+        &self,
+        g: usize,
+        group: &Group,
+        expected: &Expected<R>,
+    ) -> Vec<R> {
+        match expected.totals.get(g) {
+            // groups with known inputs come first
+            Some(total) if !self.is_complete() => total.clone(),
+            _ => scaled(&group.part(expected.mean_of(group.kind)), group.len()),
+        }
     }
 
     /// Returns the Cholesky factor of the covariance of the totals. `scatter` is the Cholesky factor of the
@@ -255,7 +289,28 @@ impl Specimens {
         expected: &Expected<R>,
         scatter: &DynCholeskyFactor<R>,
     ) -> Result<DynCholeskyFactor<R>, DomainError> {
-        self.factor_of(&self.groups(), expected, scatter)
+        self.factor_of(&self.sized_groups(), expected, scatter)
+    }
+
+    /// Cholesky factor of the covariance of the recorded quantities of one specimen of a group, without the errors that
+    /// specimens share.
+    pub(super) fn factor_of_specimen<R: Scalar>(
+        &self,
+        group: &Group,
+        expected: &Expected<R>,
+        scatter: &DynCholeskyFactor<R>,
+    ) -> Result<DynCholeskyFactor<R>, DomainError> {
+        let whole = match group.kind {
+            Kind::Known => scatter.clone(),
+            Kind::Unknown => self.factor_of_unknown(expected, scatter)?,
+        };
+        if group.recorded.len() == self.shared.len() {
+            return Ok(whole);
+        }
+        let covariance = whole.covariance();
+        let rows: Vec<Vec<R>> =
+            group.recorded.iter().map(|&m| group.part(&covariance[m])).collect();
+        DynCholeskyFactor::of_covariance(&rows)
     }
 
     /// Cholesky factor of the covariance Σ + T of specimens with unknown inputs, where T is the effect of the inputs'
@@ -274,27 +329,31 @@ impl Specimens {
     /// Returns the Cholesky factor of the covariance of the totals of groups of the given sizes.
     pub(super) fn factor_of<R: Scalar>(
         &self,
-        groups: &[(Kind, usize)],
+        groups: &[(&Group, usize)],
         expected: &Expected<R>,
         scatter: &DynCholeskyFactor<R>,
     ) -> Result<DynCholeskyFactor<R>, DomainError> {
         let is_shared = expected.shared.iter().flatten().any(|s| s.value() != 0.0);
-        if let ([(Kind::Known, _)], false) = (groups, is_shared) {
-            return Ok(scatter.clone());
+        if let ([(group, _)], false) = (groups, is_shared)
+            && group.kind == Kind::Known
+        {
+            return self.factor_of_specimen(group, expected, scatter);
         }
-        let (scatter, size) = (scatter.covariance(), self.shared.len());
-        let entry = |a: usize, b: usize| {
-            let ((g, n), (h, m)) = (groups[a / size], groups[b / size]);
-            let (i, j) = (a % size, b % size);
-            let shared = self.common(g, h, expected, i, j) * ((n * m) as f64).sqrt();
-            match a / size == b / size {
-                true => self.own(g, expected, &scatter, i, j) + shared,
+        let scatter = scatter.covariance();
+        // group and quantity of each entry of the concatenated totals
+        let places: Vec<(usize, usize)> = (0..groups.len())
+            .flat_map(|g| groups[g].0.recorded.iter().map(move |&m| (g, m)))
+            .collect();
+        let entry = |&(a, i): &(usize, usize), &(b, j): &(usize, usize)| {
+            let ((g, n), (h, m)) = (groups[a], groups[b]);
+            let shared = self.common(g.kind, h.kind, expected, i, j) * ((n * m) as f64).sqrt();
+            match a == b {
+                true => self.own(g.kind, expected, &scatter, i, j) + shared,
                 false => shared,
             }
         };
-        let all = size * groups.len();
         let covariance: Vec<Vec<R>> =
-            (0..all).map(|a| (0..all).map(|b| entry(a, b)).collect()).collect();
+            places.iter().map(|a| places.iter().map(|b| entry(a, b)).collect()).collect();
         DynCholeskyFactor::of_covariance(&covariance)
     }
 
@@ -332,25 +391,15 @@ impl Specimens {
         }
     }
 
-    /// The non-empty groups, with their sizes.
-    pub(super) fn groups(&self) -> Vec<(Kind, usize)> {
-        let all = [Kind::Known, Kind::Unknown].map(|kind| (kind, self.group(kind).len()));
-        all.into_iter().filter(|(_, size)| *size > 0).collect()
-    }
-
-    pub(super) fn group(&self, kind: Kind) -> &Group {
-        match kind {
-            Kind::Known => &self.known,
-            Kind::Unknown => &self.unknown,
-        }
+    /// The groups with their sizes.
+    pub(super) fn sized_groups(&self) -> Vec<(&Group, usize)> {
+        self.groups.iter().map(|group| (group, group.len())).collect()
     }
 }
 
-/// Whether the inputs of a specimen are known.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
-    Known,
-    Unknown,
+/// Totals of groups, concatenated.
+fn totals(groups: &[Group]) -> Vec<f64> {
+    groups.iter().flat_map(|group| group.total.iter().copied()).collect()
 }
 
 /// Results of the forward model for the specimens at given parameters.
@@ -358,9 +407,11 @@ pub(super) enum Kind {
 pub(super) struct Expected<R> {
     /// Response of each specimen with known inputs; empty if the forward model has no such inputs.
     own: Vec<Vec<R>>,
-    /// Expected contrasts between the specimens with known inputs; empty if the forward model has no such inputs, because
-    /// the contrasts are then zero.
+    /// Expected contrasts between the specimens of each group with known inputs, group after group; empty if the forward
+    /// model has no such inputs, because the contrasts are then zero.
     pub(super) contrasts: Vec<Vec<R>>,
+    /// Expected totals of the groups with known inputs; empty if the forward model has no such inputs.
+    totals: Vec<Vec<R>>,
     /// Mean response of the specimens with known inputs.
     mean: Vec<R>,
     /// Response of a specimen with unknown inputs, if there are such specimens.
@@ -377,7 +428,7 @@ impl<R> Expected<R> {
         }
     }
 
-    /// Expected response of a specimen, given by its index in its group.
+    /// Expected response of a specimen, given by its position among the specimens of its kind.
     pub(super) fn own_mean(&self, kind: Kind, place: usize) -> &[R] {
         match kind {
             Kind::Known => self.own.get(place).map_or(&self.mean, |own| own),
@@ -386,10 +437,14 @@ impl<R> Expected<R> {
     }
 }
 
-/// Mean of every column of rows of the same length; empty if there are no rows.
+/// Mean of the numbers of every column of rows of the same length; NaN cells are skipped. Empty if there are no rows. The
+/// mean of a column without a number is NaN.
 pub fn column_means(rows: &[Vec<f64>]) -> Vec<f64> {
     let columns = rows.first().map_or(0, Vec::len);
-    let mean = |m: usize| rows.iter().map(|row| row[m]).sum::<f64>() / rows.len() as f64;
+    let mean = |m: usize| {
+        let numbers = || rows.iter().map(|row| row[m]).filter(|x| !x.is_nan());
+        numbers().sum::<f64>() / numbers().count() as f64
+    };
     (0..columns).map(mean).collect()
 }
 
@@ -397,6 +452,12 @@ pub fn column_means(rows: &[Vec<f64>]) -> Vec<f64> {
 pub(super) fn scaled<R: Scalar>(mean: &[R], n: usize) -> Vec<R> {
     let root = (n as f64).sqrt();
     mean.iter().map(|&m| m * root).collect()
+}
+
+/// A total of n rows divided by √n.
+fn scaled_back<R: Scalar>(total: &[R], n: usize) -> Vec<R> {
+    let root = (n as f64).sqrt();
+    total.iter().map(|&sum| sum / root).collect()
 }
 
 fn add<R: Scalar>(matrix: &mut [Vec<R>], entry: impl Fn(usize, usize) -> R) {

@@ -5,6 +5,7 @@ use ppl::prelude::*;
 use surrogate::{DynPce, Input};
 
 use super::given_others::{ln_conditionals, new_specimen};
+use super::likelihood::{ln_density_of, of_specimens};
 use super::population::Population;
 use super::specimens::Specimens;
 use super::{Evidence, calibrate, relative_to_means};
@@ -17,8 +18,29 @@ const SHARED: [[f64; 2]; 2] = [[9e-4, 2e-4], [2e-4, 4e-4]];
 const THETA: f64 = 1.3;
 
 fn specimens() -> Specimens {
-    let rows: Vec<Vec<f64>> = QOIS.map(Vec::from).to_vec();
+    specimens_of(&QOIS)
+}
+
+fn specimens_of(qois: &[[f64; 2]; 4]) -> Specimens {
+    let rows: Vec<Vec<f64>> = qois.map(Vec::from).to_vec();
     Specimens::new(&rows).unwrap().sharing(SHARED.map(Vec::from).to_vec()).unwrap()
+}
+
+/// Returns `QOIS` without the quantities at the given specimens and columns.
+fn without<const N: usize>(missing: [(usize, usize); N]) -> [[f64; 2]; 4] {
+    let mut qois = QOIS;
+    missing.iter().for_each(|&(k, m)| qois[k][m] = f64::NAN);
+    qois
+}
+
+/// Rows of which some lack a quantity: one row, one row of each quantity, and all rows but one.
+fn incomplete() -> [[[f64; 2]; 4]; 4] {
+    [
+        without([(1, 0)]),
+        without([(0, 1), (2, 0)]),
+        without([(0, 1), (1, 1), (3, 1)]),
+        without([(0, 0), (1, 0), (2, 1), (3, 1)]),
+    ]
 }
 
 fn scatter() -> DynCholeskyFactor<f64> {
@@ -87,38 +109,33 @@ impl Joint {
         Self { means, covariance }
     }
 
-    /// Log density of the rows of the `chosen` specimens.
+    /// Log density of the numbers in the rows of the `chosen` specimens: the density of the part of the joint normal
+    /// distribution of all quantities that belongs to numbers.
     fn ln_density(&self, rows: &[Vec<f64>], chosen: &[usize]) -> f64 {
-        let places: Vec<usize> = chosen.iter().flat_map(|&k| [2 * k, 2 * k + 1]).collect();
+        let all = chosen.iter().flat_map(|&k| [2 * k, 2 * k + 1]);
+        let places: Vec<usize> = all.filter(|&a| !rows[a / 2][a % 2].is_nan()).collect();
         let part = |a: &usize| places.iter().map(|&b| self.covariance[*a][b]).collect();
         let covariance: Vec<Vec<f64>> = places.iter().map(part).collect();
         let factor = DynCholeskyFactor::of_covariance(&covariance).unwrap();
-        let mean: Vec<f64> = chosen.iter().flat_map(|&k| self.means[k].clone()).collect();
-        let x: Vec<f64> = chosen.iter().flat_map(|&k| rows[k].clone()).collect();
+        let mean: Vec<f64> = places.iter().map(|&a| self.means[a / 2][a % 2]).collect();
+        let x: Vec<f64> = places.iter().map(|&a| rows[a / 2][a % 2]).collect();
         MvNormalCholesky(mean, factor).ln_density(&x)
     }
 }
 
 /// Checks the density of contrasts and totals, the density of one more specimen, and the density of each specimen
 /// given the other specimens.
-fn assert_density_of(specimens: &Specimens, pce: &DynPce, known: Option<&[Option<f64>]>) {
-    let mut rows: Vec<Vec<f64>> = QOIS.map(Vec::from).to_vec();
+fn assert_density_of(
+    specimens: &Specimens,
+    qois: &[[f64; 2]; 4],
+    pce: &DynPce,
+    known: Option<&[Option<f64>]>,
+) {
+    let mut rows: Vec<Vec<f64>> = qois.map(Vec::from).to_vec();
     let all: Vec<usize> = (0..rows.len()).collect();
     let joint = known.map_or_else(|| Joint::alike(rows.len()), Joint::knowing);
     let expected = specimens.expected(pce, &[THETA]).unwrap();
-    let between =
-        |z: &Vec<f64>, mean: &Vec<f64>| MvNormalCholesky(mean.clone(), scatter()).ln_density(z);
-    // without known inputs the expected contrasts are zero and are not stored
-    let zeros = vec![vec![0.0; 2]; specimens.known.contrasts.len()];
-    let means = if specimens.known_inputs() == 0 { &zeros } else { &expected.contrasts };
-    let contrasts = specimens.known.contrasts.iter().zip(means);
-    let mut found: f64 = contrasts.map(|(z, mean)| between(z, mean)).sum();
-    let of_unknown = specimens.factor_of_unknown(&expected, &scatter()).unwrap();
-    let unknown = MvNormalCholesky(vec![0.0; 2], of_unknown);
-    found += specimens.unknown.contrasts.iter().map(|z| unknown.ln_density(z)).sum::<f64>();
-    let factor = specimens.factor_of_totals(&expected, &scatter()).unwrap();
-    let totals = MvNormalCholesky(specimens.mean_of_totals(&expected), factor);
-    found += totals.ln_density(&specimens.totals);
+    let found = ln_density_of(specimens, &expected, &scatter()).unwrap();
     let whole = joint.ln_density(&rows, &all);
     assert!((found - whole).abs() < 1e-10, "{found} {whole}");
 
@@ -145,7 +162,44 @@ fn assert_density_of(specimens: &Specimens, pce: &DynPce, known: Option<&[Option
 
 #[test]
 fn contrasts_and_totals_have_the_density_of_all_rows_at_once() {
-    assert_density_of(&specimens(), &forward(false), None);
+    assert_density_of(&specimens(), &QOIS, &forward(false), None);
+    for qois in incomplete() {
+        assert_density_of(&specimens_of(&qois), &qois, &forward(false), None);
+    }
+}
+
+/// The statements of the model have the log density of [`ln_density_of`], for specimens with all quantities and for
+/// specimens without some quantities.
+#[test]
+fn statements_of_the_model_have_the_density() {
+    use ppl::Workspace;
+    ppl::model! {
+        fn fixed(forward: &DynPce, specimens: &Specimens, scatter: &[Vec<f64>]) {
+            let theta ~ Uniform(0.0, 2.0);
+            let rows: Vec<Vec<Real>> =
+                scatter.iter().map(|row| row.iter().map(|&x| Real::from(x)).collect()).collect();
+            let scatter = DynCholeskyFactor::new(&rows)?;
+            let expected = specimens.expected(forward, &[theta])?;
+            let data ~ of_specimens(specimens, &expected, &scatter);
+        }
+    }
+    let factor = FACTOR.map(Vec::from).to_vec();
+    let pce = forward(false);
+    for qois in [[QOIS].as_slice(), &incomplete()].concat() {
+        let specimens = specimens_of(&qois);
+        let model = fixed(&pce, &specimens, &factor);
+        let at =
+            |x: f64| model.log_density_without_jacobian(&[x], &mut Workspace::default()).unwrap();
+        let exact = |theta: f64| {
+            let expected = specimens.expected(&pce, &[theta]).unwrap();
+            ln_density_of(&specimens, &expected, &scatter()).unwrap()
+        };
+        // the density of the uniform prior cancels in the difference
+        let theta = |x: f64| 2.0 / (1.0 + (-x).exp());
+        let found = at(0.7) - at(-0.2);
+        let expected = exact(theta(0.7)) - exact(theta(-0.2));
+        assert!((found - expected).abs() < 1e-10, "{found} {expected}");
+    }
 }
 
 /// The inputs of all, some, one or no specimens are known. If the model is linear and the unknown input is normal, the
@@ -156,16 +210,18 @@ fn what_is_known_of_some_specimens_moves_their_means_and_what_is_not_widens_the_
     for known in
         [k, [k[0], None, k[2], None], [None, None, k[2], None], [k[0], k[1], k[2], None], [None; 4]]
     {
-        let inputs = known.map(|k| k.map(|k| vec![k]));
-        let population = Population::of(&members()).unwrap();
-        let specimens = specimens().knowing(&inputs, Some(population)).unwrap();
-        assert_eq!(specimens.known_inputs(), 1);
-        assert_density_of(&specimens, &forward(true), Some(&known));
-        let (expected, joint) =
-            (specimens.expected(&forward(true), &[THETA]).unwrap(), Joint::knowing(&known));
-        for (i, mean) in specimens.mean(&expected).iter().enumerate() {
-            let exact = joint.means.iter().map(|mean| mean[i]).sum::<f64>() / 4.0;
-            assert!((mean - exact).abs() < 1e-12, "{mean} {exact}");
+        for qois in [[QOIS].as_slice(), &incomplete()].concat() {
+            let inputs = known.map(|k| k.map(|k| vec![k]));
+            let population = Population::of(&members()).unwrap();
+            let specimens = specimens_of(&qois).knowing(&inputs, Some(population)).unwrap();
+            assert_eq!(specimens.known_inputs(), 1);
+            assert_density_of(&specimens, &qois, &forward(true), Some(&known));
+            let (expected, joint) =
+                (specimens.expected(&forward(true), &[THETA]).unwrap(), Joint::knowing(&known));
+            for (i, mean) in specimens.mean(&expected).iter().enumerate() {
+                let exact = joint.means.iter().map(|mean| mean[i]).sum::<f64>() / 4.0;
+                assert!((mean - exact).abs() < 1e-12, "{mean} {exact}");
+            }
         }
     }
 }
@@ -250,6 +306,12 @@ fn one_specimen_alone_has_the_density_of_itself() {
 fn sizes_that_do_not_fit_are_refused() {
     assert!(Specimens::new(&[]).is_err());
     assert!(Specimens::new(&[vec![1.0], vec![1.0, 2.0]]).is_err());
+    let error = Specimens::new(&[vec![1.0, 2.0], vec![f64::NAN; 2]]).unwrap_err();
+    assert!(error.to_string().starts_with("specimen 2"), "{error}");
+    let qois = vec![vec![1.0, f64::NAN], vec![1.1, f64::NAN]];
+    let evidence = Evidence { qois, ..Evidence::default() };
+    let error = relative_to_means(&forward(false), &evidence).unwrap_err();
+    assert!(error.to_string().ends_with("quantity of interest b"), "{error}");
     assert!(specimens().sharing(vec![vec![0.0; 2]]).is_err());
     assert!(specimens().sharing(vec![vec![0.0]; 2]).is_err());
     let one = || Some(vec![1.0]);

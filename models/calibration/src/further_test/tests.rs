@@ -24,7 +24,7 @@ fn two_parameters_and_three_quantities_have_the_closed_form() {
     let jacobian = vec![vec![0.0036, 3.0], vec![0.0024, 80.0], vec![-0.0012, 75.0]];
     let scatter = vec![vec![9e-4, 4e-4, 0.0], vec![4e-4, 16e-4, -2e-4], vec![0.0, -2e-4, 4e-4]];
     let draw = TestAtDraw { jacobian: jacobian.clone(), scatter: scatter.clone() };
-    let test = FurtherTest { draws: vec![draw], shared: vec![vec![0.0; 3]; 3], seen: 0 };
+    let test = FurtherTest { draws: vec![draw], shared: vec![vec![0.0; 3]; 3], seen: Vec::new() };
     for n in [1, 5, 40] {
         let j = matrix(&jacobian);
         let inverse = matrix(&scatter).try_inverse().unwrap();
@@ -71,7 +71,7 @@ fn a_rate_independent_peak_tells_the_toughness_and_a_viscous_one_does_not() {
     let test = |slow: bool| FurtherTest {
         draws: draws.iter().step_by(10).map(|x| at(x, slow)).collect(),
         shared: vec![vec![0.0]],
-        seen: 0,
+        seen: Vec::new(),
     };
     let variance = 0.003f64.powi(2) / 12.0;
     let gc = |k: usize| draws[k][1];
@@ -97,14 +97,14 @@ fn more_specimens_teach_more_until_what_they_share_is_left() {
         scatter: vec![vec![0.04, 0.01], vec![0.01, 0.09]],
     };
     let shared = vec![vec![4e-3, 1e-3], vec![1e-3, 2e-3]];
-    for seen in [0, 5] {
+    for seen in [vec![], vec![vec![0, 1]; 5], vec![vec![0, 1], vec![1], vec![0]]] {
         let draws = (0..7).map(draw).collect();
-        let test = FurtherTest { draws, shared: shared.clone(), seen };
+        let test = FurtherTest { draws, shared: shared.clone(), seen: seen.clone() };
         let mut before = belief.now();
         for n in [1, 2, 3, 10, 100, 10_000] {
             let now = test.expected(&belief, n).unwrap();
             for (now, before) in now.iter().zip(&before) {
-                assert!(now.contraction > before.contraction, "{seen} {n}");
+                assert!(now.contraction > before.contraction, "{seen:?} {n}");
                 assert!(now.width90 <= before.width90);
             }
             before = now;
@@ -126,7 +126,11 @@ fn more_specimens_teach_more_until_what_they_share_is_left() {
 fn specimens_seen_before_share_their_error_with_further_ones() {
     let prior = [[0.0, 1.0]];
     let draw = TestAtDraw { jacobian: vec![vec![1.0]], scatter: vec![vec![0.02]] };
-    let test = |seen| FurtherTest { draws: vec![draw.clone()], shared: vec![vec![0.003]], seen };
+    let test = |seen: usize| FurtherTest {
+        draws: vec![draw.clone()],
+        shared: vec![vec![0.003]],
+        seen: vec![vec![0]; seen],
+    };
     let whole = test(0).expected(&prior_alone(&prior), 8).unwrap()[0].contraction;
     let half = test(0).expected(&prior_alone(&prior), 4).unwrap()[0].contraction;
     // draws with the posterior variance after four specimens
@@ -141,17 +145,56 @@ fn specimens_seen_before_share_their_error_with_further_ones() {
     assert!(test(0).expected(&belief, 4).unwrap()[0].contraction > whole + 0.005);
 }
 
+/// Compares the information that further specimens add to tested specimens, some of which lack quantities, with the
+/// information of all recorded quantities as one normal vector.
+#[test]
+fn specimens_that_lack_quantities_have_the_information_of_the_others() {
+    let belief = prior_alone(&[[0.0, 1.0], [2.0, 3.0]]);
+    let draw = TestAtDraw {
+        jacobian: vec![vec![1.0, 0.4], vec![0.3, 1.0]],
+        scatter: vec![vec![0.04, 0.01], vec![0.01, 0.09]],
+    };
+    let shared = [[4e-3, 1e-3], [1e-3, 2e-3]];
+    let seen = vec![vec![0, 1], vec![1], vec![0], vec![1]];
+    let test = FurtherTest {
+        draws: vec![draw.clone()],
+        shared: shared.map(Vec::from).to_vec(),
+        seen: seen.clone(),
+    };
+    let information = |specimens: &[Vec<usize>]| {
+        let places: Vec<(usize, usize)> = specimens
+            .iter()
+            .enumerate()
+            .flat_map(|(k, recorded)| recorded.iter().map(move |&m| (k, m)))
+            .collect();
+        let size = places.len();
+        let covariance = DMatrix::from_fn(size, size, |a, b| {
+            let ((k, m), (l, n)) = (places[a], places[b]);
+            shared[m][n] + if k == l { draw.scatter[m][n] } else { 0.0 }
+        });
+        let jacobian =
+            DMatrix::from_fn(size, 2, |a, i| draw.jacobian[places[a].1][i] * belief.prior_sd[i]);
+        jacobian.transpose() * covariance.try_inverse().unwrap() * jacobian
+    };
+    for more in [1, 3] {
+        let all = [&seen[..], &vec![vec![0, 1]; more]].concat();
+        let exact = information(&all) - information(&seen);
+        let found = test.gained(&draw, &matrix(&test.shared), &belief, more).unwrap();
+        assert!((&found - &exact).amax() < 1e-10 * exact.amax(), "{found} {exact}");
+    }
+}
+
 #[test]
 fn what_does_not_fit_together_is_said() {
     let belief = prior_alone(&[[0.0, 1.0], [0.0, 1.0]]);
     let draw = TestAtDraw { jacobian: vec![vec![1.0]], scatter: vec![vec![1.0]] };
-    let test = FurtherTest { draws: vec![draw], shared: vec![vec![0.0]], seen: 0 };
+    let test = FurtherTest { draws: vec![draw], shared: vec![vec![0.0]], seen: Vec::new() };
     let error = test.expected(&belief, 1).unwrap_err().to_string();
     assert_eq!(error, "the jacobian has 1 entries, expected 2");
     let draws = vec![vec![0.3, 0.4]; 5];
     let error = Belief::of_draws(&[Prior::uniform(0.0, 1.0); 2], &draws).unwrap_err();
     assert_eq!(error, FurtherTestError::Draws(5));
     let draw = TestAtDraw { jacobian: vec![vec![1.0, 1.0]], scatter: vec![vec![-1.0]] };
-    let test = FurtherTest { draws: vec![draw], shared: vec![vec![0.0]], seen: 0 };
+    let test = FurtherTest { draws: vec![draw], shared: vec![vec![0.0]], seen: Vec::new() };
     assert_eq!(test.expected(&belief, 1), Err(FurtherTestError::Covariance));
 }

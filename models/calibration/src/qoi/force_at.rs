@@ -76,6 +76,10 @@ impl Qoi for ForceAt {
         Extent::Displacement(self.displacement_mm())
     }
 
+    fn needs_peak(&self) -> bool {
+        false
+    }
+
     fn value(&self, curve: &PeakedCurve<'_>) -> Result<f64, QoiError> {
         self.read(curve, &curve.curve().force_n)
     }

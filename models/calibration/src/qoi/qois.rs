@@ -79,6 +79,39 @@ impl Qois {
         quantities.iter().map(|quantity| quantity.value(&curve)).collect()
     }
 
+    /// Computes each of the given quantities of a curve, in the given order. In contrast to [`values_of`](Self::values_of), a
+    /// quantity that cannot be computed does not prevent the computation of the other quantities.
+    ///
+    /// # Example
+    /// A curve that ends before its peak has a force at 0.05 mm and no peak force:
+    /// ```
+    /// use breccia_calibration::{ForceAt, PeakForce, Qois, Quantity, TestCurve};
+    /// let displacement_mm: Vec<f64> = (0..=8).map(|i| 0.01 * i as f64).collect();
+    /// let force_n = displacement_mm.iter().map(|u| 2000.0 * u - 10_000.0 * u * u).collect();
+    /// let curve = TestCurve::new(displacement_mm, force_n);
+    /// let force = ForceAt::micrometres(50).expect("a positive displacement");
+    /// let found = Qois::each_of(&curve, 0.3, &[Quantity::new(force), Quantity::new(PeakForce)]);
+    /// assert!((found[0].as_ref().unwrap() - 75.0).abs() < 1e-6);
+    /// assert!(found[1].as_ref().unwrap_err().to_string().starts_with("no peak"));
+    /// ```
+    pub fn each_of(
+        curve: &TestCurve,
+        slope_fraction: f64,
+        quantities: &[Quantity],
+    ) -> Vec<Result<f64, QoiError>> {
+        let curve = match PeakedCurve::with_any_peak(curve, slope_fraction) {
+            Ok(curve) => curve,
+            Err(error) => return vec![Err(error); quantities.len()],
+        };
+        let value = |quantity: &Quantity| {
+            if quantity.needs_peak() {
+                curve.check_peak()?;
+            }
+            quantity.value(&curve)
+        };
+        quantities.iter().map(value).collect()
+    }
+
     /// Computes the derivatives of the given quantities with respect to a parameter, by the chain rule from the
     /// derivatives of the force at each point, N per unit of the parameter.
     ///

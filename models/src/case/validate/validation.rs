@@ -25,6 +25,11 @@ pub(super) fn check_validation(file: &CaseFile, mistakes: &mut Mistakes) {
     }
     let mut names: Vec<&str> = Vec::new();
     for (place, entry) in case.validation.iter().enumerate() {
+        if let Some(test) = &entry.test {
+            let key = format!("validation ({}).test", entry.name);
+            let problem = "names a test of [[tests]], and the case has one test";
+            mistakes.note(Err(file.error(&key, format!("{test:?}"), problem, "Remove it.")));
+        }
         let named = check_folder_name(&entry.name).and_then(|()| {
             match names.contains(&entry.name.as_str()) {
                 true => Err((

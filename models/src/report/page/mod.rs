@@ -2,7 +2,7 @@
 //! which writes them as HTML; the order of the sections is the list in [`page`].
 //!
 //! 1. `parts`: tables, figures and captions
-//! 2. `made`, `unfinished`, `parameters`, `warnings`, `misfit`, `budget`: the conclusions
+//! 2. `made`, `unfinished`, `parameters`, `warnings`, `misfit`, `budget`, `sensitivity`: the conclusions
 //! 3. `specimens`, `curves`, `surrogate`, `posterior`, `correlations`, `sampling`: data, surrogate and posterior
 //! 4. `predictions`, `confirmation`, `validation`, `damage`, `further`: predictions and further tests
 //! 5. `specimen`, `methods`, `inputs`, `case_file`: how the results were made
@@ -24,6 +24,7 @@ pub(super) mod parts;
 mod posterior;
 mod predictions;
 mod sampling;
+mod sensitivity;
 mod several_tests;
 mod specimen;
 mod specimens;
@@ -47,7 +48,7 @@ macro_rules! sections {
 
 /// Returns the report as HTML, with inline figures.
 pub(crate) fn page(results: &Results) -> String {
-    let sections: [Option<Markup>; 21] = sections!(
+    let sections: [Option<Markup>; 22] = sections!(
         results,
         [
             made,
@@ -56,6 +57,7 @@ pub(crate) fn page(results: &Results) -> String {
             warnings,
             misfit,
             budget,
+            sensitivity,
             specimens,
             curves,
             surrogate,

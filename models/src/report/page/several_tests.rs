@@ -5,8 +5,8 @@ use maud::{Markup, html};
 
 use super::parts::table;
 use super::{
-    budget, case_file, correlations, curves, misfit, parameters, parts, posterior, predictions,
-    sampling, warnings,
+    budget, case_file, correlations, curves, further, misfit, parameters, parts, posterior,
+    predictions, sampling, sensitivity, validation, warnings,
 };
 use crate::report::digits::number;
 use crate::report::document::document;
@@ -57,7 +57,7 @@ pub(crate) fn joint_page(results: &JointResults) -> String {
         (links(results))
         (sections!(joint, [parameters, warnings]))
         (without_tests(&results.without))
-        (sections!(joint, [budget]))
+        (sections!(joint, [budget, sensitivity]))
         @for (name, test) in &results.tests {
             section {
                 h2 { "Test " (name) }
@@ -65,7 +65,7 @@ pub(crate) fn joint_page(results: &JointResults) -> String {
                     (count(test.ensemble.len(), "simulation")) ". "
                     a href={ "tests/" (name) "/report.html" } { "All of this test" } "." }
             }
-            (sections!(test, [misfit, curves, predictions]))
+            (sections!(test, [misfit, curves, predictions, validation, further]))
         }
         (sections!(joint, [posterior, correlations, sampling, case_file]))
     };

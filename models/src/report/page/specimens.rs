@@ -19,7 +19,16 @@ pub(super) fn collect(results: &Results) -> Option<Specimens<'_>> {
 
 pub(super) fn show(Specimens { labels, specimens }: &Specimens<'_>) -> Markup {
     let with_size = specimens.iter().any(|specimen| specimen.size_mm.is_some());
-    let column = |m: usize| specimens.iter().map(|s| s.values[m]).collect::<Vec<f64>>();
+    let column = |m: usize| {
+        let values = specimens.iter().map(|s| s.values[m]);
+        values.filter(|value| !value.is_nan()).collect::<Vec<f64>>()
+    };
+    let cell = |value: f64| if value.is_nan() { "–".to_owned() } else { number(value) };
+    let deviation = |values: &[f64]| match values.len() {
+        0 | 1 => "–".to_owned(),
+        _ => format!("{:.1} %", deviation_percent(values)),
+    };
+    let lacks = specimens.iter().flat_map(|s| &s.values).any(|value| value.is_nan());
     html! {
         section {
             h2 { "Specimens" }
@@ -35,7 +44,7 @@ pub(super) fn show(Specimens { labels, specimens }: &Specimens<'_>) -> Markup {
                         @if with_size {
                             @for size in specimen.size_mm.unwrap_or([f64::NAN; 2]) { td { (plain(size)) } }
                         }
-                        @for value in &specimen.values { td { (number(*value)) } }
+                        @for value in &specimen.values { td { (cell(*value)) } }
                     } }
                     tr {
                         td.name { "mean" } td {} @if with_size { td {} td {} }
@@ -43,13 +52,17 @@ pub(super) fn show(Specimens { labels, specimens }: &Specimens<'_>) -> Markup {
                     }
                     @if specimens.len() > 1 { tr {
                         td.name { "standard deviation" } td {} @if with_size { td {} td {} }
-                        @for m in 0..labels.len() { td { (format!("{:.1} %", deviation_percent(&column(m)))) } }
+                        @for m in 0..labels.len() { td { (deviation(&column(m))) } }
                     } }
                 },
             ))
             @if with_size { p.caption {
                 "Quantities are scaled to the size of the mesh, as in the likelihood. Compressive force and shortening \
                  are positive."
+            } }
+            @if lacks { p.caption {
+                "–: the specimen lacks the quantity. The likelihood uses its other quantities; means and standard \
+                 deviations are over the specimens that have the quantity."
             } }
         }
     }
@@ -87,6 +100,14 @@ mod tests {
         }
         // sample standard deviation of 90 and 110: √200 = 14.1
         assert!(html.contains("<td>14.1 %</td>"), "{html}");
+        assert!(!html.contains("lacks"), "{html}");
+        let lacking = Results {
+            specimens: [results.specimens.clone(), vec![specimen("S-3", f64::NAN)]].concat(),
+            ..results
+        };
+        let html = collect(&lacking).map(|table| show(&table).into_string()).unwrap_or_default();
+        assert!(html.contains("<td>–</td>") && html.contains("<td>14.1 %</td>"), "{html}");
+        assert!(html.contains("lacks the quantity") && !html.contains("NaN"), "{html}");
         assert!(collect(&Results::default()).is_none());
         let results = Results {
             specimens: vec![SpecimenFacts { id: "beam".into(), ..SpecimenFacts::default() }],

@@ -1,5 +1,6 @@
 //! Report of a study: the results of several calibrations on one page.
 
+mod models;
 mod results;
 mod settings;
 
@@ -10,6 +11,7 @@ use super::document::document;
 use super::figures::{colour_of, overlaid};
 use super::page::parts::table;
 use super::results::CalibratedParameter;
+use models::models;
 use results::REPRODUCED;
 pub(crate) use results::{ComparedCase, Pair, StudyResults, Variant};
 use settings::settings;
@@ -41,6 +43,7 @@ pub(crate) fn study_page(results: &StudyResults) -> String {
         (settings(results))
         (overlays(&results.cases))
         (agreement(&results.pairs))
+        (models(&results.cases))
         (confirmation(&results.cases))
         (cautions(&results.cases))
         section {

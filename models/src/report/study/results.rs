@@ -36,6 +36,10 @@ pub(crate) struct ComparedCase {
     pub(crate) reference: Vec<Option<f64>>,
     /// The quantities of interest, including the simulation at the mode.
     pub(crate) qois: Vec<Qoi>,
+    /// Leave-one-out log density of each specimen, by its name.
+    pub(crate) densities: Vec<(String, f64)>,
+    /// Logarithm of the evidence and its standard error; `None` if it was not estimated.
+    pub(crate) evidence: Option<[f64; 2]>,
     /// Published differences between simulation and experiments in per cent; empty if there are none.
     pub(crate) reference_errors: Vec<f64>,
     /// Text of the warnings.

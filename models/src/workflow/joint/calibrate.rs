@@ -7,13 +7,17 @@ use ppl::Posterior;
 use super::super::WorkflowError;
 use super::super::calibrate::{ChainsBar, write_draws, write_sampling, write_summary};
 use super::super::inputs::Inputs;
+use super::super::prior_sensitivity::{write_evidence, write_sensitivity};
 use super::super::task::Task;
 use super::evidence::TestEvidence;
 use super::folders;
 use super::parameters::{FILE, JointParameter, path_and_test};
 use super::sources::write_uncertainty;
-use crate::case::BetweenTestsCase;
-use crate::fracture::{BetweenTests, JointCalibration, JointTest, calibrate_tests};
+use crate::case::{
+    BetweenTestsCase, SingleTest, TrendCase, TrendValues, TrendVariable, validation_case,
+};
+use crate::error::InputError;
+use crate::fracture::{BetweenTests, JointCalibration, JointTest, TrendOverTests, calibrate_tests};
 use crate::progress::say;
 
 pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
@@ -22,7 +26,7 @@ pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let settings = inputs.calibration();
     let sampler = settings.sampler(task.interrupt);
     let burn_in = settings.burn_in_draws();
-    let between = relations(inputs);
+    let between = relations(inputs)?;
     let all: Vec<JointTest> = tests.iter().map(TestEvidence::joint_test).collect();
     let calibrated = |tests: &[JointTest], label: &str| {
         let between = &relations_in(&between, tests);
@@ -48,6 +52,9 @@ pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     for (test, draws) in tests.iter().zip(&joint.tests) {
         task.write_json(&folders::draws_of(&test.name), draws)?;
     }
+    write_draws_of_validations(task, &joint)?;
+    write_sensitivity(task, joint.prior_sensitivity())?;
+    write_evidence(task, |seed| joint.marginal_likelihood(seed))?;
     write_map(task, &joint)?;
     write_uncertainty(task, &tests, &joint)?;
 
@@ -72,14 +79,65 @@ pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
 }
 
 /// Relation between the values of each parameter in the tests, by the path of the parameter.
-fn relations(inputs: &Inputs<'_>) -> BTreeMap<String, BetweenTests> {
-    let relation = |relation: &BetweenTestsCase| match *relation {
-        BetweenTestsCase::Shared => BetweenTests::Shared,
-        BetweenTestsCase::Own => BetweenTests::Own,
-        BetweenTestsCase::VariesPercent(percent) => BetweenTests::Varies { scale: 0.01 * percent },
+///
+/// # Errors
+/// Fails if a test has no value of the variable of a trend.
+fn relations(inputs: &Inputs<'_>) -> Result<BTreeMap<String, BetweenTests>, WorkflowError> {
+    let tests = inputs.tests()?;
+    let relation = |relation: &BetweenTestsCase| -> Result<BetweenTests, WorkflowError> {
+        Ok(match *relation {
+            BetweenTestsCase::Shared => BetweenTests::Shared,
+            BetweenTestsCase::Own => BetweenTests::Own,
+            BetweenTestsCase::VariesPercent(percent) => {
+                BetweenTests::Varies { scale: 0.01 * percent }
+            }
+            BetweenTestsCase::Trend(TrendCase { trend, deviation_percent }) => {
+                // the check of the case refuses tests without a value
+                let no_value = |test| {
+                    WorkflowError::Unusable(format!("the test {test} has no value of a trend"))
+                };
+                let TrendValues { at, unit } = trend.values(&tests).map_err(no_value)?;
+                BetweenTests::Trend(TrendOverTests {
+                    at,
+                    is_logarithmic: trend == TrendVariable::Rate,
+                    unit: unit.to_owned(),
+                    deviation: 0.01 * deviation_percent,
+                })
+            }
+        })
     };
     let all = inputs.calibration().between_tests.iter();
-    all.map(|(parameter, entry)| (parameter.to_string(), relation(entry))).collect()
+    all.map(|(parameter, entry)| Ok((parameter.to_string(), relation(entry)?))).collect()
+}
+
+/// Writes the draws at which each validation simulates its test. The parameters are those of the test that the validation
+/// changes, except that varying parameters have new values about their centre, and that trends are evaluated at the
+/// temperature or rate of the validation.
+fn write_draws_of_validations(
+    task: &Task<'_>,
+    joint: &JointCalibration,
+) -> Result<(), WorkflowError> {
+    let tests = task.inputs.tests()?;
+    let settings = task.inputs.calibration();
+    for (index, test) in tests.iter().enumerate() {
+        for (place, entry) in test.file.case.validation.iter().enumerate() {
+            let unreadable = |mut errors: Vec<InputError>| match errors.is_empty() {
+                true => WorkflowError::Unusable(format!("{}: mistakes", entry.name)),
+                false => errors.swap_remove(0).into(),
+            };
+            let file = validation_case(&test.file, entry, place).map_err(unreadable)?;
+            let own = SingleTest { name: entry.name.clone(), file, own: test.own.clone() };
+            let mut at = BTreeMap::new();
+            for (parameter, relation) in settings.between_tests.iter() {
+                let BetweenTestsCase::Trend(trend) = relation else { continue };
+                let value = trend.trend.value_in(&own, &tests).map_err(WorkflowError::Unusable)?;
+                at.insert(parameter.to_string(), value);
+            }
+            let draws = joint.draws_in_new_test(index, &at, settings.seed);
+            task.write_json(&folders::draws_of_validation(&entry.name), &draws)?;
+        }
+    }
+    Ok(())
 }
 
 /// Returns the relations of the parameters that at least one of the given tests shares with other
@@ -93,7 +151,7 @@ fn relations_in(
     };
     let is_shared = |name: &String| tests.iter().any(|test| shares(test, name));
     let shared = between.iter().filter(|(name, _)| is_shared(name));
-    shared.map(|(name, relation)| (name.clone(), *relation)).collect()
+    shared.map(|(name, relation)| (name.clone(), relation.clone())).collect()
 }
 
 /// Writes draws, summary and statistics of the sampler, and the warnings about the posterior.

@@ -10,6 +10,11 @@ pub(crate) fn draws_of(name: &str) -> String {
     format!("joint/{name}.json")
 }
 
+/// File with the draws of the joint posterior at which a validation simulates its test.
+pub(crate) fn draws_of_validation(name: &str) -> String {
+    format!("joint/validation/{name}.json")
+}
+
 /// Path of a file of the case's results folder, relative to the folder of a test.
 pub(crate) fn from_test(file: &str) -> String {
     format!("../../{file}")

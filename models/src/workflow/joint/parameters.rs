@@ -17,12 +17,13 @@ pub(super) const FILE: &str = "joint/parameters.json";
 /// A parameter of the joint model.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct JointParameter {
-    /// Path of the parameter, followed by the name of the test in parentheses for a parameter of one test.
+    /// Path of the parameter, followed by the name of the test in parentheses for a parameter of one test, or by the end
+    /// of the trend, such as `(at 20 °C)`.
     pub(super) name: String,
     pub(super) prior: Prior,
 }
 
-/// Path of the parameter, and the name of its test if it is a parameter of one test.
+/// Path of the parameter, and the name of its test or the end of its trend.
 pub(super) fn path_and_test(name: &str) -> (&str, Option<&str>) {
     match name.strip_suffix(')').and_then(|rest| rest.split_once(" (")) {
         Some((path, test)) => (path, Some(test)),
@@ -94,6 +95,7 @@ mod tests {
         assert_eq!(path_and_test("test.friction (slow)"), ("test.friction", Some("slow")));
         assert_eq!(path_and_test("matrix.young_mpa"), ("matrix.young_mpa", None));
         assert_eq!(label("matrix.young_mpa (slow)"), "matrix E (MPa), slow");
+        assert_eq!(label("matrix.young_mpa (at 20 °C)"), "matrix E (MPa), at 20 °C");
         assert_eq!(label("sd[slope (slow)]"), "sd[slope (slow)]");
     }
 }

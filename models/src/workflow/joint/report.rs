@@ -2,7 +2,7 @@
 
 use super::super::WorkflowError;
 use super::super::inputs::Inputs;
-use super::super::report::{divergences, load, summary};
+use super::super::report::{divergences, evidence, load, sensitivities, summary};
 use super::super::task::Task;
 use super::folders;
 use super::parameters::label;
@@ -31,6 +31,8 @@ pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         parameters,
         warnings,
         budget: budget(inputs)?,
+        sensitivities: sensitivities(inputs, &label)?,
+        evidence: evidence(inputs)?,
         summary: summary(inputs)?,
         divergences: divergences(inputs)?,
         case_toml: case.to_toml(),

@@ -1,7 +1,7 @@
 //! `uncertainty.csv`: shares of tests and of their errors in the posterior variance of each parameter.
 
 use nalgebra::DMatrix;
-use ppl::{Posterior, Univariate};
+use ppl::Univariate;
 
 use super::super::WorkflowError;
 use super::super::task::Task;
@@ -11,7 +11,7 @@ use crate::budget::shares;
 use crate::fracture::{JointCalibration, calibration_of_draws};
 
 /// Writes `uncertainty.csv`. Each source is named by its test and its kind, such as `fast specimens`. A parameter that
-/// varies between tests has the source `between tests`: the variance of its values in the tests about their centre.
+/// varies between tests has the source `between tests`: the variance of its values in the tests about their centre or trend.
 ///
 /// # Errors
 /// Fails if the draws do not suit a test, or the file cannot be written.
@@ -63,13 +63,17 @@ fn stacked(
         for (kind, covariance) in &part.sources {
             sources.push((format!("{} {kind}", test.name), within_all(covariance)));
         }
-        for (input, variance) in variances_between(joint, k) {
-            let column = DMatrix::from_fn(rows, 1, |row, _| part.jacobian[row][input]);
-            between += within_all(&(&column * column.transpose() * variance));
+        for (input, &variance) in joint.variances_between[k].iter().enumerate() {
+            if variance > 0.0 {
+                let column = DMatrix::from_fn(rows, 1, |row, _| part.jacobian[row][input]);
+                between += within_all(&(&column * column.transpose() * variance));
+            }
         }
         jacobian.extend(part.jacobian.iter().map(|row| {
             let mut whole = vec![0.0; joint.names.len()];
-            row.iter().zip(&joint.parameters[k]).for_each(|(slope, &index)| whole[index] = *slope);
+            for (slope, parameters) in row.iter().zip(&joint.dependences[k]) {
+                parameters.iter().for_each(|&(index, rate)| whole[index] += slope * rate);
+            }
             whole
         }));
     }
@@ -77,27 +81,4 @@ fn stacked(
         sources.push(("between tests".to_owned(), between));
     }
     (jacobian, sources)
-}
-
-/// For each varying parameter of a test, the index of the input and the mean squared difference of its value in the test
-/// from the common centre.
-fn variances_between(joint: &JointCalibration, test: usize) -> Vec<(usize, f64)> {
-    let draws = &joint.tests[test];
-    let inputs = joint.parameters[test].len();
-    let centres = thetas(&joint.posterior, joint.names.len());
-    let variance = |(input, &index): (usize, &usize)| {
-        let values = draws.theta.iter().skip(input).step_by(inputs);
-        let centre = centres.iter().skip(index).step_by(joint.names.len());
-        let squares: f64 =
-            values.zip(centre).map(|(values, centre)| (values - centre).powi(2)).sum();
-        (input, squares / (draws.chains * draws.draws).max(1) as f64)
-    };
-    let all = joint.parameters[test].iter().enumerate().map(variance);
-    all.filter(|(_, variance)| *variance > 0.0).collect()
-}
-
-/// Draws of the parameters of the joint model, one row per draw.
-fn thetas(posterior: &Posterior, parameters: usize) -> &[f64] {
-    let values = posterior.posterior.get("theta");
-    values.map_or(&[], |values| &values.data[..values.data.len() / parameters * parameters])
 }

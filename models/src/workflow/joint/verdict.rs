@@ -69,6 +69,8 @@ fn judged(
     let mut all = parameters(inputs)?;
     for parameter in &mut all {
         let (_, only) = path_and_test(&parameter.label);
+        // the end of a trend, such as `at 20 °C`, is a parameter of all tests
+        let only = only.filter(|only| judgements.iter().any(|warned| warned.test == *only));
         let selected =
             judgements.iter().filter(|warned| only.is_none_or(|only| only == warned.test));
         for judgement in selected.collect::<Vec<_>>() {

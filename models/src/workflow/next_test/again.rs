@@ -14,6 +14,7 @@ use super::super::level_runs::LevelRuns;
 use super::super::mesh_scale::MeshScale;
 use super::super::posterior_draws::Draw;
 use super::super::preparation::Preparation;
+use super::super::specimen_quantities::MeasuredQuantities;
 use super::super::specimen_stiffness::of_specimens;
 use super::super::task::Task;
 use super::super::uncertainty::SharedError;
@@ -22,7 +23,7 @@ use crate::case::{CandidateCase, QoiComparison};
 use crate::error::InputError;
 use crate::fracture::{column_means, sample};
 use crate::further_test::{Belief, FurtherTest};
-use crate::qoi::{Qois, Quantity};
+use crate::qoi::Quantity;
 use crate::table::CsvTable;
 
 /// Calibrates to the compared quantities and the further quantities of the existing curves. Returns the resulting
@@ -53,8 +54,8 @@ pub(super) fn test(
     let qois = read_again(inputs, &quantities)?;
     let means = column_means(&qois);
     let shared = SharedError::of(&fit, &inputs.calibration().discrepancy, &means)?;
-    let seen = qois.len();
     let evidence = shared.evidence(qois, &fit.known_stiffness);
+    let seen = evidence.recorded();
     let (middle, shared) = (evidence.middle(), shared.total());
     let settings = inputs.calibration();
     let sampler = settings.storing_all_draws().sampler(task.interrupt).threads(task.threads);
@@ -74,7 +75,11 @@ fn with_quantities(level: LevelRuns, qoi: &QoiComparison) -> LevelRuns {
     LevelRuns::new(level.records, qoi, derivatives)
 }
 
-/// Computes the quantities of the specimens from their curves in the same way as the stage `experiments`.
+/// Computes the quantities of the specimens from their curves in the same way as the stage `experiments`; NaN for a quantity
+/// that a curve cannot give.
+///
+/// # Errors
+/// Fails if no curve can give one of the quantities.
 fn read_again(
     inputs: &Inputs<'_>,
     quantities: &[Quantity],
@@ -83,7 +88,8 @@ fn read_again(
     let specimens = experiment_inputs::specimen_table(inputs)?;
     let path = inputs.file("experiments.csv")?;
     let table = CsvTable::read(&path, &["id", MeshScale::COLUMNS[0], "slope_fraction"])?;
-    let mut rows = Vec::new();
+    let mut rows: Vec<Vec<f64>> = Vec::new();
+    let mut missing = Vec::new();
     for row in table.rows() {
         let id = row.text("id");
         let Some(specimen) = specimens.specimens.iter().find(|specimen| specimen.id == id) else {
@@ -93,11 +99,17 @@ fn read_again(
         let fraction = row.number("slope_fraction")?;
         let (curve, _) = preparation.apply(&specimen.curve, fraction);
         let curve = MeshScale::of_row(row)?.apply(&curve);
-        let values = Qois::values_of(&curve, fraction, quantities).map_err(|error| {
+        let measured = MeasuredQuantities::of(&curve, fraction, quantities);
+        missing.extend(measured.missing.into_iter().map(|missing| (id.to_owned(), missing)));
+        rows.push(measured.values);
+    }
+    for (m, quantity) in quantities.iter().enumerate() {
+        if rows.iter().all(|row| row[m].is_nan())
+            && let Some((id, (_, error))) = missing.iter().find(|(_, (own, _))| own == quantity)
+        {
             let help = "Choose quantities that the measured curves reach.";
-            InputError::new(&path, "id", id, error.to_string(), help)
-        })?;
-        rows.push(values);
+            return Err(InputError::new(&path, "id", id, error.to_string(), help).into());
+        }
     }
     Ok(rows)
 }

@@ -69,7 +69,7 @@ pub(super) fn test(
     add_error_of_meshes(task, data.outputs(), &mut shared)?;
     let scatter = |draw: &Draw| scatter(draw, present, case, &quantities);
     let draws = at_draws(&fit.pce, &known_inputs, &present.draws, &scatter)?;
-    Ok(FurtherTest { draws, shared, seen: 0 })
+    Ok(FurtherTest { draws, shared, seen: Vec::new() })
 }
 
 /// Minimum number of runs from which derivatives can be estimated.

@@ -26,7 +26,8 @@ pub(super) struct Present {
     pce: DynPce,
     /// Means of the known inputs of the specimens (the stiffness ratio).
     known_inputs: Vec<f64>,
-    specimens: usize,
+    /// Indices of the recorded quantities of each specimen.
+    recorded: Vec<Vec<usize>>,
     shared: Vec<Vec<f64>>,
 }
 
@@ -41,9 +42,9 @@ impl Present {
         let evidence = shared.evidence(qois, &fitted.known_stiffness);
         let (pce, shared) = (fitted.pce, shared.total());
         let draws = posterior_draws(inputs, &prior, &outputs)?;
-        let (known_inputs, specimens) = (evidence.middle(), evidence.qois.len());
+        let (known_inputs, recorded) = (evidence.middle(), evidence.recorded());
         let priors = inputs.priors()?;
-        Ok(Self { prior, priors, draws, outputs, pce, known_inputs, specimens, shared })
+        Ok(Self { prior, priors, draws, outputs, pce, known_inputs, recorded, shared })
     }
 
     pub(super) fn belief(&self) -> Result<Belief, FurtherTestError> {
@@ -56,7 +57,7 @@ impl Present {
         Ok(FurtherTest {
             draws: at_draws(&self.pce, &self.known_inputs, &self.draws, &scatter)?,
             shared: self.shared.clone(),
-            seen: self.specimens,
+            seen: self.recorded.clone(),
         })
     }
 

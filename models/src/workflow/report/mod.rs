@@ -3,7 +3,7 @@
 mod levels;
 mod load;
 
-pub(super) use load::{divergences, load, load_done, parameters, summary};
+pub(super) use load::{divergences, evidence, load, load_done, parameters, sensitivities, summary};
 
 use super::WorkflowError;
 use super::task::Task;

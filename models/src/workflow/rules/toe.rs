@@ -30,7 +30,11 @@ fn check(inputs: &Inputs<'_>) -> Result<Vec<Warning>, WorkflowError> {
     }
     let mut percents = Vec::new();
     for row in checks.rows().filter(|row| row.text("finding") == "toe") {
-        let peak_mm = peaks.named("id", row.text("id"))?.number("displacement_at_peak_mm")?;
+        let specimen = peaks.named("id", row.text("id"))?;
+        if specimen.text("displacement_at_peak_mm").is_empty() {
+            continue;
+        }
+        let peak_mm = specimen.number("displacement_at_peak_mm")?;
         percents.push(100.0 * row.number("value")? / peak_mm);
     }
     Ok(warned(&percents))

@@ -1,5 +1,7 @@
 //! The calibration on which validations are based.
 
+use std::collections::BTreeMap;
+
 use super::super::WorkflowError;
 use super::super::fitted::Fitted;
 use super::super::posterior_draws::Draw;
@@ -11,15 +13,21 @@ pub(super) struct Calibrated {
     /// Names of the parameters.
     pub(super) names: Vec<String>,
     pub(super) draws: Vec<Draw>,
+    /// Draws for the simulations of a validation that is another test than the calibrated test, if several tests were
+    /// calibrated: by the name of the validation.
+    pub(super) elsewhere: BTreeMap<String, Vec<Draw>>,
     pub(super) fitted: Fitted,
 }
 
 impl Calibrated {
     /// Returns `n` draws, evenly spaced over all chains; all draws if there are fewer.
     pub(super) fn thinned(&self, n: usize) -> Vec<&Draw> {
-        let draws = &self.draws;
-        let n = n.min(draws.len());
-        (0..n).map(|k| &draws[(2 * k + 1) * draws.len() / (2 * n)]).collect()
+        thinned(&self.draws, n)
+    }
+
+    /// Returns the draws at which a validation simulates its test.
+    pub(super) fn thinned_for(&self, entry: &ValidationCase) -> Vec<&Draw> {
+        thinned(self.elsewhere.get(&entry.name).unwrap_or(&self.draws), entry.draws)
     }
 
     /// Refuses quantities whose scatter is calibrated at known stiffness ratios. The calibrated scatter then omits the differences
@@ -37,6 +45,12 @@ impl Calibrated {
         }
         Ok(())
     }
+}
+
+/// Returns `n` draws, evenly spaced; all draws if there are fewer.
+fn thinned(draws: &[Draw], n: usize) -> Vec<&Draw> {
+    let n = n.min(draws.len());
+    (0..n).map(|k| &draws[(2 * k + 1) * draws.len() / (2 * n)]).collect()
 }
 
 /// Refuses quantities whose scatter is calibrated and not stated in `entry`.

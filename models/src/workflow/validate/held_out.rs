@@ -2,6 +2,7 @@
 
 use super::super::WorkflowError;
 use super::super::inputs::Inputs;
+use super::super::specimen_quantities::read_cell;
 use crate::error::InputError;
 use crate::qoi::Quantity;
 use crate::table::CsvTable;
@@ -14,7 +15,7 @@ pub(super) struct HeldOut {
     pub(super) columns: Vec<String>,
     /// Names of the specimens.
     ids: Vec<String>,
-    /// Measured quantities, one row per specimen.
+    /// Measured quantities, one row per specimen; NaN if the specimen lacks the quantity.
     rows: Vec<Vec<f64>>,
 }
 
@@ -22,23 +23,26 @@ impl HeldOut {
     /// Reads `experiments.csv` in the folder of the validation.
     ///
     /// # Errors
-    /// Fails if the file is missing or has no number for a quantity.
+    /// Fails if the file is missing, or a cell has no number and is not empty.
     pub(super) fn read(inputs: &Inputs<'_>) -> Result<Self, WorkflowError> {
         let quantities = inputs.qoi().quantities.clone();
         let columns: Vec<String> = quantities.iter().map(|q| q.column().into_owned()).collect();
         let path = inputs.file("experiments.csv")?;
-        let table = CsvTable::read(&path, &["id"])?;
+        let required: Vec<&str> =
+            ["id"].into_iter().chain(columns.iter().map(String::as_str)).collect();
+        let table = CsvTable::read(&path, &required)?;
         let (mut ids, mut rows) = (Vec::new(), Vec::new());
         for row in table.rows() {
             ids.push(row.text("id").to_owned());
-            let values = columns.iter().map(|column| row.number(column));
+            let values = columns.iter().map(|column| read_cell(&row, column, false));
             rows.push(values.collect::<Result<_, InputError>>()?);
         }
         Ok(Self { quantities, columns, ids, rows })
     }
 
-    /// Names of the specimens with their values of the quantity at the index `m`.
+    /// Names of the specimens that have the quantity at the index `m`, with their values.
     pub(super) fn of_quantity(&self, m: usize) -> Vec<(String, f64)> {
-        self.ids.iter().cloned().zip(self.rows.iter().map(|row| row[m])).collect()
+        let all = self.ids.iter().cloned().zip(self.rows.iter().map(|row| row[m]));
+        all.filter(|(_, value)| !value.is_nan()).collect()
     }
 }

@@ -19,10 +19,12 @@ mod held_out;
 mod predicted;
 mod simulated;
 
+use std::collections::BTreeMap;
+
 use super::WorkflowError;
 use super::fitted::Fitted;
 use super::inputs::Inputs;
-use super::posterior_draws::posterior_draws;
+use super::posterior_draws::{Draw, posterior_draws};
 use super::task::Task;
 use super::validation_folders::{PREPARATION, folder_of};
 use crate::case::{CaseFile, ValidationCase};
@@ -47,7 +49,15 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let prior = inputs.prior()?;
     let draws = posterior_draws(inputs, &prior, fitted.pce.outputs())?;
     let names = prior.into_iter().map(|input| input.name).collect();
-    let calibrated = Calibrated { names, draws, fitted };
+    let mut elsewhere = BTreeMap::new();
+    for entry in entries.iter().filter(|entry| !inputs.has_surrogate_for(entry)) {
+        if let Some(theta) = draws_in_other_test(inputs, entry)? {
+            let draw = |(theta, draw): (Vec<f64>, &Draw)| Draw { theta, ..draw.clone() };
+            let own = theta.into_iter().zip(&draws).map(draw).collect();
+            elsewhere.insert(entry.name.clone(), own);
+        }
+    }
+    let calibrated = Calibrated { names, draws, elsewhere, fitted };
     let (mut all, mut bands) = (Vec::new(), Vec::new());
     for entry in entries {
         task.check_interrupt()?;
@@ -129,6 +139,23 @@ fn validated(
         predicted,
     });
     Ok((compared.collect(), band))
+}
+
+/// Reads the draws at which a validation simulates its test, if several tests were calibrated together.
+fn draws_in_other_test(
+    inputs: &Inputs<'_>,
+    entry: &ValidationCase,
+) -> Result<Option<Vec<Vec<f64>>>, WorkflowError> {
+    let Some(joint) = &inputs.calibration().joint else { return Ok(None) };
+    let name = joint.with_file_name("validation").join(format!("{}.json", entry.name));
+    let name = name.to_string_lossy();
+    match inputs.file_if_there(&name) {
+        Some(_) => inputs.json(&name).map(Some),
+        None => {
+            let path = inputs.folder().join(&*name);
+            Err(WorkflowError::Missing { path, stage: "calibrate" })
+        }
+    }
 }
 
 /// Repeats the warnings of a stage in the folder of the entry.

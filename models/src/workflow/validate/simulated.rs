@@ -56,7 +56,7 @@ impl<'a> Runs<'a> {
         entry: &ValidationCase,
         calibrated: &'a Calibrated,
     ) -> Result<Self, WorkflowError> {
-        let draws = calibrated.thinned(entry.draws);
+        let draws = calibrated.thinned_for(entry);
         let (records, has_microstructures) =
             records(validation_task, entry, &calibrated.names, &draws)?;
         let qoi = validation_task.inputs.qoi();

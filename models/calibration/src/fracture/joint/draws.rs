@@ -3,12 +3,14 @@
 
 use std::ops::Range;
 
+use ppl::prelude::*;
 use ppl::{Group, Posterior, Record, Values};
 use serde::{Deserialize, Serialize};
 use surrogate::{DynPce, Input};
 
 use super::correlation::factor_of;
 use super::prepared::{JointTests, PreparedTest};
+use crate::fracture::likelihood::ln_density_of;
 use crate::fracture::{
     Calibration, CalibrationError, Evidence, calibration_on, label, relative_to_means,
     unknown_inputs,
@@ -123,16 +125,51 @@ impl TestDraws {
     }
 }
 
+impl TestDraws {
+    /// Log likelihood of the specimens of the test at each draw; NaN at draws where it cannot be computed.
+    pub(super) fn ln_likelihoods(&self, test: &PreparedTest) -> Vec<f64> {
+        let size = test.quantities.len();
+        let rows = self.theta.chunks(test.inputs.len()).zip(self.sd.chunks(size));
+        let at_draw = |((theta, sd), corr): ((&[f64], &[f64]), &[f64])| {
+            let row = |(row, sd): (&[f64], &f64)| row.iter().map(|x| sd * x).collect();
+            let factor: Vec<Vec<f64>> = corr.chunks(size).zip(sd).map(row).collect();
+            let factor = DynCholeskyFactor::new(&factor)?;
+            let expected = test.specimens.expected(&test.forward, theta)?;
+            ln_density_of(&test.specimens, &expected, &factor)
+        };
+        let rows = rows.zip(self.corr.chunks(size * size));
+        rows.map(|draw| at_draw(draw).unwrap_or(f64::NAN)).collect()
+    }
+
+    /// Mean squared difference of each input of the surrogate from its value without deviations in the test. `theta` has the
+    /// parameters of the joint model, one row per draw.
+    pub(super) fn variances_about(&self, test: &PreparedTest, theta: &[&[f64]]) -> Vec<f64> {
+        let mut sums = vec![0.0; test.inputs.len()];
+        for (own, parameters) in self.theta.chunks(test.inputs.len()).zip(theta) {
+            let centre = test.point(parameters, &[]);
+            for &place in &test.varying {
+                sums[place] += (own[place] - centre[place]).powi(2);
+            }
+        }
+        sums.into_iter().map(|sum| sum / theta.len().max(1) as f64).collect()
+    }
+}
+
 /// Returns the values of the surrogate's inputs of a test, moved inside their box if necessary: rounding can set a
 /// value to a bound, where its prior has zero density.
 fn point_within(test: &PreparedTest, places: &Places, unknowns: &Unknowns<'_>) -> Vec<f64> {
     let units = unknowns.unit[places.units.clone()].iter();
     let deviations: Vec<f64> = units.zip(unknowns.spread).map(|(z, sd)| z * sd).collect();
+    within(test, test.point(unknowns.theta, &deviations))
+}
+
+/// Moves values of the surrogate's inputs inside their box.
+pub(super) fn within(test: &PreparedTest, point: Vec<f64>) -> Vec<f64> {
     let within = |(value, input): (f64, &Input)| {
         let margin = 1e-12 * (input.upper - input.lower);
         value.clamp(input.lower + margin, input.upper - margin)
     };
-    test.point(unknowns.theta, &deviations).into_iter().zip(&test.inputs).map(within).collect()
+    point.into_iter().zip(&test.inputs).map(within).collect()
 }
 
 /// Returns the calibration of one test with the draws of a joint posterior. Predictions, misfits and leave-one-out

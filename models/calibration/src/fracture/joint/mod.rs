@@ -4,25 +4,30 @@
 //! 2. `prepared`: the tests, and the parameters of the joint model
 //! 3. `model`: the joint model
 //! 4. `draws`: draws of the joint posterior for each test
+//! 5. `new_test`: draws for a test that was not calibrated
 
 mod correlation;
 mod draws;
 mod model;
+mod new_test;
 mod prepared;
 #[cfg(test)]
 mod tests;
 
 use std::collections::BTreeMap;
 
-use ppl::{Map, Mode, Nuts, Posterior, SampleError};
+use ppl::{Map, Mode, Nuts, Posterior, PowerScalingError, SampleError};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
+use super::sensitivity::{PriorSensitivity, sensitivities};
 use super::{CalibrationError, leave_out};
+use crate::bridge::{BridgeError, MarginalLikelihood, marginal_likelihood};
 use crate::prior::Prior;
 pub use draws::{TestDraws, calibration_of_draws};
 pub use model::calibration_over_tests;
-pub use prepared::{BetweenTests, JointTest, JointTests};
+use prepared::PreparedTest;
+pub use prepared::{BetweenTests, JointTest, JointTests, TrendOverTests};
 
 /// Posterior and mode of a joint calibration.
 #[derive(Clone, Debug)]
@@ -40,8 +45,14 @@ pub struct JointCalibration {
     pub mode: Mode,
     /// The same draws in the parameters of each test, in the order of the tests.
     pub tests: Vec<TestDraws>,
-    /// For each test, the index of the parameter of each of its surrogate's inputs.
-    pub parameters: Vec<Vec<usize>>,
+    /// For each test and each of its surrogate's inputs: the indices of the parameters on which the input depends, and its
+    /// derivatives with respect to these parameters at the posterior mean.
+    pub dependences: Vec<Vec<Vec<(usize, f64)>>>,
+    /// For each test and each of its surrogate's inputs: the mean squared deviation of the value in the test from the
+    /// common centre or the trend; 0 if the value does not vary between tests.
+    pub variances_between: Vec<Vec<f64>>,
+    /// The joint model.
+    model: JointTests,
 }
 
 /// Calibrates the parameters of several tests together. `between` gives the relation between the tests for parameters by
@@ -83,15 +94,51 @@ pub fn calibrate_tests(
     let map = record.values("theta").map_or_else(Vec::new, <[f64]>::to_vec);
     let draws = TestDraws::of_each(&prepared, &posterior.posterior, &record)?;
     drop(model);
+    let theta = posterior.posterior.get("theta").map_or(&[][..], |values| &values.data);
+    let rows: Vec<&[f64]> = theta.chunks(prepared.names.len()).collect();
+    let mean = |i: usize| rows.iter().map(|row| row[i]).sum::<f64>() / rows.len() as f64;
+    let mean: Vec<f64> = (0..prepared.names.len()).map(mean).collect();
+    let variances = |(test, draws): (&PreparedTest, &TestDraws)| draws.variances_about(test, &rows);
+    let variances_between = prepared.tests.iter().zip(&draws).map(variances).collect();
     Ok(JointCalibration {
         posterior,
         map,
         mode,
+        dependences: prepared.tests.iter().map(|test| test.dependences(&mean)).collect(),
+        variances_between,
         tests: draws,
-        parameters: prepared.tests.iter().map(|test| test.parameters.clone()).collect(),
-        names: prepared.names,
-        priors: prepared.priors,
+        names: prepared.names.clone(),
+        priors: prepared.priors.clone(),
+        model: prepared,
     })
+}
+
+impl JointCalibration {
+    /// Computes the sensitivity of each parameter to the priors of the parameters (of varying parameters also to the prior of
+    /// their spread), to the priors of the scatter, and to the data of all tests.
+    ///
+    /// # Errors
+    /// If a log density is not finite at a draw.
+    pub fn prior_sensitivity(&self) -> Result<Vec<PriorSensitivity>, PowerScalingError> {
+        let group = &self.posterior.posterior;
+        let mut ln_likelihood = vec![0.0; group.chains * group.draws];
+        for (test, draws) in self.model.tests.iter().zip(&self.tests) {
+            let own = draws.ln_likelihoods(test);
+            ln_likelihood.iter_mut().zip(own).for_each(|(sum, own)| *sum += own);
+        }
+        let (of_parameters, of_scatter) = (["theta", "spread"], ["sd", "partial"]);
+        sensitivities(&self.posterior, &self.names, ln_likelihood, &of_parameters, &of_scatter)
+    }
+
+    /// Estimates the marginal likelihood of the quantities of all tests, relative to the means of the specimens of each test,
+    /// from the draws. `seed` is the seed of the auxiliary draws.
+    ///
+    /// # Errors
+    /// The errors of [`marginal_likelihood`].
+    pub fn marginal_likelihood(&self, seed: u64) -> Result<MarginalLikelihood, BridgeError> {
+        let model = calibration_over_tests(&self.model);
+        marginal_likelihood(&model, &self.posterior.chains, seed)
+    }
 }
 
 /// Replaces indices by the names of parameters, quantities and tests.

@@ -6,7 +6,7 @@ use ppl::prelude::*;
 use surrogate::{DynPce, Input};
 
 use super::correlation;
-use crate::fracture::within_box::deviated;
+use crate::fracture::within_box::{deviated, exponential_within};
 use crate::fracture::{
     CalibrationError, Evidence, Specimens, relative_to_means, short_name, unknown_inputs,
 };
@@ -31,7 +31,7 @@ pub struct JointTest {
 }
 
 /// Relation between the values of one parameter in the tests.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub enum BetweenTests {
     /// All tests have the same value.
     #[default]
@@ -44,6 +44,85 @@ pub enum BetweenTests {
         /// Scale of the half-normal prior; 0.05 corresponds to a variation of about 5 %.
         scale: f64,
     },
+    /// The logarithm of the value is a linear function of a variable of the tests.
+    Trend(TrendOverTests),
+}
+
+/// Trend of a parameter over a variable of the tests, such as their temperature: the trend of
+/// [`calibrate_groups`](crate::calibrate_groups).
+///
+/// The parameters of the trend are the values at the smallest and at the largest value of the variable. Both have the prior of
+/// the parameter. Between them, the logarithm of the parameter is linear in the variable.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrendOverTests {
+    /// Value of the variable in each test, by the name of the test. The ends of the trend are the smallest and the largest of
+    /// all these values, also if a test is omitted from the calibration.
+    pub at: BTreeMap<String, f64>,
+    /// Whether the logarithm of the parameter is linear in the logarithm of the variable, as in a power law of the rate.
+    pub is_logarithmic: bool,
+    /// Unit of the variable, for the names of the parameters.
+    pub unit: String,
+    /// Scale of the half-normal prior of the standard deviation with which the logarithm deviates from the trend in each
+    /// test; 0: no deviations.
+    pub deviation: f64,
+}
+
+impl TrendOverTests {
+    /// The smallest and the largest value of the variable.
+    fn ends(&self) -> [f64; 2] {
+        let all = || self.at.values().copied();
+        [all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max)]
+    }
+
+    /// Position of a value of the variable between the ends of the trend: 0 at the smallest value, 1 at the largest.
+    pub(super) fn position(&self, value: f64) -> f64 {
+        let scale = |x: f64| if self.is_logarithmic { x.ln() } else { x };
+        let [low, high] = self.ends().map(scale);
+        (scale(value) - low) / (high - low)
+    }
+
+    /// Names of the parameters at the ends of the trend.
+    fn names(&self, parameter: &str) -> [String; 2] {
+        self.ends().map(|end| {
+            let digits = format!("{end:.3e}").parse().unwrap_or(end);
+            format!("{parameter} (at {digits} {})", self.unit)
+        })
+    }
+
+    /// Describes why the trend cannot be used for tests with these names; `None` if it can be used.
+    fn problem(&self, tests: &[JointTest]) -> Option<String> {
+        if let Some(test) = tests.iter().find(|test| !self.at.contains_key(&test.name)) {
+            return Some(format!("follows a trend, which has no value for {}", test.name));
+        }
+        let is_possible = |x: &&f64| x.is_finite() && (!self.is_logarithmic || **x > 0.0);
+        if let Some((test, x)) = self.at.iter().find(|(_, x)| !is_possible(x)) {
+            return Some(format!("follows a trend, whose value {x} for {test} is impossible"));
+        }
+        let [low, high] = self.ends();
+        if low >= high {
+            return Some("follows a trend, but all tests have the same value of it".to_owned());
+        }
+        let is_scale = self.deviation >= 0.0 && self.deviation.is_finite();
+        (!is_scale).then(|| format!("deviates from its trend by {}", self.deviation))
+    }
+}
+
+/// Value of an input of a test in the joint model, before its deviation in the test.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum InputValue {
+    /// The parameter with this index.
+    Parameter(usize),
+    /// A point of a trend: the indices of the parameters at its ends, and the position between them.
+    Trend([usize; 2], f64),
+}
+
+/// Parameter that varies between tests.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Varying {
+    /// Name of the surrogate's input.
+    pub(super) name: String,
+    /// Scale of the prior of the standard deviation between tests.
+    pub(super) scale: f64,
 }
 
 /// Tests prepared for their joint likelihood, and the parameters of the joint model.
@@ -54,8 +133,10 @@ pub struct JointTests {
     pub(super) names: Vec<String>,
     /// Priors of the parameters.
     pub(super) priors: Vec<Prior>,
-    /// Indices of the parameters that vary between tests, and the scales of their variation.
-    pub(super) varying: Vec<(usize, f64)>,
+    /// Parameters that vary between tests.
+    pub(super) varying: Vec<Varying>,
+    /// Trends of parameters, by the name of the surrogate's input.
+    pub(super) trends: BTreeMap<String, TrendOverTests>,
     pub(super) tests: Vec<PreparedTest>,
 }
 
@@ -64,11 +145,11 @@ pub struct JointTests {
 pub(super) struct PreparedTest {
     pub(super) name: String,
     pub(super) inputs: Vec<Input>,
-    /// For each input of the surrogate, the index of its parameter in the joint model.
-    pub(super) parameters: Vec<usize>,
+    /// Value of each input of the surrogate in the joint model.
+    pub(super) values: Vec<InputValue>,
     /// Index of each varying parameter among the inputs of the surrogate, in the order of
     /// [`JointTests::varying`].
-    varying: Vec<usize>,
+    pub(super) varying: Vec<usize>,
     pub(super) forward: DynPce,
     pub(super) specimens: Specimens,
     /// Names of the quantities.
@@ -86,8 +167,9 @@ impl JointTests {
     /// - A test has fewer than two specimens, or a row or covariance of the wrong size.
     /// - The ranges of the priors of a test are not the box of its surrogate.
     /// - Two tests have different priors of a shared parameter.
-    /// - A varying parameter has no positive lower bound, is missing in a test, or is listed in
+    /// - A parameter that varies or follows a trend has no positive lower bound, is missing in a test, or is listed in
     ///   `own` of a test.
+    /// - A trend has no value for a test, or the same value for all tests.
     /// - A name in `between` or `own` is not the name of a parameter.
     pub fn new(
         tests: &[JointTest],
@@ -99,8 +181,17 @@ impl JointTests {
         if tests.is_empty() {
             return Err(CalibrationError::TooFew(0));
         }
-        let mut joint =
-            Self { names: Vec::new(), priors: Vec::new(), varying: Vec::new(), tests: Vec::new() };
+        let trends = between.iter().filter_map(|(name, relation)| match relation {
+            BetweenTests::Trend(trend) => Some((name.clone(), trend.clone())),
+            _ => None,
+        });
+        let mut joint = Self {
+            names: Vec::new(),
+            priors: Vec::new(),
+            varying: Vec::new(),
+            trends: trends.collect(),
+            tests: Vec::new(),
+        };
         for test in tests {
             if joint.tests.iter().any(|other| other.name == test.name) {
                 return refuse(&test.name, "is the name of two tests".to_owned());
@@ -121,15 +212,15 @@ impl JointTests {
                     ),
                 );
             }
-            let parameters = inputs
+            let values = inputs
                 .iter()
                 .zip(&test.priors)
-                .map(|(input, prior)| joint.parameter(test, input, prior, between))
+                .map(|(input, prior)| joint.value(test, input, prior, between))
                 .collect::<Result<_, _>>()?;
             let (forward, specimens) = relative_to_means(&test.forward, &test.evidence)?;
             joint.tests.push(PreparedTest {
                 name: test.name.clone(),
-                parameters,
+                values,
                 inputs,
                 varying: Vec::new(),
                 quantities: forward.outputs().iter().map(|name| short_name(name)).collect(),
@@ -143,8 +234,18 @@ impl JointTests {
             let Some(input) = all().find(|input| input.name == *name) else {
                 return refuse(name, "is not a parameter of the tests".to_owned());
             };
-            let BetweenTests::Varies { scale } = *relation else { continue };
-            if !(scale > 0.0 && scale.is_finite()) {
+            let scale = match relation {
+                BetweenTests::Shared | BetweenTests::Own => continue,
+                BetweenTests::Varies { scale } => *scale,
+                BetweenTests::Trend(trend) => {
+                    if let Some(problem) = trend.problem(tests) {
+                        return refuse(name, problem);
+                    }
+                    trend.deviation
+                }
+            };
+            let varies = matches!(relation, BetweenTests::Varies { .. });
+            if varies && !(scale > 0.0 && scale.is_finite()) {
                 return refuse(
                     name,
                     format!(
@@ -156,41 +257,65 @@ impl JointTests {
                 let problem = format!("has no logarithm at its lower bound {}", input.lower);
                 return refuse(name, problem);
             }
-            let Some(index) = joint.names.iter().position(|own| own == name) else {
-                let problem = "varies about a common centre, but every test has a separate parameter of this name";
-                return refuse(name, problem.to_owned());
+            let has_shared = |test: &&JointTest| {
+                !test.own.contains(name) && test.forward.inputs().iter().any(|i| i.name == *name)
             };
-            joint.varying.push((index, scale));
+            if !tests.iter().any(|test| has_shared(&test)) {
+                let problem = match varies {
+                    true => "varies about a common centre, but every test has its own prior of it",
+                    false => "follows a trend, but every test has its own prior of it",
+                };
+                return refuse(name, problem.to_owned());
+            }
+            if let Some(test) = tests.iter().find(|test| !has_shared(test)) {
+                return refuse(&test.name, format!("has no shared parameter {name}"));
+            }
+            if scale > 0.0 {
+                joint.varying.push(Varying { name: name.clone(), scale });
+            }
         }
         for test in &mut joint.tests {
-            for &(index, _) in &joint.varying {
-                let Some(place) = test.parameters.iter().position(|&own| own == index) else {
-                    let problem = format!(
-                        "does not have the parameter {}, which varies between tests",
-                        joint.names[index]
-                    );
-                    return refuse(&test.name, problem);
-                };
-                test.varying.push(place);
-            }
+            let place =
+                |varying: &Varying| test.inputs.iter().position(|input| input.name == varying.name);
+            test.varying = joint.varying.iter().filter_map(place).collect();
         }
         Ok(joint)
     }
 
-    /// Returns the index of the parameter of a test's input, and adds the parameter if it is new.
-    fn parameter(
+    /// Returns the value of a test's input in the joint model, and adds its parameters if they are new.
+    fn value(
         &mut self,
         test: &JointTest,
         input: &Input,
         prior: &Prior,
         between: &BTreeMap<String, BetweenTests>,
+    ) -> Result<InputValue, CalibrationError> {
+        let relation = between.get(&input.name);
+        let is_own = test.own.contains(&input.name) || relation == Some(&BetweenTests::Own);
+        if is_own {
+            let name = format!("{} ({})", input.name, test.name);
+            return Ok(InputValue::Parameter(self.parameter(test, name, prior)?));
+        }
+        match relation {
+            Some(BetweenTests::Trend(trend)) => {
+                let [low, high] = trend.names(&input.name);
+                let low = self.parameter(test, low, prior)?;
+                let high = self.parameter(test, high, prior)?;
+                // `problem` refuses a test without a value
+                let value = trend.at.get(&test.name).copied().unwrap_or(f64::NAN);
+                Ok(InputValue::Trend([low, high], trend.position(value)))
+            }
+            _ => Ok(InputValue::Parameter(self.parameter(test, input.name.clone(), prior)?)),
+        }
+    }
+
+    /// Returns the index of a parameter, and adds the parameter if it is new.
+    fn parameter(
+        &mut self,
+        test: &JointTest,
+        name: String,
+        prior: &Prior,
     ) -> Result<usize, CalibrationError> {
-        let is_own = test.own.contains(&input.name)
-            || between.get(&input.name).is_some_and(|relation| *relation == BetweenTests::Own);
-        let name = match is_own {
-            true => format!("{} ({})", input.name, test.name),
-            false => input.name.clone(),
-        };
         if let Some(index) = self.names.iter().position(|other| *other == name) {
             return match self.priors[index] == *prior {
                 true => Ok(index),
@@ -209,7 +334,7 @@ impl JointTests {
 
     /// Names of the parameters that vary between tests.
     pub(super) fn varying_names(&self) -> Vec<String> {
-        self.varying.iter().map(|&(index, _)| self.names[index].clone()).collect()
+        self.varying.iter().map(|varying| varying.name.clone()).collect()
     }
 
     /// Names of the values of varying parameters in the tests, test by test.
@@ -246,12 +371,35 @@ impl PreparedTest {
     /// Returns the values of the surrogate's inputs from the parameters of the joint model and the deviations of
     /// the varying parameters in this test.
     pub(super) fn point<R: Scalar>(&self, parameters: &[R], deviations: &[R]) -> Vec<R> {
-        let mut point: Vec<R> = self.parameters.iter().map(|&index| parameters[index]).collect();
+        let value = |(value, input): (&InputValue, &Input)| match *value {
+            InputValue::Parameter(index) => parameters[index],
+            InputValue::Trend([low, high], position) => {
+                let line =
+                    parameters[low].ln() * (1.0 - position) + parameters[high].ln() * position;
+                exponential_within(line, [input.lower, input.upper])
+            }
+        };
+        let mut point: Vec<R> = self.values.iter().zip(&self.inputs).map(value).collect();
         for (&place, &deviation) in self.varying.iter().zip(deviations) {
             let Input { lower, upper, .. } = self.inputs[place];
             point[place] = deviated(point[place].ln(), deviation, [lower, upper]);
         }
         point
+    }
+
+    /// Returns, for each input of the surrogate, the parameters on which its value depends and its derivatives with respect
+    /// to them.
+    pub(super) fn dependences(&self, parameters: &[f64]) -> Vec<Vec<(usize, f64)>> {
+        let centre = self.point(parameters, &[]);
+        let slopes = |(value, centre): (&InputValue, f64)| match *value {
+            InputValue::Parameter(index) => vec![(index, 1.0)],
+            InputValue::Trend([low, high], position) => {
+                // derivative of exp((1 − x) ln a + x ln b)
+                let slope = |index: usize, part: f64| (index, part * centre / parameters[index]);
+                vec![slope(low, 1.0 - position), slope(high, position)]
+            }
+        };
+        self.values.iter().zip(centre).map(slopes).collect()
     }
 
     /// Returns the values of the varying parameters in this test, from the values of all inputs.

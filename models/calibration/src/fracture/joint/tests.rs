@@ -165,7 +165,8 @@ fn a_shared_parameter_and_one_of_a_single_test_are_those_of_quadrature() {
     ];
     let joint = calibrate_tests(&tests, &BTreeMap::new(), &sampler(8), 0, 8).unwrap();
     assert_eq!(joint.names, [YOUNG, "test.friction"]);
-    assert_eq!(joint.parameters, [vec![0], vec![0, 1]]);
+    let dependences = [vec![vec![(0, 1.0)]], vec![vec![(0, 1.0)], vec![(1, 1.0)]]];
+    assert_eq!(joint.dependences, dependences);
     let (mut young, mut friction) = (Moments::default(), Moments::default());
     for e in midpoints(200.0, 400.0, 60) {
         let fast = likelihood(&tests[0], &[e]);
@@ -177,6 +178,180 @@ fn a_shared_parameter_and_one_of_a_single_test_are_those_of_quadrature() {
     }
     young.check(&joint.posterior, "theta[0]");
     friction.check(&joint.posterior, "theta[1]");
+}
+
+fn trend(at: &[(&str, f64)], is_logarithmic: bool, deviation: f64) -> BetweenTests {
+    let at = at.iter().map(|&(name, x)| (name.to_owned(), x)).collect();
+    BetweenTests::Trend(TrendOverTests { at, is_logarithmic, unit: "°C".to_owned(), deviation })
+}
+
+/// Likelihood of each test on a grid of its E, which is interpolated linearly.
+struct Tables([Vec<f64>; 3]);
+
+impl Tables {
+    fn of(tests: &[JointTest; 3]) -> Self {
+        let grid = midpoints(200.0, 400.0, 400);
+        Self(tests.each_ref().map(|test| grid.iter().map(|&e| likelihood(test, &[e])).collect()))
+    }
+
+    fn at(&self, test: usize, e: f64) -> f64 {
+        let place = ((e - 200.25) / 0.5).clamp(0.0, 398.999);
+        let (low, part) = (place as usize, place.fract());
+        self.0[test][low] * (1.0 - part) + self.0[test][low + 1] * part
+    }
+}
+
+fn three_temperatures() -> ([JointTest; 3], [(&'static str, f64); 3]) {
+    let tests = [
+        linear("cold", &[0.3], &[116.0, 121.0, 118.0], 1e-4),
+        linear("warm", &[0.3], &[104.0, 99.0, 103.0, 101.0], 4e-4),
+        linear("hot", &[0.25], &[90.0, 87.0], 1e-4),
+    ];
+    (tests, [("cold", 20.0), ("warm", 35.0), ("hot", 60.0)])
+}
+
+/// The logarithm of E is linear in the temperature: compares the values at the lowest and highest temperature with
+/// quadrature. The middle temperature is 0.375 of the way.
+#[test]
+fn a_trend_is_that_of_quadrature() {
+    let (tests, at) = three_temperatures();
+    let between = BTreeMap::from([(YOUNG.to_owned(), trend(&at, false, 0.0))]);
+    check::gradient(&calibration_over_tests(&JointTests::new(&tests, &between).unwrap()), 3);
+    let joint = calibrate_tests(&tests, &between, &sampler(8), 0, 8).unwrap();
+    assert_eq!(joint.names, ["matrix.young_mpa (at 20 °C)", "matrix.young_mpa (at 60 °C)"]);
+    let tables = Tables::of(&tests);
+    let mut found: [Moments; 2] = Default::default();
+    for cold in midpoints(200.0, 400.0, 160) {
+        for hot in midpoints(200.0, 400.0, 160) {
+            let warm = cold.powf(0.625) * hot.powf(0.375);
+            let weight = tables.at(0, cold) * tables.at(1, warm) * tables.at(2, hot);
+            found[0].add(weight, cold);
+            found[1].add(weight, hot);
+        }
+    }
+    found[0].check(&joint.posterior, "theta[0]");
+    found[1].check(&joint.posterior, "theta[1]");
+    assert!(joint.variances_between.concat().iter().all(|variance| *variance == 0.0));
+    // derivatives of E in the middle test with respect to its values at the ends
+    let [cold, hot] = ["theta[0]", "theta[1]"].map(|name| moments(&joint.posterior, name)[0].0);
+    let warm = |cold: f64, hot: f64| cold.powf(0.625) * hot.powf(0.375);
+    let slopes = [
+        (warm(cold + 0.01, hot) - warm(cold - 0.01, hot)) / 0.02,
+        (warm(cold, hot + 0.01) - warm(cold, hot - 0.01)) / 0.02,
+    ];
+    for ((index, slope), (place, expected)) in
+        joint.dependences[1][0].iter().zip(slopes.iter().enumerate())
+    {
+        assert!(*index == place && (slope - expected).abs() < 1e-6, "{slope} {expected}");
+    }
+    // without the cold test the names and the meaning of the parameters are the same
+    let others = calibrate_tests(&tests[1..], &between, &sampler(9), 0, 9).unwrap();
+    assert_eq!(others.names, joint.names);
+}
+
+/// The values deviate from the trend: compares the values at the ends and the value in the middle test with quadrature.
+#[test]
+fn deviations_from_a_trend_are_those_of_quadrature() {
+    let (tests, at) = three_temperatures();
+    let scale = 0.08;
+    let between = BTreeMap::from([(YOUNG.to_owned(), trend(&at, false, scale))]);
+    check::gradient(&calibration_over_tests(&JointTests::new(&tests, &between).unwrap()), 3);
+    let sampler = sampler(10).target_accept(0.95);
+    let joint = calibrate_tests(&tests, &between, &sampler, 0, 10).unwrap();
+    let tables = Tables::of(&tests);
+    let (bottom, width) = (200f64.ln(), 2f64.ln());
+    let normal: Vec<(f64, f64)> =
+        midpoints(-4.5, 4.5, 60).into_iter().map(|z| (z, (-0.5 * z * z).exp())).collect();
+    // likelihood of a test and its product with E, for a value E of the trend
+    let of_test = |test: usize, e: f64, spread: f64| {
+        let share = (e.ln() - bottom) / width;
+        let logit = (share / (1.0 - share)).ln();
+        normal.iter().fold([0.0; 3], |[a, b, c], &(z, weight)| {
+            let logit = logit + 4.0 * spread * z / width;
+            let e = (bottom + width / (1.0 + (-logit).exp())).exp();
+            let weight = weight * tables.at(test, e);
+            [a + weight, b + weight * e, c + weight * e * e]
+        })
+    };
+    let grid = midpoints(200.0, 400.0, 60);
+    let mut found: [Moments; 3] = Default::default();
+    for spread in midpoints(0.0, 0.36, 40) {
+        let prior = (-0.5 * (spread / scale).powi(2)).exp();
+        let [cold, hot] = [0, 2]
+            .map(|test| grid.iter().map(|&e| of_test(test, e, spread)[0]).collect::<Vec<_>>());
+        for (i, &a) in grid.iter().enumerate() {
+            for (j, &b) in grid.iter().enumerate() {
+                let ends = prior * cold[i] * hot[j];
+                let middle = of_test(1, a.powf(0.625) * b.powf(0.375), spread);
+                found[0].add(ends * middle[0], a);
+                found[1].add(ends * middle[0], b);
+                found[2].0.iter_mut().zip(middle).for_each(|(sum, term)| *sum += ends * term);
+            }
+        }
+    }
+    for (moments, name) in found.iter().zip(["theta[0]", "theta[1]", "in_test[1]"]) {
+        moments.check(&joint.posterior, name);
+    }
+    assert!(joint.variances_between.concat().iter().all(|variance| *variance > 0.0));
+}
+
+/// Draws for a test that was not calibrated: a trend at another temperature, and a varying parameter about its centre.
+#[test]
+fn new_tests_have_the_parameters_of_the_population() {
+    let (tests, at) = three_temperatures();
+    let sampler = sampler(8).draws(500);
+    let between = BTreeMap::from([(YOUNG.to_owned(), trend(&at, false, 0.0))]);
+    let joint = calibrate_tests(&tests, &between, &sampler, 0, 8).unwrap();
+    let theta = joint.posterior.posterior.get("theta").unwrap().data.clone();
+    let draws = |at: f64| joint.draws_in_new_test(1, &BTreeMap::from([(YOUNG.to_owned(), at)]), 1);
+    for (row, ends) in draws(50.0).iter().zip(theta.chunks(2)) {
+        let exact = ends[0].powf(0.25) * ends[1].powf(0.75);
+        assert!((row[0] / exact - 1.0).abs() < 1e-9, "{row:?} {exact}");
+    }
+    // at the ends, the values are those of the calibrated tests
+    for (row, ends) in draws(20.0).iter().zip(theta.chunks(2)) {
+        assert!((row[0] / ends[0] - 1.0).abs() < 1e-9, "{row:?} {ends:?}");
+    }
+
+    let between = BTreeMap::from([(YOUNG.to_owned(), BetweenTests::Varies { scale: 0.1 })]);
+    let joint = calibrate_tests(&tests, &between, &sampler, 0, 8).unwrap();
+    let group = &joint.posterior.posterior;
+    let data = |name: &str| group.get(name).unwrap().data.clone();
+    let (theta, spread) = (data("theta"), data("spread"));
+    let new: Vec<f64> = joint.draws_in_new_test(0, &BTreeMap::new(), 1).concat();
+    // on the scale of the logit, the deviations divided by their standard deviation are standard normal
+    let (bottom, width) = (200f64.ln(), 2f64.ln());
+    let logit = |e: f64| {
+        let share = (e.ln() - bottom) / width;
+        (share / (1.0 - share)).ln()
+    };
+    let units: Vec<f64> = new
+        .iter()
+        .zip(&theta)
+        .zip(&spread)
+        .map(|((e, centre), spread)| (logit(*e) - logit(*centre)) * width / (4.0 * spread))
+        .collect();
+    let n = units.len() as f64;
+    let mean = units.iter().sum::<f64>() / n;
+    let variance = units.iter().map(|z| z * z).sum::<f64>() / n;
+    assert!(mean.abs() < 4.0 / n.sqrt(), "{mean}");
+    assert!((variance - 1.0).abs() < 4.0 * (2.0 / n).sqrt(), "{variance}");
+}
+
+/// A parameter that is proportional to a power of the rate is a straight line over the logarithm of the rate.
+#[test]
+fn a_power_law_of_the_rate_is_a_trend() {
+    let tests = three_temperatures().0;
+    let at = [("cold", 100.0), ("warm", 10.0), ("hot", 0.1)];
+    let between = BTreeMap::from([(YOUNG.to_owned(), trend(&at, true, 0.0))]);
+    let prepared = JointTests::new(&tests, &between).unwrap();
+    let (slow, exponent) = (240.0, 0.05);
+    let fast = slow * 1000f64.powf(exponent);
+    let value = |test: usize| prepared.tests[test].point(&[slow, fast], &[])[0];
+    for (test, rate) in [100.0, 10.0, 0.1].into_iter().enumerate() {
+        let exact = slow * (rate / 0.1f64).powf(exponent);
+        assert!((value(test) / exact - 1.0).abs() < 1e-12, "{} {exact}", value(test));
+    }
 }
 
 /// E varies between two tests about a common centre: compares the centre and the values in the tests with quadrature.
@@ -314,13 +489,25 @@ fn inconsistent_tests_are_refused_with_their_name() {
         (vec![test(), own], none(), "slow has no parameter matrix.poisson"),
         (vec![test(), wider], none(), "the ranges of the priors"),
         (vec![test(), other], none(), "slow has another prior of matrix.young_mpa"),
-        (vec![test()], between("matrix.poisson", varies), "is not a parameter of the tests"),
+        (
+            vec![test()],
+            between("matrix.poisson", varies.clone()),
+            "is not a parameter of the tests",
+        ),
         (
             vec![test()],
             between(YOUNG, BetweenTests::Varies { scale: 0.0 }),
             "must be finite and above 0",
         ),
         (vec![test(), slow()], between("test.friction", varies), "no logarithm at its lower bound"),
+        (vec![test()], between(YOUNG, trend(&[("slow", 1.0)], false, 0.0)), "no value for fast"),
+        (vec![test()], between(YOUNG, trend(&[("fast", 1.0)], false, 0.0)), "the same value of it"),
+        (vec![test()], between(YOUNG, trend(&[("fast", 0.0)], true, 0.0)), "is impossible"),
+        (
+            vec![test()],
+            between(YOUNG, trend(&[("fast", 1.0), ("slow", 2.0)], true, -1.0)),
+            "deviates from its trend by -1",
+        ),
     ];
     for (tests, between, expected) in cases {
         let error = JointTests::new(&tests, &between).unwrap_err().to_string();

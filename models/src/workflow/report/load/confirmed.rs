@@ -3,20 +3,27 @@
 use super::super::super::WorkflowError;
 use super::super::super::inputs::Inputs;
 use super::super::super::predicted_curves::band_end;
+use super::super::super::specimen_quantities::read_cell;
 use crate::error::InputError;
 use crate::predicted_curve::QUANTILES;
 use crate::qoi::Quantity;
 use crate::report::{DamageState, PredictedBand, Qoi};
 use crate::table::CsvTable;
 
-/// Loads the measured quantities of interest.
+/// Loads the measured quantities of interest, without those that a specimen lacks.
 pub(super) fn experiments(
     inputs: &Inputs<'_>,
     quantities: &[Quantity],
     qois: &mut [Qoi],
 ) -> Result<(), WorkflowError> {
-    for (qoi, values) in qois.iter_mut().zip(columns(inputs, "experiments.csv", quantities)?) {
-        qoi.experiments = values.into_iter().collect::<Result<_, _>>()?;
+    let columns: Vec<_> = quantities.iter().map(|quantity| quantity.column()).collect();
+    let columns: Vec<&str> = columns.iter().map(AsRef::as_ref).collect();
+    let path = inputs.file("experiments.csv")?;
+    let table = CsvTable::read(&path, &columns)?;
+    for (qoi, name) in qois.iter_mut().zip(&columns) {
+        let cells = table.rows().map(|row| read_cell(&row, name, false));
+        let values = cells.collect::<Result<Vec<f64>, _>>()?;
+        qoi.experiments = values.into_iter().filter(|value| !value.is_nan()).collect();
     }
     Ok(())
 }

@@ -10,6 +10,7 @@ use super::super::super::inputs::Inputs;
 use super::super::super::mesh_scale::MeshScale;
 use super::super::super::preparation::Preparation;
 use super::super::super::simulator::{recorded_run, recorded_with};
+use super::super::super::specimen_quantities::read_cell;
 use crate::case::MachineCase;
 use crate::error::InputError;
 use crate::experiment::TestCurve;
@@ -126,7 +127,10 @@ pub(super) fn experiments(
     }
     let table = experiment_inputs::chosen(inputs, experiment_inputs::specimen_table(inputs)?)?;
     let path = inputs.file("experiments.csv")?;
-    let used = CsvTable::read(&path, &["id", MeshScale::COLUMNS[0]])?;
+    let columns: Vec<_> = quantities.iter().map(|quantity| quantity.column()).collect();
+    let columns = columns.iter().map(AsRef::as_ref);
+    let required: Vec<&str> = ["id", MeshScale::COLUMNS[0]].into_iter().chain(columns).collect();
+    let used = CsvTable::read(&path, &required)?;
     let preparation = Preparation::of(inputs);
     let looked = inputs.file("curve_checks.csv")?;
     let looked = CsvTable::read(&looked, &["id", "finding", "value"])?;
@@ -134,7 +138,7 @@ pub(super) fn experiments(
     for specimen in table.specimens {
         let row = used.named("id", &specimen.id)?;
         let scale = MeshScale::of_row(row)?;
-        let values = quantities.iter().map(|quantity| row.number(&quantity.column()));
+        let values = quantities.iter().map(|quantity| read_cell(&row, &quantity.column(), false));
         results.specimens.push(SpecimenFacts {
             id: specimen.id.clone(),
             group: specimen.group.clone(),
@@ -171,8 +175,11 @@ fn without_curves(
     results: &mut Results,
 ) -> Result<(), WorkflowError> {
     let path = inputs.file("experiments.csv")?;
-    for row in CsvTable::read(&path, &["id", "group"])?.rows() {
-        let values = quantities.iter().map(|quantity| row.number(&quantity.column()));
+    let columns: Vec<_> = quantities.iter().map(|quantity| quantity.column()).collect();
+    let columns = columns.iter().map(AsRef::as_ref);
+    let required: Vec<&str> = ["id", "group"].into_iter().chain(columns).collect();
+    for row in CsvTable::read(&path, &required)?.rows() {
+        let values = quantities.iter().map(|quantity| read_cell(&row, &quantity.column(), false));
         results.specimens.push(SpecimenFacts {
             id: row.text("id").to_owned(),
             group: row.text("group").to_owned(),

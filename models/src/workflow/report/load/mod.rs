@@ -25,7 +25,9 @@ use crate::error::InputError;
 use crate::qoi::Quantity;
 use crate::report::{OrderErrors, Picture, PictureContent, Qoi, Qualifier, Results, mean, number};
 use crate::table::{CsvTable, TableRow};
-pub(in crate::workflow) use posterior::{divergences, parameters, summary};
+pub(in crate::workflow) use posterior::{
+    divergences, evidence, parameters, sensitivities, summary,
+};
 
 /// Reads the results of all stages.
 pub(in crate::workflow) fn load(inputs: &Inputs<'_>) -> Result<Results, WorkflowError> {
@@ -91,6 +93,9 @@ pub(in crate::workflow) fn load_done(
             results.notes.extend(notes::unknown_stiffness(inputs, &data)?);
         }
         results.budget = posterior::budget(inputs, case)?;
+        results.sensitivities =
+            posterior::sensitivities(inputs, &|name| posterior::label_of(case, name))?;
+        results.evidence = posterior::evidence(inputs)?;
         results.summary = posterior::summary(inputs)?;
         results.divergences = posterior::divergences(inputs)?;
         results.loo = posterior::left_out(inputs, case)?;

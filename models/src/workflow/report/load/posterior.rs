@@ -8,8 +8,8 @@ use super::super::super::WorkflowError;
 use super::super::super::inputs::Inputs;
 use crate::case::{Case, Parameter};
 use crate::error::InputError;
-use crate::report::{CalibratedParameter, LeftOut, Summarised};
-use crate::table::CsvTable;
+use crate::report::{CalibratedParameter, LeftOut, ParameterSensitivity, Summarised};
+use crate::table::{CsvTable, TableRow};
 
 /// Columns of the summary in the order in which the report shows them.
 const MOMENTS: [&str; 5] = ["mean", "sd", "q05", "q50", "q95"];
@@ -52,6 +52,35 @@ pub(crate) fn parameters(
         });
     }
     Ok(parameters)
+}
+
+/// Loads the influence of the priors on the parameters; empty if there is no file. `label` returns the label of a parameter from its
+/// name.
+pub(crate) fn sensitivities(
+    inputs: &Inputs<'_>,
+    label: &dyn Fn(&str) -> String,
+) -> Result<Vec<ParameterSensitivity>, WorkflowError> {
+    let Some(path) = inputs.file_if_there("sensitivity.csv") else { return Ok(Vec::new()) };
+    let columns = ["parameter", "prior", "scatter_prior", "likelihood", "diagnosis"];
+    let table = CsvTable::read(&path, &columns)?;
+    let one = |row: TableRow<'_>| {
+        let [prior, scatter, likelihood] = ["prior", "scatter_prior", "likelihood"];
+        Ok(ParameterSensitivity {
+            label: label(row.text("parameter")),
+            sensitivities: [row.number(prior)?, row.number(scatter)?, row.number(likelihood)?],
+            diagnosis: row.text("diagnosis").to_owned(),
+        })
+    };
+    Ok(table.rows().map(one).collect::<Result<_, InputError>>()?)
+}
+
+/// Loads the logarithm of the marginal likelihood and its error; `None` if it was not estimated.
+pub(crate) fn evidence(inputs: &Inputs<'_>) -> Result<Option<[f64; 2]>, WorkflowError> {
+    let Some(path) = inputs.file_if_there("evidence.csv") else { return Ok(None) };
+    let table = CsvTable::read(&path, &["ln_evidence", "error"])?;
+    let numbers =
+        |row: TableRow<'_>| Some([row.number("ln_evidence").ok()?, row.number("error").ok()?]);
+    Ok(table.rows().next().and_then(numbers))
 }
 
 /// Label of a parameter, from its path.
