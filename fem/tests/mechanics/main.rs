@@ -12,6 +12,7 @@ mod cook;
 mod curved;
 mod damage;
 mod device;
+mod energy_release;
 mod failed_steps;
 mod homogeneous;
 mod incompressible;

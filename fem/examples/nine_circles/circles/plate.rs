@@ -1,0 +1,113 @@
+//! Meshes of plates and tubes.
+
+use std::collections::BTreeMap;
+
+use fem::{Axis, Block, BlockError, Conditions, NodeSet, TetMesh};
+
+/// Positions on a grid plane differ from it by less than this distance, mm.
+pub const ROUNDING: f64 = 1e-7;
+
+/// Coordinates from 0 to `to`: cells of size `h` up to `fine`, then cells that grow by a factor of 1.35.
+pub fn graded(h: f64, fine: f64, to: f64) -> Vec<f64> {
+    let mut points = vec![0.0];
+    let mut step = h;
+    loop {
+        let last = points[points.len() - 1];
+        if last > fine - 0.5 * h {
+            step *= 1.35;
+        }
+        if last + 1.4 * step >= to {
+            points.push(to);
+            return points;
+        }
+        points.push(last + step);
+    }
+}
+
+/// Coordinates from `from` to `to` with cells of size `h` between `centre − fine[0]` and `centre + fine[1]`, and larger cells
+/// outside.
+pub fn around(centre: f64, [from, to]: [f64; 2], h: f64, fine: [f64; 2]) -> Vec<f64> {
+    let below = graded(h, fine[0], centre - from);
+    let above = graded(h, fine[1], to - centre);
+    let mut points: Vec<f64> = below.iter().skip(1).rev().map(|d| centre - d).collect();
+    points.extend(above.iter().map(|d| centre + d));
+    points
+}
+
+/// Upper half of a plate in the x–z plane with a crack on z = 0, up to x = `tip_mm`. The row of elements at the crack plane is
+/// half as high as the others: together with its mirror image, it is one row.
+#[derive(Clone, Copy, Debug)]
+pub struct HalfPlate {
+    pub width_mm: f64,
+    /// Height of the half.
+    pub height_mm: f64,
+    pub tip_mm: f64,
+    /// Size of the elements where the crack grows, and thickness of the plate.
+    pub size_mm: f64,
+    /// Lengths of the fine mesh behind and ahead of the tip, and above the crack plane, mm.
+    pub fine_mm: [f64; 3],
+}
+
+impl HalfPlate {
+    pub fn mesh(&self) -> Result<TetMesh, BlockError> {
+        let Self { width_mm, height_mm, tip_mm, size_mm: h, fine_mm: [behind, ahead, above] } =
+            *self;
+        let along = around(tip_mm, [0.0, width_mm], h, [behind, ahead]);
+        let mut across = vec![0.0];
+        across.extend(graded(h, above, height_mm - 0.5 * h).iter().map(|z| z + 0.5 * h));
+        Block { planes_mm: [along, vec![0.0, h], across], ..Block::new([1.0; 3], [1; 3]) }.build()
+    }
+
+    /// Returns the conditions of a thin plate (plane stress) with free crack faces. With `is_damaged`, the crack faces are
+    /// fully damaged.
+    pub fn conditions(&self, is_damaged: bool) -> Conditions {
+        let tip = self.tip_mm;
+        let conditions = Conditions::new()
+            .node_set("ligament", NodeSet::matching(move |[x, _, z]| z < ROUNDING && x > tip - ROUNDING))
+            .node_set("crack", NodeSet::matching(move |[x, _, z]| z < ROUNDING && x < tip + ROUNDING))
+            .fix("ligament", [Axis::Z])
+            .fix("front", [Axis::Y]);
+        if is_damaged { conditions.prescribe_damage("crack", |_, _| 1.0) } else { conditions }
+    }
+}
+
+/// Returns the mesh with one node in place of all nodes at the same position, and without named surfaces.
+///
+/// Tetrahedra with two nodes at the same position are dropped.
+pub fn merged(mut mesh: TetMesh) -> TetMesh {
+    let key = |x: &[f64; 3]| x.map(|c| (c / ROUNDING).round() as i64);
+    let mut first = BTreeMap::new();
+    let mut nodes = Vec::new();
+    let mut number = Vec::new();
+    for x in &mesh.nodes {
+        let n = *first.entry(key(x)).or_insert_with(|| {
+            nodes.push(*x);
+            nodes.len() as u32 - 1
+        });
+        number.push(n);
+    }
+    let renumbered = mesh.tets.iter().map(|tet| tet.map(|n| number[n as usize]));
+    let is_sound = |tet: &[u32; 4]| (0..4).all(|k| !tet[k + 1..].contains(&tet[k]));
+    mesh.tets = renumbered.filter(is_sound).collect();
+    mesh.region_of.truncate(mesh.tets.len());
+    mesh.nodes = nodes;
+    mesh.surfaces.clear();
+    // elements are linear
+    mesh.edge_points.clear();
+    mesh
+}
+
+/// Tube with its axis along z, of `cells` elements around and along.
+pub fn tube(radii_mm: [f64; 2], length_mm: f64, cells: [usize; 2]) -> Result<TetMesh, BlockError> {
+    let [inner, outer] = radii_mm;
+    let block = Block::new([1.0, outer - inner, length_mm], [cells[0], 1, cells[1]]).build()?;
+    let bent = block.mapped(|[x, y, z]| {
+        let angle = std::f64::consts::TAU * x;
+        let radius = outer - y;
+        [radius * angle.cos(), radius * angle.sin(), z]
+    });
+    Ok(merged(bent).with_surfaces(|_, normal| {
+        let up = normal[2];
+        (up.abs() > 0.9).then_some(if up > 0.0 { "top" } else { "bottom" })
+    }))
+}
