@@ -37,7 +37,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             .iter()
             .find(|(known, _)| *known == problem)
             .ok_or_else(|| format!("unknown problem '{problem}'"))?;
-        let laws: Vec<Law> = Law::ALL.into_iter().filter(|l| law.is_none_or(|n| n == l.name())).collect();
+        let laws: Vec<Law> =
+            Law::ALL.into_iter().filter(|l| law.is_none_or(|n| n == l.name())).collect();
         if laws.is_empty() {
             return Err(format!("unknown law in '{name}': use at1, at2 or strength").into());
         }

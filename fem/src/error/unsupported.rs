@@ -377,7 +377,9 @@ impl Unsupported {
                 "use irreversibility = \"active-set\" or \"none\", and no hybrid split"
             }
             Self::ArcLengthWithState => "use fixed or adaptive steps",
-            Self::EnergyReleaseWithState => "use elastic laws, whose J-integral is path independent",
+            Self::EnergyReleaseWithState => {
+                "use elastic laws, whose J-integral is path independent"
+            }
             Self::ArcLengthWithViscosity => {
                 "set viscosity_mpa_s = 0, or use adaptive steps: viscous damage does not snap back"
             }

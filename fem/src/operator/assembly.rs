@@ -6,7 +6,8 @@ use rayon::prelude::*;
 
 use super::cell_stress::CellStress;
 use super::cpu::{
-    ConfigurationalOf, Gather, PointDataOf, ResidualsOf, Selection, StatesOf, StressesOf, TangentsOf, each_register,
+    ConfigurationalOf, Gather, PointDataOf, ResidualsOf, Selection, StatesOf, StressesOf,
+    TangentsOf, each_register,
 };
 use super::deterministic_reduce::deterministic_reduce;
 use super::device::DeviceEquations;

@@ -5,7 +5,8 @@ use crate::support::block::{block, even, graded};
 use crate::support::matrix;
 use fem::{
     Axis, Conditions, CrackDensity, CrackExtension, FemError, Fracture, Irreversibility, Material,
-    NodeSet, Order, PhaseField, Problem, PronyTerm, Schedule, TetMesh, Unsupported, Viscoelasticity,
+    NodeSet, Order, PhaseField, Problem, PronyTerm, Schedule, TetMesh, Unsupported,
+    Viscoelasticity,
 };
 
 const YOUNG: f64 = 70_000.0;
@@ -75,17 +76,16 @@ fn released(
 fn edge_crack_has_the_stress_intensity_of_the_handbook() {
     let (width, height, tip, stress): (f64, f64, f64, f64) = (10.0, 15.0, 3.0, 10.0);
     let x = tip / width;
-    let shape =
-        1.12 - 0.231 * x + 10.55 * x.powi(2) - 21.72 * x.powi(3) + 30.39 * x.powi(4);
+    let shape = 1.12 - 0.231 * x + 10.55 * x.powi(2) - 21.72 * x.powi(3) + 30.39 * x.powi(4);
     let intensity = stress * (std::f64::consts::PI * tip).sqrt() * shape;
     let exact = intensity.powi(2) * (1.0 - POISSON * POISSON) / YOUNG;
-    for (order, h, tolerance) in [(Order::Linear, 0.05, 0.02), (Order::Quadratic, 0.15, 0.01)] {
+    for (order, h, tolerance) in [(Order::Linear, 0.025, 0.04), (Order::Quadratic, 0.1, 0.01)] {
         let conditions = plane_strain(tip)
             .traction("top", move |_, time_s| [0.0, 0.0, stress * time_s])
             .node_set("corner", NodeSet::matching(move |[x, ..]| (x - width).abs() < 1e-9))
             .node_set("pin", NodeSet::segment([width, 0.0, 0.0], [width, THICKNESS, 0.0]))
             .fix("pin", [Axis::X]);
-        let mesh = upper_half(width, height, tip, h, 6);
+        let mesh = upper_half(width, height, tip, h, 8);
         let radii = [[0.3, 1.0], [1.0, 2.5]];
         let rates = released(mesh, order, conditions, tip, &radii);
         for rate in &rates {
@@ -120,21 +120,22 @@ fn release_of_a_growing_crack_balances_crack_energy_and_viscosity() {
     const LENGTH: f64 = 0.3;
     const TOUGHNESS: f64 = 0.01;
     let (width, height, tip) = (14.0, 4.0, 5.0);
-    let along = around(tip, [0.0, width], 0.1, 26);
+    let along = around(tip, [0.0, width], 0.1, 36);
     let mut across = graded(0.1, 6, 1.4, height - 0.05);
     across.iter_mut().for_each(|z| *z += 0.05);
     across.insert(0, 0.0);
     let mesh = block([&along, &[0.0, THICKNESS], &across]);
-    let opening = |time_s: f64| if time_s < 1.0 { 0.0012 * time_s } else { 0.00115 + 5e-5 * time_s };
+    let opening =
+        |time_s: f64| if time_s < 1.0 { 0.0012 * time_s } else { 0.00115 + 5e-5 * time_s };
     let conditions = plane_strain(tip)
-        .node_set("crack", NodeSet::matching(move |[x, _, z]| x < tip + 1e-9 && z < 1e-9))
+        .node_set("crack", NodeSet::matching(move |[x, _, z]| x < tip + 1e-9 && z < 0.051))
         .prescribe_damage("crack", |_, _| 1.0)
         .prescribe("top", [Axis::X, Axis::Z], move |[x, ..], time_s| {
             [0.0, 0.0, opening(time_s) * (1.0 - x / width)]
         });
     let fracture = Fracture {
         toughness_n_per_mm: TOUGHNESS,
-        viscosity_mpa_s: 0.002,
+        viscosity_mpa_s: 0.006,
         residual_stiffness: 1e-4,
     };
     let problem = Problem::builder(mesh)
@@ -150,7 +151,7 @@ fn release_of_a_growing_crack_balances_crack_energy_and_viscosity() {
         .expect("valid");
     let q = |[x, _, z]: [f64; 3]| {
         let ramp = |distance: f64, room: f64| (1.0 - distance / room).clamp(0.0, 1.0);
-        let ahead = ramp((x - 7.6).max(0.0), 1.0) * ramp((4.0 - x).max(0.0), 1.0);
+        let ahead = ramp((x - 8.5).max(0.0), 1.0) * ramp((4.0 - x).max(0.0), 1.0);
         [ahead * ramp((z - 2.0).max(0.0), 1.0), 0.0, 0.0]
     };
     let mut run = problem.start();

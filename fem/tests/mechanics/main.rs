@@ -24,6 +24,7 @@ mod limits;
 mod loads;
 mod manufactured;
 mod mixture;
+mod nine_circles;
 mod notched_plate;
 mod platen_tolerance;
 mod program;

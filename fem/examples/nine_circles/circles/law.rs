@@ -4,7 +4,7 @@ use fem::{CrackDensity, Fracture, Irreversibility, Material, PhaseField, Strengt
 
 /// Damage law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Law {
+pub(crate) enum Law {
     At1,
     At2,
     /// AT1 with a strength of its own.
@@ -13,22 +13,22 @@ pub enum Law {
 
 /// Ratio of node spacing to ℓ₀ where cracks run. The toughness of AT1 and AT2 is divided by the factor of the mesh at this
 /// spacing, so that cracks need Gc.
-pub const SPACING: f64 = 1.0 / 3.0;
+pub(crate) const SPACING: f64 = 1.0 / 3.0;
 
 /// Elastic constants, toughness and strengths.
 #[derive(Clone, Copy, Debug)]
-pub struct Solid {
-    pub young_mpa: f64,
-    pub poisson: f64,
-    pub toughness_n_per_mm: f64,
-    pub tensile_mpa: f64,
-    pub compressive_mpa: f64,
+pub(crate) struct Solid {
+    pub(crate) young_mpa: f64,
+    pub(crate) poisson: f64,
+    pub(crate) toughness_n_per_mm: f64,
+    pub(crate) tensile_mpa: f64,
+    pub(crate) compressive_mpa: f64,
     /// ℓ₀ of the law with a strength, as a fraction of the largest possible length.
-    pub length_share: f64,
+    pub(crate) length_share: f64,
 }
 
 /// Soda-lime glass, as in the reference.
-pub const GLASS: Solid = Solid {
+pub(crate) const GLASS: Solid = Solid {
     young_mpa: 70_000.0,
     poisson: 0.22,
     toughness_n_per_mm: 0.010,
@@ -39,7 +39,7 @@ pub const GLASS: Solid = Solid {
 
 /// Polyurethane elastomer, as in the reference (shear modulus 0.52 MPa, first Lamé constant 85.77 MPa, hydrostatic
 /// strength 1 MPa), with the law of Hencky in place of a neo-Hookean law.
-pub const ELASTOMER: Solid = Solid {
+pub(crate) const ELASTOMER: Solid = Solid {
     young_mpa: 1.5569,
     poisson: 0.496_987,
     toughness_n_per_mm: 0.041,
@@ -49,9 +49,9 @@ pub const ELASTOMER: Solid = Solid {
 };
 
 impl Law {
-    pub const ALL: [Law; 3] = [Law::At1, Law::At2, Law::Strength];
+    pub(crate) const ALL: [Law; 3] = [Law::At1, Law::At2, Law::Strength];
 
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Law::At1 => "at1",
             Law::At2 => "at2",
@@ -61,7 +61,7 @@ impl Law {
 
     /// Returns the factor by which a mesh with the spacing of [`SPACING`] increases the energy of a crack. The law with a
     /// strength compensates for the mesh itself.
-    pub fn mesh_factor(self) -> f64 {
+    pub(crate) fn mesh_factor(self) -> f64 {
         match self {
             Law::At1 => 1.0 + 0.375 * SPACING,
             Law::At2 => 1.0 + 0.5 * SPACING,
@@ -73,7 +73,7 @@ impl Law {
 impl Solid {
     /// Returns ℓ₀, mm. AT1 and AT2 get the length with which their uniaxial tensile strength is the tensile strength of the
     /// material. The law with a strength gets a fraction of the largest possible length.
-    pub fn length_mm(&self, law: Law) -> f64 {
+    pub(crate) fn length_mm(&self, law: Law) -> f64 {
         let irwin = self.young_mpa * self.toughness_n_per_mm / self.tensile_mpa.powi(2);
         match law {
             Law::At1 => 0.375 * irwin / law.mesh_factor(),
@@ -83,18 +83,18 @@ impl Solid {
     }
 
     /// Returns the node spacing where cracks run, mm.
-    pub fn spacing_mm(&self, law: Law) -> f64 {
+    pub(crate) fn spacing_mm(&self, law: Law) -> f64 {
         SPACING * self.length_mm(law)
     }
 
     /// Returns the viscosity (MPa s) with which a step of 1 s moves a crack by some ℓ₀ where the energy release rate
     /// exceeds the toughness by a few percent.
-    pub fn viscosity_mpa_s(&self, law: Law) -> f64 {
+    pub(crate) fn viscosity_mpa_s(&self, law: Law) -> f64 {
         0.004 * self.toughness_n_per_mm / self.length_mm(law)
     }
 
     /// Returns the material, with a viscosity of damage.
-    pub fn material(&self, law: Law, viscosity_mpa_s: f64) -> Material {
+    pub(crate) fn material(&self, law: Law, viscosity_mpa_s: f64) -> Material {
         let fracture = Fracture {
             toughness_n_per_mm: self.toughness_n_per_mm / law.mesh_factor(),
             viscosity_mpa_s,
@@ -112,7 +112,7 @@ impl Solid {
     }
 
     /// Returns the phase field.
-    pub fn phase_field(&self, law: Law) -> PhaseField {
+    pub(crate) fn phase_field(&self, law: Law) -> PhaseField {
         let model = if law == Law::At2 { CrackDensity::At2 } else { CrackDensity::At1 };
         PhaseField {
             model,
@@ -123,7 +123,7 @@ impl Solid {
 
     /// Returns the factor with which a stress (xx, yy, zz, xy, yz, xz) lies on the Drucker–Prager strength surface
     /// √J₂ + a I₁ = b; infinite if no factor does.
-    pub fn strength_factor(&self, stress: [f64; 6]) -> f64 {
+    pub(crate) fn strength_factor(&self, stress: [f64; 6]) -> f64 {
         let (t, c) = (self.tensile_mpa, self.compressive_mpa);
         let [xx, yy, zz, xy, yz, xz] = stress;
         let trace = xx + yy + zz;

@@ -22,7 +22,7 @@ fn load_factor(step: f64) -> f64 {
 ///
 /// Criterion, for every depth: the strength of the plate is at most 5 % above the tensile strength and above Griffith's
 /// strength, and at most 10 % below the interpolation (σ_ts⁻² + σ_G⁻²)^(−1/2).
-pub fn edge_notch(law: Law) -> Result<Verdict, Box<dyn Error>> {
+pub(crate) fn edge_notch(law: Law) -> Result<Verdict, Box<dyn Error>> {
     let mut reason = Vec::new();
     let (mut value, mut reference, mut passed) = (0.0, 0.0, true);
     for (k, notch) in [0.05, 0.2, 0.6].into_iter().enumerate() {
@@ -57,7 +57,10 @@ fn notched_strength(law: Law, notch: f64) -> Result<(f64, [f64; 2]), Box<dyn Err
     let elastic = upper / young_mpa * half;
     let conditions = plate
         .conditions(false)
-        .node_set("corner", NodeSet::matching(move |[x, _, z]| x > width - ROUNDING && z < ROUNDING))
+        .node_set(
+            "corner",
+            NodeSet::matching(move |[x, _, z]| x > width - ROUNDING && z < ROUNDING),
+        )
         .fix("corner", [Axis::X])
         .prescribe("top", [Axis::Z], move |_, time_s| [0.0, 0.0, elastic * load_factor(time_s)])
         .measure("top", [0.0, 0.0, 1.0]);
@@ -80,7 +83,7 @@ fn notched_strength(law: Law, notch: f64) -> Result<(f64, [f64; 2]), Box<dyn Err
 /// Criterion: the crack begins inside the layer, farther than half the thickness from its free edge, at a mean stress that is not
 /// below the stress at which the middle of the elastic layer reaches the strength surface (5 % tolerance), and not above
 /// Griffith's stress of a long layer.
-pub fn poker_chip(law: Law) -> Result<Verdict, Box<dyn Error>> {
+pub(crate) fn poker_chip(law: Law) -> Result<Verdict, Box<dyn Error>> {
     let Solid { young_mpa, poisson, toughness_n_per_mm, .. } = ELASTOMER;
     let (width, half) = (3.0, 0.5);
     // quadratic elements have two node spacings per element
@@ -148,7 +151,7 @@ const PUNCH: f64 = 1.0;
 ///
 /// Criterion: a ring crack begins at the surface outside the contact, at 1 to 1.5 radii of the punch, while the glass under the
 /// punch, which is compressed, is not broken.
-pub fn indentation(law: Law) -> Result<Verdict, Box<dyn Error>> {
+pub(crate) fn indentation(law: Law) -> Result<Verdict, Box<dyn Error>> {
     let solid = Solid { length_share: 0.5, ..GLASS };
     let (length, far) = (solid.length_mm(law), 8.0);
     let size = solid.spacing_mm(law).max(0.02);
@@ -160,19 +163,27 @@ pub fn indentation(law: Law) -> Result<Verdict, Box<dyn Error>> {
     let bent = block.build()?.mapped(|[r, angle, z]| [r * angle.cos(), r * angle.sin(), z]);
     let mesh = merged(bent).with_surfaces(|_, normal| {
         let towards = |axis: usize| normal[axis] < -1.0 + 1e-6;
-        ["left", "front", "bottom"].into_iter().enumerate().find(|(k, _)| towards(*k)).map(|(_, n)| n)
+        ["left", "front", "bottom"]
+            .into_iter()
+            .enumerate()
+            .find(|(k, _)| towards(*k))
+            .map(|(_, n)| n)
     });
     let Solid { young_mpa, poisson, tensile_mpa, .. } = solid;
     // depth at which an elastic body carries 10 times the tensile strength as mean pressure (Boussinesq)
-    let depth = 10.0 * tensile_mpa * std::f64::consts::FRAC_PI_2 * PUNCH * (1.0 - poisson * poisson)
-        / young_mpa;
+    let depth =
+        10.0 * tensile_mpa * std::f64::consts::FRAC_PI_2 * PUNCH * (1.0 - poisson * poisson)
+            / young_mpa;
     let conditions = Conditions::new()
         .symmetry("left")
         .symmetry("front")
         .fix("bottom", [Axis::Z])
-        .node_set("punch", NodeSet::matching(|[x, y, z]| {
-            z > -ROUNDING && x * x + y * y < (PUNCH + ROUNDING).powi(2)
-        }))
+        .node_set(
+            "punch",
+            NodeSet::matching(|[x, y, z]| {
+                z > -ROUNDING && x * x + y * y < (PUNCH + ROUNDING).powi(2)
+            }),
+        )
         .prescribe("punch", [Axis::Z], move |_, time_s| {
             [0.0, 0.0, -4.0 * depth * time_s / f64::from(MOST_STEPS)]
         })
@@ -193,9 +204,11 @@ pub fn indentation(law: Law) -> Result<Verdict, Box<dyn Error>> {
             break;
         }
     }
-    let under = mesh.nodes.iter().zip(&run.fields().damage).filter(|([x, y, z], _)| {
-        x.hypot(*y) < PUNCH - length.min(0.3) && *z > -3.0 * length
-    });
+    let under = mesh
+        .nodes
+        .iter()
+        .zip(&run.fields().damage)
+        .filter(|([x, y, z], _)| x.hypot(*y) < PUNCH - length.min(0.3) && *z > -3.0 * length);
     let crushed = under.map(|(_, phi)| *phi).fold(0.0, f64::max);
     let radius = start.map_or(f64::NAN, |[x, y, _]| x.hypot(y));
     let passed = (1.0 - ROUNDING..=1.5).contains(&(radius / PUNCH)) && crushed < 0.5;

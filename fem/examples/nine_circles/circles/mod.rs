@@ -1,21 +1,21 @@
 //! The nine problems, the three laws, and the criteria.
 
-pub mod growth;
-pub mod law;
-pub mod mediated;
-pub mod plate;
-pub mod uniform;
-pub mod viscosity;
+pub(crate) mod growth;
+pub(crate) mod law;
+pub(crate) mod mediated;
+pub(crate) mod plate;
+pub(crate) mod uniform;
+pub(crate) mod viscosity;
 
 use std::error::Error;
 
-pub use law::Law;
+pub(crate) use law::Law;
 
 /// Computation of a problem with a law.
-pub type Run = fn(Law) -> Result<Verdict, Box<dyn Error>>;
+pub(crate) type Run = fn(Law) -> Result<Verdict, Box<dyn Error>>;
 
 /// Names of the problems, in the order of the table.
-pub const PROBLEMS: [(&str, Run); 9] = [
+pub(crate) const PROBLEMS: [(&str, Run); 9] = [
     ("uniaxial", uniform::uniaxial),
     ("biaxial", uniform::biaxial),
     ("torsion", uniform::torsion),
@@ -29,24 +29,24 @@ pub const PROBLEMS: [(&str, Run); 9] = [
 
 /// Result of a problem with a law, and its comparison with the reference.
 #[derive(Clone, Debug)]
-pub struct Verdict {
+pub(crate) struct Verdict {
     /// Computed value.
-    pub value: f64,
+    pub(crate) value: f64,
     /// Unit of value and reference.
-    pub unit: &'static str,
+    pub(crate) unit: &'static str,
     /// Exact value, or the bound with which the deviation is computed.
-    pub reference: f64,
+    pub(crate) reference: f64,
     /// Whether the criterion of the problem is met.
-    pub passed: bool,
+    pub(crate) passed: bool,
     /// Reason in a few words.
-    pub reason: String,
+    pub(crate) reason: String,
 }
 
 impl Verdict {
-    pub const HEADER: &'static str = "| problem | law | value | reference | deviation | result | reason |\n|---|---|---|---|---|---|---|";
+    pub(crate) const HEADER: &'static str = "| problem | law | value | reference | deviation | result | reason |\n|---|---|---|---|---|---|---|";
 
     /// Compares a value with an exact reference; `tolerance` is relative.
-    pub fn compare(
+    pub(crate) fn compare(
         value: f64,
         unit: &'static str,
         reference: f64,
@@ -58,7 +58,7 @@ impl Verdict {
     }
 
     /// Returns the row of the table.
-    pub fn row(&self, problem: &str, law: Law) -> String {
+    pub(crate) fn row(&self, problem: &str, law: Law) -> String {
         let Self { value, unit, reference, passed, reason } = self;
         let deviation = 100.0 * (value / reference - 1.0);
         let result = if *passed { "passed" } else { "failed" };

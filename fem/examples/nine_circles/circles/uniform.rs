@@ -41,7 +41,7 @@ fn verdict(value: f64, strength: f64, law: Law) -> Verdict {
 }
 
 /// Bar in uniaxial tension.
-pub fn uniaxial(law: Law) -> Result<Verdict, Box<dyn Error>> {
+pub(crate) fn uniaxial(law: Law) -> Result<Verdict, Box<dyn Error>> {
     let mesh = Block::new([1.0, 1.0, 3.0], [2, 2, 6]).build()?;
     let Solid { young_mpa, tensile_mpa, .. } = GLASS;
     let largest = 3.0 * LARGEST * tensile_mpa / young_mpa;
@@ -56,7 +56,7 @@ pub fn uniaxial(law: Law) -> Result<Verdict, Box<dyn Error>> {
 }
 
 /// Thin plate under equal tension in both directions.
-pub fn biaxial(law: Law) -> Result<Verdict, Box<dyn Error>> {
+pub(crate) fn biaxial(law: Law) -> Result<Verdict, Box<dyn Error>> {
     let mesh = Block::new([2.0, 2.0, 0.25], [6, 6, 1]).build()?;
     let strength = GLASS.strength_factor([1.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
     let largest = 2.0 * 0.6 * LARGEST * GLASS.tensile_mpa / GLASS.young_mpa;
@@ -72,18 +72,20 @@ pub fn biaxial(law: Law) -> Result<Verdict, Box<dyn Error>> {
 }
 
 /// Thin-walled tube in torsion; the value is the shear stress at its outer surface.
-pub fn torsion(law: Law) -> Result<Verdict, Box<dyn Error>> {
+pub(crate) fn torsion(law: Law) -> Result<Verdict, Box<dyn Error>> {
     let (radii, length) = ([2.85, 3.0], 2.5);
     let mesh = tube(radii, length, [60, 8])?;
     let strength = GLASS.strength_factor([0.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
     let shear_modulus = 0.5 * GLASS.young_mpa / (1.0 + GLASS.poisson);
     let largest = 0.62 * LARGEST * strength / shear_modulus * length / radii[1];
-    let conditions = Conditions::new()
-        .fix("bottom", Axis::ALL)
-        .prescribe("top", [Axis::X, Axis::Y], move |[x, y, _], time_s| {
+    let conditions = Conditions::new().fix("bottom", Axis::ALL).prescribe(
+        "top",
+        [Axis::X, Axis::Y],
+        move |[x, y, _], time_s| {
             let (sine, cosine) = (largest * time_s).sin_cos();
             [x * cosine - y * sine - x, x * sine + y * cosine - y, 0.0]
-        });
+        },
+    );
     let problem = problem(mesh, conditions, law)?;
     let polar = 0.5 * std::f64::consts::PI * (radii[1].powi(4) - radii[0].powi(4));
     let (mut peak, mut run) = (0.0f64, problem.start());

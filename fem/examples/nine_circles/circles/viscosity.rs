@@ -15,8 +15,10 @@ const STEPS: u32 = 24;
 ///
 /// The opening of the plate decreases along the crack, so that the crack grows stably. The toughness is not divided by the
 /// factor of the mesh.
-pub fn print_table() -> Result<(), Box<dyn Error>> {
-    println!("| law | ξ (MPa s) | ξ ℓ₀/(Gc s) | speed (ℓ₀/s) | J/Gc | crack energy/Gc | viscous/Gc | balance/J |");
+pub(crate) fn print_table() -> Result<(), Box<dyn Error>> {
+    println!(
+        "| law | ξ (MPa s) | ξ ℓ₀/(Gc s) | speed (ℓ₀/s) | J/Gc | crack energy/Gc | viscous/Gc | balance/J |"
+    );
     println!("|---|---|---|---|---|---|---|---|");
     for law in [Law::At1, Law::At2] {
         for relative in [0.001, 0.01, 0.03, 0.1, 0.3] {
@@ -67,7 +69,9 @@ fn print_row(law: Law, relative: f64) -> Result<(), Box<dyn Error>> {
     let (first, last) = (STEPS as usize * 2 / 3, STEPS as usize);
     let count = (last - first) as f64;
     let mean = |k: usize| {
-        grown[first..last].iter().map(|g| g.balance_n_per_mm[k]).sum::<f64>() / count / toughness_n_per_mm
+        grown[first..last].iter().map(|g| g.balance_n_per_mm[k]).sum::<f64>()
+            / count
+            / toughness_n_per_mm
     };
     let [elastic, crack, viscous] = [0, 1, 2].map(mean);
     let speed = (grown[last - 1].tip_mm - grown[first - 1].tip_mm) / count / LENGTH;
