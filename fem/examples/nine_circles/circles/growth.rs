@@ -14,7 +14,7 @@ const TOLERANCE: f64 = 0.1;
 /// The crack counts as grown where the damage exceeds this value.
 const BROKEN: f64 = 0.9;
 /// Largest number of load steps.
-const MOST_STEPS: u32 = 60;
+const MOST_STEPS: u32 = 40;
 
 /// State of a growing crack.
 #[derive(Clone, Copy, Debug)]
@@ -36,20 +36,20 @@ fn tip(mesh: &TetMesh, damage: &[f64]) -> f64 {
     broken.fold(0.0, f64::max)
 }
 
-/// Runs a plate until its crack has grown by `growth_mm`, or to the end of the load for an infinite growth. Steps last
-/// 1 s.
+/// Runs a plate until its crack has grown by `growth_mm`, or to the end of the load. Steps last 1 s.
 pub(crate) fn grow(
     plate: &HalfPlate,
     problem: &Problem,
     growth_mm: f64,
 ) -> Result<Vec<Grown>, Box<dyn Error>> {
     let (mesh, front) = (plate.mesh()?, plate.size_mm);
-    // q = 1 around the crack, zero at the ends of the plate
+    // q = 1 around the crack, zero at the ends of the plate and at its loaded upper side
     let room = 0.25 * plate.tip_mm;
     let ahead = plate.tip_mm + plate.fine_mm[1];
-    let q = |[x, ..]: [f64; 3]| {
+    let q = |[x, _, z]: [f64; 3]| {
         let ramp = |distance: f64| (1.0 - distance / room).clamp(0.0, 1.0);
-        [ramp(x - ahead) * ramp(plate.tip_mm - room - x), 0.0, 0.0]
+        let up = (1.8 - 2.0 * z / plate.height_mm).clamp(0.0, 1.0);
+        [ramp(x - ahead) * ramp(plate.tip_mm - room - x) * up, 0.0, 0.0]
     };
     let mut run = problem.start();
     let mut before = run.fields().clone();
@@ -81,11 +81,7 @@ pub(crate) fn grow(
         }
         before = run.fields().clone();
     }
-    if growth_mm.is_infinite() {
-        return Ok(grown);
-    }
-    Err(format!("the crack grew by {:?} mm only", grown.last().map(|g| g.tip_mm - plate.tip_mm))
-        .into())
+    Ok(grown)
 }
 
 /// Energy release rate of the load at a step, as a multiple of Gc: first step 0.84, then rising by 0.02 per step.
@@ -102,14 +98,17 @@ fn problem(plate: &HalfPlate, law: Law, conditions: Conditions) -> Result<Proble
         .build()?)
 }
 
-fn verdict(release: f64, grown: &Grown, law: Law) -> Verdict {
+fn verdict(release: f64, grown: &Grown, plate: &HalfPlate, law: Law) -> Verdict {
     let toughness = GLASS.toughness_n_per_mm;
     let [elastic, crack, viscous] = grown.balance_n_per_mm.map(|n| n / toughness);
-    let reason = format!(
-        "ℓ₀ {:.3} mm; J {elastic:.3} Gc, crack energy {crack:.3} Gc, viscous {viscous:.3} Gc",
-        GLASS.length_mm(law)
-    );
-    Verdict::compare(release, "N/mm", toughness, TOLERANCE, reason)
+    let has_grown = grown.tip_mm > plate.tip_mm + GLASS.length_mm(law);
+    let reason = if has_grown {
+        format!("J {elastic:.3} Gc, crack energy {crack:.3} Gc, viscous {viscous:.3} Gc")
+    } else {
+        format!("no growth until J = {elastic:.2} Gc")
+    };
+    let verdict = Verdict::compare(release, "N/mm", toughness, TOLERANCE, reason);
+    Verdict { passed: verdict.passed && has_grown, ..verdict }
 }
 
 fn plate(law: Law, width_mm: f64, height_mm: f64, tip_mm: f64) -> HalfPlate {
@@ -138,7 +137,7 @@ pub(crate) fn pure_shear(law: Law) -> Result<Verdict, Box<dyn Error>> {
         .measure("top", [0.0, 0.0, 1.0]);
     let grown = grow(&plate, &problem(&plate, law, conditions)?, 2.0 * GLASS.length_mm(law))?;
     let last = grown.last().ok_or("no step")?;
-    Ok(verdict(toughness_n_per_mm * load_factor(last.step), last, law))
+    Ok(verdict(toughness_n_per_mm * load_factor(last.step), last, &plate, law))
 }
 
 /// Double cantilever beam; the energy release rate follows from the force, with the stress intensity of Wiederhorn, Shorb &
@@ -163,7 +162,7 @@ pub(crate) fn double_cantilever(law: Law) -> Result<Verdict, Box<dyn Error>> {
     let grown = grow(&plate, &problem(&plate, law, conditions)?, 3.0 * GLASS.length_mm(law))?;
     let last = grown.last().ok_or("no step")?;
     let release = intensity(last.force_n_per_mm, last.tip_mm).powi(2) / young_mpa;
-    Ok(verdict(release, last, law))
+    Ok(verdict(release, last, &plate, law))
 }
 
 /// Trousers test with legs that are held straight: anti-plane shear (mode III). The energy release rate is the height times the
@@ -187,5 +186,5 @@ pub(crate) fn trousers(law: Law) -> Result<Verdict, Box<dyn Error>> {
         .measure("top", [0.0, 1.0, 0.0]);
     let grown = grow(&plate, &problem(&plate, law, conditions)?, 2.0 * GLASS.length_mm(law))?;
     let last = grown.last().ok_or("no step")?;
-    Ok(verdict(toughness_n_per_mm * load_factor(last.step), last, law))
+    Ok(verdict(toughness_n_per_mm * load_factor(last.step), last, &plate, law))
 }

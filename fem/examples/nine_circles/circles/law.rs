@@ -11,8 +11,7 @@ pub(crate) enum Law {
     Strength,
 }
 
-/// Ratio of node spacing to ℓ₀ where cracks run. The toughness of AT1 and AT2 is divided by the factor of the mesh at this
-/// spacing, so that cracks need Gc.
+/// Usual ratio of node spacing to ℓ₀ where cracks run.
 pub(crate) const SPACING: f64 = 1.0 / 3.0;
 
 /// Elastic constants, toughness and strengths.
@@ -25,6 +24,9 @@ pub(crate) struct Solid {
     pub(crate) compressive_mpa: f64,
     /// ℓ₀ of the law with a strength, as a fraction of the largest possible length.
     pub(crate) length_share: f64,
+    /// Ratio of node spacing to ℓ₀ where cracks run. The toughness of AT1 and AT2 is divided by the factor of the mesh at
+    /// this spacing, so that cracks need Gc.
+    pub(crate) spacing: f64,
 }
 
 /// Soda-lime glass, as in the reference.
@@ -35,6 +37,7 @@ pub(crate) const GLASS: Solid = Solid {
     tensile_mpa: 40.0,
     compressive_mpa: 1000.0,
     length_share: 0.125,
+    spacing: SPACING,
 };
 
 /// Polyurethane elastomer, as in the reference (shear modulus 0.52 MPa, first Lamé constant 85.77 MPa, hydrostatic
@@ -46,6 +49,7 @@ pub(crate) const ELASTOMER: Solid = Solid {
     tensile_mpa: 0.3,
     compressive_mpa: 0.375,
     length_share: 0.5,
+    spacing: SPACING,
 };
 
 impl Law {
@@ -58,33 +62,33 @@ impl Law {
             Law::Strength => "strength",
         }
     }
-
-    /// Returns the factor by which a mesh with the spacing of [`SPACING`] increases the energy of a crack. The law with a
-    /// strength compensates for the mesh itself.
-    pub(crate) fn mesh_factor(self) -> f64 {
-        match self {
-            Law::At1 => 1.0 + 0.375 * SPACING,
-            Law::At2 => 1.0 + 0.5 * SPACING,
-            Law::Strength => 1.0,
-        }
-    }
 }
 
 impl Solid {
+    /// Returns the factor by which the mesh increases the energy of a crack. The law with a strength compensates for the mesh
+    /// itself.
+    fn mesh_factor(&self, law: Law) -> f64 {
+        match law {
+            Law::At1 => 1.0 + 0.375 * self.spacing,
+            Law::At2 => 1.0 + 0.5 * self.spacing,
+            Law::Strength => 1.0,
+        }
+    }
+
     /// Returns ℓ₀, mm. AT1 and AT2 get the length with which their uniaxial tensile strength is the tensile strength of the
     /// material. The law with a strength gets a fraction of the largest possible length.
     pub(crate) fn length_mm(&self, law: Law) -> f64 {
         let irwin = self.young_mpa * self.toughness_n_per_mm / self.tensile_mpa.powi(2);
         match law {
-            Law::At1 => 0.375 * irwin / law.mesh_factor(),
-            Law::At2 => 27.0 / 256.0 * irwin / law.mesh_factor(),
+            Law::At1 => 0.375 * irwin / self.mesh_factor(law),
+            Law::At2 => 27.0 / 256.0 * irwin / self.mesh_factor(law),
             Law::Strength => 0.375 * irwin * self.length_share,
         }
     }
 
     /// Returns the node spacing where cracks run, mm.
     pub(crate) fn spacing_mm(&self, law: Law) -> f64 {
-        SPACING * self.length_mm(law)
+        self.spacing * self.length_mm(law)
     }
 
     /// Returns the viscosity (MPa s) with which a step of 1 s moves a crack by some ℓ₀ where the energy release rate
@@ -96,7 +100,7 @@ impl Solid {
     /// Returns the material, with a viscosity of damage.
     pub(crate) fn material(&self, law: Law, viscosity_mpa_s: f64) -> Material {
         let fracture = Fracture {
-            toughness_n_per_mm: self.toughness_n_per_mm / law.mesh_factor(),
+            toughness_n_per_mm: self.toughness_n_per_mm / self.mesh_factor(law),
             viscosity_mpa_s,
             residual_stiffness: 1e-5,
         };

@@ -5,7 +5,7 @@ use std::error::Error;
 use fem::{Axis, Block, Conditions, Material, NodeSet, Order, Problem, Schedule, TetMesh};
 
 use super::Verdict;
-use super::law::{ELASTOMER, GLASS, Law, Solid};
+use super::law::{ELASTOMER, GLASS, Law, SPACING, Solid};
 use super::plate::{HalfPlate, ROUNDING, around, graded, merged};
 
 /// A point counts as broken where the damage exceeds this value.
@@ -40,18 +40,21 @@ pub(crate) fn edge_notch(law: Law) -> Result<Verdict, Box<dyn Error>> {
 
 /// Returns the strength of a notched plate and its bounds, MPa.
 fn notched_strength(law: Law, notch: f64) -> Result<(f64, [f64; 2]), Box<dyn Error>> {
-    let Solid { young_mpa, toughness_n_per_mm, tensile_mpa, .. } = GLASS;
+    // the length of AT1 is not small against the notches: linear elements of a third of it would be too coarse for them
+    let spacing = if law == Law::At1 { SPACING / 2.0 } else { SPACING };
+    let solid = Solid { spacing, ..GLASS };
+    let Solid { young_mpa, toughness_n_per_mm, tensile_mpa, .. } = solid;
     let (width, half) = (10.0, 8.0);
     let shape = 1.12 - 0.231 * (notch / width) + 10.55 * (notch / width).powi(2);
     let griffith = (young_mpa * toughness_n_per_mm / (std::f64::consts::PI * notch)).sqrt() / shape;
     let upper = griffith.min(tensile_mpa);
     let lower = 1.0 / (griffith.powi(-2) + tensile_mpa.powi(-2)).sqrt();
-    let length = GLASS.length_mm(law);
+    let length = solid.length_mm(law);
     let plate = HalfPlate {
         width_mm: width,
         height_mm: half,
         tip_mm: notch,
-        size_mm: GLASS.spacing_mm(law),
+        size_mm: solid.spacing_mm(law),
         fine_mm: [4.0 * length, 6.0 * length, 4.0 * length],
     };
     let elastic = upper / young_mpa * half;
@@ -65,8 +68,8 @@ fn notched_strength(law: Law, notch: f64) -> Result<(f64, [f64; 2]), Box<dyn Err
         .prescribe("top", [Axis::Z], move |_, time_s| [0.0, 0.0, elastic * load_factor(time_s)])
         .measure("top", [0.0, 0.0, 1.0]);
     let problem = Problem::builder(plate.mesh()?)
-        .materials([GLASS.material(law, GLASS.viscosity_mpa_s(law))])
-        .phase_field(GLASS.phase_field(law))
+        .materials([solid.material(law, solid.viscosity_mpa_s(law))])
+        .phase_field(solid.phase_field(law))
         .conditions(conditions)
         .schedule(Schedule::fixed(f64::from(MOST_STEPS), MOST_STEPS).stop_below_peak(0.05))
         .build()?;
@@ -74,6 +77,10 @@ fn notched_strength(law: Law, notch: f64) -> Result<(f64, [f64; 2]), Box<dyn Err
     let mut peak = 0.0f64;
     while let Some(point) = run.step() {
         peak = peak.max(point.force_n);
+        if std::env::var_os("PROGRESS").is_some() {
+            let stress = point.force_n / (width * plate.size_mm);
+            eprintln!("{notch} mm: {stress:.2} MPa, φ {:.3} {:?}", point.phi_max, run.effort());
+        }
     }
     Ok((peak / (width * plate.size_mm), [lower, upper]))
 }
@@ -92,42 +99,58 @@ pub(crate) fn poker_chip(law: Law) -> Result<Verdict, Box<dyn Error>> {
     let mesh = Block::new([width, size, half], [cells(width), 1, cells(half)]).build()?;
     let modulus = young_mpa * (1.0 - poisson) / ((1.0 + poisson) * (1.0 - 2.0 * poisson));
     let griffith = (2.0 * modulus * toughness_n_per_mm / (2.0 * half)).sqrt();
-    let opening = griffith / modulus * half;
-    let conditions = Conditions::new()
-        .symmetry("left")
-        .fix("front", [Axis::Y])
-        .fix("back", [Axis::Y])
-        .fix("bottom", [Axis::Z])
-        .prescribe("top", [Axis::X, Axis::Z], move |_, time_s| {
-            [0.0, 0.0, 3.0 * opening * time_s / f64::from(MOST_STEPS)]
-        })
-        .measure("top", [0.0, 0.0, 1.0]);
-    let problem = |material: Material, steps| {
+    let area = width * size;
+    let problem = |material: Material, steps: u32, opening_mm: f64| {
+        let conditions = Conditions::new()
+            .symmetry("left")
+            .fix("front", [Axis::Y])
+            .fix("back", [Axis::Y])
+            .fix("bottom", [Axis::Z])
+            .prescribe("top", [Axis::X, Axis::Z], move |_, time_s| {
+                [0.0, 0.0, opening_mm * (0.5 * time_s.min(1.0) + 0.04 * (time_s - 1.0).max(0.0))]
+            })
+            .measure("top", [0.0, 0.0, 1.0]);
         Problem::builder(mesh.clone())
             .order(Order::Quadratic)
             .materials([material])
             .phase_field(ELASTOMER.phase_field(law))
-            .conditions(conditions.clone())
-            .schedule(Schedule::fixed(f64::from(MOST_STEPS), steps).stop_below_peak(0.05))
+            .conditions(conditions)
+            .schedule(Schedule::fixed(f64::from(steps), steps))
             .build()
     };
-    let strength = {
-        let elastic = problem(Material::hencky(young_mpa, poisson), MOST_STEPS)?;
-        let mut run = elastic.start();
-        let point = run.step().ok_or("no elastic step")?;
-        let stress = elastic.evaluate(run.fields())?.elements()?[0].stress_mpa;
-        ELASTOMER.strength_factor(stress) * point.force_n / (width * size)
-    };
-    let broken = problem(ELASTOMER.material(law, ELASTOMER.viscosity_mpa_s(law)), MOST_STEPS)?;
+    // small opening of an elastic layer, and the opening at which its middle reaches the strength surface
+    let trial = 1e-4 * half;
+    let elastic = problem(Material::hencky(young_mpa, poisson), 1, 2.0 * trial)?;
+    let mut run = elastic.start();
+    let point = run.step().ok_or("no elastic step")?;
+    let stress = elastic.evaluate(run.fields())?.elements()?[0].stress_mpa;
+    let factor = ELASTOMER.strength_factor(stress);
+    let strength = factor * point.force_n / area;
+    let material = ELASTOMER.material(law, ELASTOMER.viscosity_mpa_s(law));
+    let broken = problem(material, MOST_STEPS, factor * trial)?;
     let mut run = broken.start();
     let mut peak = 0.0f64;
     let mut start = None;
     while let Some(point) = run.step() {
-        peak = peak.max(point.force_n / (width * size));
+        peak = peak.max(point.force_n / area);
         start = most_damaged(&mesh, &run.fields().damage);
+        if std::env::var_os("PROGRESS").is_some() {
+            let stress = point.force_n / area;
+            eprintln!("{stress:.4} MPa, {start:?}, φ {:.3} {:?}", point.phi_max, run.effort());
+        }
         if start.is_some() {
             break;
         }
+    }
+    if start.is_none() {
+        let reason = format!("no crack: {:?}", run.finish().end);
+        return Ok(Verdict {
+            value: peak,
+            unit: "MPa",
+            reference: strength,
+            passed: false,
+            reason,
+        });
     }
     let [x, _, z] = start.unwrap_or([f64::NAN; 3]);
     let passed = peak >= 0.95 * strength && peak <= griffith && x < width - half;
@@ -199,6 +222,9 @@ pub(crate) fn indentation(law: Law) -> Result<Verdict, Box<dyn Error>> {
     let mut start = None;
     while let Some(point) = run.step() {
         force = point.force_n;
+        if std::env::var_os("PROGRESS").is_some() {
+            eprintln!("{force:.2} N, φ {:.3} {:?}", point.phi_max, run.effort());
+        }
         start = most_damaged(&mesh, &run.fields().damage);
         if start.is_some() {
             break;

@@ -43,7 +43,7 @@ fn print_row(law: Law, relative: f64) -> Result<(), Box<dyn Error>> {
     let critical = (half * toughness_n_per_mm / modulus).sqrt();
     // at x, the opening is the critical opening of a uniform strip once the time reaches a multiple of (x − tip)
     let opening = move |time_s: f64| {
-        let slope = 0.006;
+        let slope = 0.017;
         critical / (1.0 - tip / width) * (0.9 * time_s.min(1.0) + slope * (time_s - 1.0).max(0.0))
     };
     let conditions = plate
