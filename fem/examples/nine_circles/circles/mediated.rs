@@ -56,6 +56,7 @@ fn notched_strength(law: Law, notch: f64) -> Result<(f64, [f64; 2]), Box<dyn Err
         tip_mm: notch,
         size_mm: solid.spacing_mm(law),
         fine_mm: [4.0 * length, 6.0 * length, 4.0 * length],
+        largest_mm: f64::INFINITY,
     };
     let elastic = upper / young_mpa * half;
     let conditions = plate
@@ -178,8 +179,8 @@ pub(crate) fn indentation(law: Law) -> Result<Verdict, Box<dyn Error>> {
     let solid = Solid { length_share: 0.5, ..GLASS };
     let (length, far) = (solid.length_mm(law), 8.0);
     let size = solid.spacing_mm(law).max(0.02);
-    let radii = around(PUNCH, [0.0, far], size, [2.0 * length, 4.0 * length]);
-    let mut depths: Vec<f64> = graded(size, 3.0 * length, far).iter().map(|z| -z).collect();
+    let radii = around(PUNCH, [0.0, far], size, [2.0 * length, 4.0 * length], far);
+    let mut depths: Vec<f64> = graded(size, 3.0 * length, far, far).iter().map(|z| -z).collect();
     depths.reverse();
     let angles: Vec<f64> = (0..=3).map(|k| std::f64::consts::FRAC_PI_6 * f64::from(k)).collect();
     let block = Block { planes_mm: [radii, angles, depths], ..Block::new([1.0; 3], [1; 3]) };

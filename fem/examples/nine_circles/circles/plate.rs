@@ -7,14 +7,15 @@ use fem::{Axis, Block, BlockError, Conditions, NodeSet, TetMesh};
 /// Positions on a grid plane differ from it by less than this distance, mm.
 pub(crate) const ROUNDING: f64 = 1e-7;
 
-/// Coordinates from 0 to `to`: cells of size `h` up to `fine`, then cells that grow by a factor of 1.35.
-pub(crate) fn graded(h: f64, fine: f64, to: f64) -> Vec<f64> {
+/// Coordinates from 0 to `to`: cells of size `h` up to `fine`, then cells that grow by a factor of 1.35 up to the size
+/// `largest`.
+pub(crate) fn graded(h: f64, fine: f64, to: f64, largest: f64) -> Vec<f64> {
     let mut points = vec![0.0];
     let mut step = h;
     loop {
         let last = points[points.len() - 1];
         if last > fine - 0.5 * h {
-            step *= 1.35;
+            step = largest.min(1.35 * step);
         }
         if last + 1.4 * step >= to {
             points.push(to);
@@ -26,9 +27,15 @@ pub(crate) fn graded(h: f64, fine: f64, to: f64) -> Vec<f64> {
 
 /// Coordinates from `from` to `to` with cells of size `h` between `centre − fine[0]` and `centre + fine[1]`, and larger cells
 /// outside.
-pub(crate) fn around(centre: f64, [from, to]: [f64; 2], h: f64, fine: [f64; 2]) -> Vec<f64> {
-    let below = graded(h, fine[0], centre - from);
-    let above = graded(h, fine[1], to - centre);
+pub(crate) fn around(
+    centre: f64,
+    [from, to]: [f64; 2],
+    h: f64,
+    fine: [f64; 2],
+    largest: f64,
+) -> Vec<f64> {
+    let below = graded(h, fine[0], centre - from, largest);
+    let above = graded(h, fine[1], to - centre, largest);
     let mut points: Vec<f64> = below.iter().skip(1).rev().map(|d| centre - d).collect();
     points.extend(above.iter().map(|d| centre + d));
     points
@@ -46,15 +53,18 @@ pub(crate) struct HalfPlate {
     pub(crate) size_mm: f64,
     /// Lengths of the fine mesh behind and ahead of the tip, and above the crack plane, mm.
     pub(crate) fine_mm: [f64; 3],
+    /// Size of the largest elements, mm.
+    pub(crate) largest_mm: f64,
 }
 
 impl HalfPlate {
     pub(crate) fn mesh(&self) -> Result<TetMesh, BlockError> {
-        let Self { width_mm, height_mm, tip_mm, size_mm: h, fine_mm: [behind, ahead, above] } =
-            *self;
-        let along = around(tip_mm, [0.0, width_mm], h, [behind, ahead]);
+        let Self { width_mm, height_mm, tip_mm, size_mm: h, fine_mm, largest_mm } = *self;
+        let [behind, ahead, above] = fine_mm;
+        let along = around(tip_mm, [0.0, width_mm], h, [behind, ahead], largest_mm);
         let mut across = vec![0.0];
-        across.extend(graded(h, above, height_mm - 0.5 * h).iter().map(|z| z + 0.5 * h));
+        across
+            .extend(graded(h, above, height_mm - 0.5 * h, largest_mm).iter().map(|z| z + 0.5 * h));
         Block { planes_mm: [along, vec![0.0, h], across], ..Block::new([1.0; 3], [1; 3]) }.build()
     }
 

@@ -38,6 +38,7 @@ fn print_row(law: Law, relative: f64) -> Result<(), Box<dyn Error>> {
         tip_mm: tip,
         size_mm: SPACING * LENGTH,
         fine_mm: [0.3, 2.6, 0.6],
+        largest_mm: f64::INFINITY,
     };
     let modulus = young_mpa / (1.0 - poisson * poisson);
     let critical = (half * toughness_n_per_mm / modulus).sqrt();
