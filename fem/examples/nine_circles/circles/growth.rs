@@ -30,7 +30,7 @@ pub(crate) struct Grown {
 }
 
 /// Returns the position of the crack tip, mm: the end of the damaged part of the crack plane.
-fn tip(mesh: &TetMesh, damage: &[f64]) -> f64 {
+pub(crate) fn tip(mesh: &TetMesh, damage: &[f64]) -> f64 {
     let nodes = mesh.nodes.iter().zip(damage);
     let broken = nodes.filter(|(x, phi)| x[2] < ROUNDING && **phi > BROKEN).map(|(x, _)| x[0]);
     broken.fold(0.0, f64::max)

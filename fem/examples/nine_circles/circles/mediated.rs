@@ -5,6 +5,7 @@ use std::error::Error;
 use fem::{Axis, Block, Conditions, Material, NodeSet, Order, Problem, Schedule, TetMesh};
 
 use super::Verdict;
+use super::growth::tip;
 use super::law::{ELASTOMER, GLASS, Law, SPACING, Solid};
 use super::plate::{HalfPlate, ROUNDING, around, graded, merged};
 
@@ -74,10 +75,15 @@ fn notched_strength(law: Law, notch: f64) -> Result<(f64, [f64; 2]), Box<dyn Err
         .conditions(conditions)
         .schedule(Schedule::fixed(f64::from(MOST_STEPS), MOST_STEPS).stop_below_peak(0.05))
         .build()?;
+    let mesh = plate.mesh()?;
     let mut run = problem.start();
     let mut peak = 0.0f64;
     while let Some(point) = run.step() {
         peak = peak.max(point.force_n);
+        // the plate breaks once the crack has left the notch
+        if tip(&mesh, &run.fields().damage) > notch + 2.0 * length {
+            break;
+        }
         if std::env::var_os("PROGRESS").is_some() {
             let stress = point.force_n / (width * plate.size_mm);
             eprintln!("{notch} mm: {stress:.2} MPa, φ {:.3} {:?}", point.phi_max, run.effort());
