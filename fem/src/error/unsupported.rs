@@ -264,6 +264,9 @@ pub enum Unsupported {
         "arc-length steps have no duration, but the evolution of the state of a law may depend on the duration"
     )]
     ArcLengthWithState,
+    /// A J-integral with a law that has a state.
+    #[error("the stress of a law with a state does not follow from a stored energy alone")]
+    EnergyReleaseWithState,
     /// A controller that requests an arc-length step although its `controls_crack_energy` is false.
     #[error(
         "the step controller requests a step of crack energy (arc-length step) without announcing such steps"
@@ -376,6 +379,9 @@ impl Unsupported {
                 "use irreversibility = \"active-set\" or \"none\", and no hybrid split"
             }
             Self::ArcLengthWithState => "use fixed or adaptive steps",
+            Self::EnergyReleaseWithState => {
+                "use elastic laws, whose J-integral is path independent"
+            }
             Self::ArcLengthWithViscosity => {
                 "set viscosity_mpa_s = 0, or use adaptive steps: viscous damage does not snap back"
             }

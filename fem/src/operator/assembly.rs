@@ -6,7 +6,8 @@ use rayon::prelude::*;
 
 use super::cell_stress::CellStress;
 use super::cpu::{
-    Gather, PointDataOf, ResidualsOf, Selection, StatesOf, StressesOf, TangentsOf, each_register,
+    ConfigurationalOf, Gather, PointDataOf, ResidualsOf, Selection, StatesOf, StressesOf,
+    TangentsOf, each_register,
 };
 use super::deterministic_reduce::deterministic_reduce;
 use super::device::DeviceEquations;
@@ -178,6 +179,25 @@ impl<const N: usize> Operator for Assembly<N> {
             each_register(&gather, selection, StressesOf(out))
         })?;
         Ok(out)
+    }
+
+    fn configurational(&self, increment: &Increment) -> Result<Vec<[f64; 3]>, Inverted> {
+        let gather = self.gather(increment);
+        let mut forces = vec![[0.0; 3]; self.space.nodes.len()];
+        let add = |first: usize, elements: &[[[f64; 4]; N]]| {
+            for (element, nodes) in elements.iter().zip(&self.space.tets[first..]) {
+                for (force, &node) in element.iter().zip(nodes) {
+                    (0..3).for_each(|k| forces[node as usize][k] += force[k]);
+                }
+            }
+        };
+        let compute = |first: usize, to: &mut [_]| {
+            let selection = Selection::Consecutive { first, count: to.len() };
+            each_register(&gather, selection, ConfigurationalOf(to))
+        };
+        let blank = [[0.0; 4]; N];
+        deterministic_reduce::<N, _>(self.space.tets.len(), blank, compute, add)?;
+        Ok(forces)
     }
 
     fn point_data(

@@ -43,6 +43,10 @@ pub trait Operator: std::fmt::Debug + Send + Sync {
     /// Computes mean stress and elastic energy density of each element.
     fn stresses(&self, increment: &Increment) -> Result<Vec<CellStress>, Inverted>;
 
+    /// Computes the configurational forces ∫ (ψ I − Hᵀ P) ∇N_a dV of all nodes, N: ψ is the elastic energy density, H
+    /// the displacement gradient, P the nominal stress.
+    fn configurational(&self, increment: &Increment) -> Result<Vec<[f64; 3]>, Inverted>;
+
     /// Computes the stored data of the tangents of the elements `tets`, in the order of
     /// [`DataLayout`](super::DataLayout). Calls `write` for each batch of [`LANES`] elements with the index of the
     /// batch and its data.

@@ -51,10 +51,10 @@ use fem_mesh::vtu;
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Evaluation<'a> {
-    setup: &'a Setup,
+    pub(super) setup: &'a Setup,
     /// Operator of the whole mesh (not only of the part of one rank).
-    operator: &'a dyn Operator,
-    fields: &'a Fields,
+    pub(super) operator: &'a dyn Operator,
+    pub(super) fields: &'a Fields,
 }
 
 impl<'a> Evaluation<'a> {
@@ -78,7 +78,7 @@ impl<'a> Evaluation<'a> {
         Ok(Self { setup, operator, fields })
     }
 
-    fn increment(&self) -> Increment<'a> {
+    pub(super) fn increment(&self) -> Increment<'a> {
         let LawState { values, duration_s } = &self.fields.state;
         // without a state, the duration has no effect
         let duration = if values.is_empty() { 1.0 } else { *duration_s };

@@ -9,7 +9,8 @@ use crate::element::Rule;
 use crate::material::{Inverted, Lanes, POINTS, SimdF64};
 use crate::operator::cell_stress::CellStress;
 use crate::operator::kernel::{
-    DataLayout, ElementResidual, STRESS_SUMS, linearise, residual, stress_sums, write_blocks,
+    DataLayout, ElementResidual, STRESS_SUMS, configurational, linearise, residual, stress_sums,
+    write_blocks,
 };
 use crate::operator::layout::LANES;
 use crate::operator::pattern::Block;
@@ -210,6 +211,38 @@ impl<const N: usize> Evaluate<N> for StressesOf<'_> {
         }
         for (out, &lane) in self.0[rows.first..].iter_mut().zip(rows.lanes) {
             *out = CellStress::new(columns.map(|column| column[lane]));
+        }
+        Ok(())
+    }
+}
+
+/// Computation of the configurational forces of the elements' nodes.
+#[derive(Debug)]
+pub(crate) struct ConfigurationalOf<'a, const N: usize>(pub &'a mut [[[f64; 4]; N]]);
+
+impl<const N: usize> Evaluate<N> for ConfigurationalOf<'_, N> {
+    type Scratch<S: Simd> = ();
+
+    fn scratch<S: Simd>(&self, _: S) {}
+
+    #[inline(always)]
+    fn evaluate<S: Simd>(
+        &mut self,
+        simd: S,
+        elements: Elements<'_, S, N>,
+        state: &mut [SimdF64<S>],
+        (): &mut (),
+        rows: Rows<'_>,
+    ) -> Result<(), Inverted> {
+        let (nodal, sound) = configurational(&elements, state);
+        check(sound)?;
+        let mut batch = Batch([[0.0; 4]; LANES]);
+        let out = &mut self.0[rows.first..][..rows.lanes.len()];
+        for a in 0..N {
+            store_rows(simd, &nodal[a], &mut batch);
+            for (out, row) in out.iter_mut().zip(&batch.0) {
+                out[a] = *row;
+            }
         }
         Ok(())
     }

@@ -11,7 +11,9 @@ mod regions;
 mod registers;
 
 pub(super) use element_product::ElementProduct;
-pub(super) use evaluate::{PointDataOf, ResidualsOf, StatesOf, StressesOf, TangentsOf};
+pub(super) use evaluate::{
+    ConfigurationalOf, PointDataOf, ResidualsOf, StatesOf, StressesOf, TangentsOf,
+};
 pub use gather::{Buffers, Gather};
 pub(super) use kinds::{PerKind, for_kind};
 #[cfg(test)]

@@ -11,6 +11,7 @@
 //! must also be added to `point_data.rs` and `contract.rs`.
 
 mod blocks;
+mod configurational;
 mod contract;
 mod linearise;
 mod point_data;
@@ -20,6 +21,7 @@ mod stresses;
 
 pub(super) use blocks::diagonal;
 pub use blocks::{Blocks, write_blocks};
+pub(super) use configurational::configurational;
 pub(super) use contract::{Contraction, Load, first_or_add};
 pub use linearise::linearise;
 pub use point_data::DataLayout;

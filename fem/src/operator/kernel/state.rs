@@ -115,7 +115,7 @@ impl<T: Scalar, L: PointLaw<T>, const N: usize> ElementState<'_, T, L, N> {
 
     /// Returns the displacement gradient H = ∂u/∂X at elastic point q.
     #[inline(always)]
-    fn displacement_gradient(&self, q: usize) -> [[T; 3]; 3] {
+    pub(super) fn displacement_gradient(&self, q: usize) -> [[T; 3]; 3] {
         let du = self.differences(q, &self.displacement);
         let barycentric = &self.geometry(q).barycentric;
         let mut h = [[self.constant(0.0); 3]; 3];
