@@ -95,14 +95,13 @@ impl Beam {
         (opening / outcome.curve[0].force_n * self.spacing_mm).cbrt()
     }
 
-    /// Energy release rates divided by the toughness of the interface on this mesh, at the steps during which the crack
-    /// grows, with the growth of the crack (mm).
-    fn release_rates(&self) -> Vec<[f64; 2]> {
+    /// Released energy per area of the crack, and mean energy release rate, both divided by the toughness of the
+    /// interface on this mesh, in the second half of the steps.
+    fn measured_toughness(&self) -> [f64; 2] {
         let lengths = [SLIT, SLIT + 0.5 * GROWTH, SLIT + GROWTH];
         let roots = lengths.map(|a| self.root_of_compliance(a));
         // the root of the compliance is nearly linear: slope at its middle, and change of the slope
         let [low, high] = [0, 1].map(|k| (roots[k + 1] - roots[k]) / (0.5 * GROWTH));
-        println!("roots {roots:?}, slopes {low} {high}");
         let slope = |root: f64| {
             let share = (root - roots[0]) / (roots[2] - roots[0]);
             low + (high - low) * (2.0 * share - 0.5)
@@ -116,34 +115,47 @@ impl Beam {
         let opening = move |time_s: f64| first + (last - first) * time_s;
         let outcome = self.problem(SLIT, STEPS, opening).run(&mut ());
         assert!(matches!(outcome.end, End::Displacement), "{:?}", outcome.end);
-        println!("{} iterations", outcome.effort.iterations);
-        let mut rows = Vec::new();
-        for point in &outcome.curve {
+        // energy that leaves load and body, N per mm of thickness
+        let released = |k: usize| {
+            let point = &outcome.curve[k];
+            (point.work_n_mm - point.elastic_n_mm) / self.spacing_mm
+        };
+        let row = |k: usize| {
+            let point = &outcome.curve[k];
             let force = point.force_n / self.spacing_mm;
             let root = (opening(point.time_s) / force).cbrt();
             let growth = (root - roots[0]) / (roots[2] - roots[0]) * GROWTH;
-            let fracture = point.fracture_n_mm / self.spacing_mm;
-            println!(
-                "  growth {growth:.3} mm: {:.4}, crack energy {fracture:.6} N, {} iterations, balance {:.2e}",
-                release(force, root) / toughness,
-                point.newton,
-                point.balance_n_mm() / point.work_n_mm
-            );
-            rows.push([growth, release(force, root) / toughness]);
-        }
-        rows
+            [growth, release(force, root) / toughness]
+        };
+        let [start, end] = [STEPS as usize / 2, STEPS as usize - 1];
+        let grown = row(end)[0] - row(start)[0];
+        let energy = (released(end) - released(start)) / (grown * toughness);
+        let rates: Vec<f64> = (start..=end).map(|k| row(k)[1]).collect();
+        let rate = rates.iter().sum::<f64>() / rates.len() as f64;
+        println!(
+            "{self:?}: growth {grown:.3} mm, energy {energy:.4}, release rate {rate:.4}; all {:.4?}; {} iterations",
+            (0..=end).map(row).collect::<Vec<_>>(),
+            outcome.effort.iterations
+        );
+        [energy, rate]
     }
 }
 
+/// The crack is found by its compliance alone: beams with slits of known length give the compliance as a function of the
+/// length. Two measures of the toughness result: the energy that is released while the crack grows, per area; and the
+/// energy release rate F²/2 dC/da. Without viscosity.
 #[test]
 fn a_crack_along_an_interface_grows_at_its_toughness() {
-    for (length_mm, spacing_mm) in [(0.3, 0.1), (0.2, 0.1), (0.3, 1.0 / 15.0), (0.2, 1.0 / 15.0)] {
-        for two_sided in
-            if length_mm == 0.2 && spacing_mm == 0.1 { vec![true, false] } else { vec![true] }
-        {
-            let beam = Beam { length_mm, spacing_mm, two_sided };
-            println!("{beam:?}");
-            beam.release_rates();
-        }
+    for (length_mm, spacing_mm, two_sided) in [
+        (0.3, 0.1, true),
+        (0.2, 0.1, true),
+        (0.3, 0.1 / 1.5, true),
+        (0.2, 0.1 / 1.5, true),
+        (0.2, 0.1, false),
+    ] {
+        let beam = Beam { length_mm, spacing_mm, two_sided };
+        let [energy, rate] = beam.measured_toughness();
+        assert!((energy - 1.0).abs() < 0.05, "{beam:?}: {energy}");
+        assert!((rate - 1.0).abs() < 0.06, "{beam:?}: {rate}");
     }
 }

@@ -11,7 +11,6 @@ fn deflection(n: usize, order: Order, steps: u32) -> f64 {
         .fix("front", [Axis::Z])
         .fix("back", [Axis::Z])
         .traction("right", |_, time_s| [0.0, 5000.0 / 16.0 * time_s, 0.0]);
-    // cells of equal lengths in the plane and across the thickness would make no difference in plane strain
     let problem = Problem::builder(panel(n, 16.0 / n as f64))
         .order(order)
         .materials([simo_steel()])
@@ -37,13 +36,14 @@ fn deflection(n: usize, order: Order, steps: u32) -> f64 {
 /// `reference/plasticity_2d.py` gives 6.65, 6.74, 6.89 and 6.95 mm with 4², 8², 16² and 32² quadrilaterals of eight nodes:
 /// a plastic hinge forms at the clamped upper corner, where stresses are singular, so that all meshes converge slowly.
 ///
-/// Linear tetrahedra lock.
+/// Quadratic tetrahedra give 6.83 mm with 16² cells and 6.94 mm with 32² cells (50 s of processor time, not in this
+/// test). Linear tetrahedra lock: 2.0 mm.
 #[test]
 fn the_elastoplastic_membrane_converges_to_its_published_deflection() {
-    let quadratic = [8, 16, 32].map(|n| deflection(n, Order::Quadratic, 20));
+    let quadratic = [4, 8, 16].map(|n| deflection(n, Order::Quadratic, 20));
     assert!(quadratic[0] < quadratic[1] && quadratic[1] < quadratic[2], "{quadratic:?}");
     assert!((quadratic[2] / 7.03 - 1.0).abs() < 0.03, "{quadratic:?}");
-    assert!((quadratic[2] / 6.95 - 1.0).abs() < 0.02, "{quadratic:?}");
+    assert!((quadratic[2] / 6.895 - 1.0).abs() < 0.0125, "{quadratic:?}");
     let locked = deflection(16, Order::Linear, 20);
-    assert!(locked < 0.8 * quadratic[2], "{locked} and {quadratic:?}");
+    assert!(locked < 0.5 * quadratic[1], "{locked} and {quadratic:?}");
 }

@@ -9,6 +9,8 @@ const YIELD_MPA: f64 = 0.2;
 const WIDTH_MM: f64 = 10.0;
 const HEIGHT_MM: f64 = 15.0;
 
+const STEPS: u32 = 36;
+
 /// Mean stress of the ligament divided by the yield stress, after each step. The ligament has n cells.
 fn stresses(n: usize, order: Order, steps: u32) -> Vec<f64> {
     let h = 1.0 / n as f64;
@@ -24,7 +26,7 @@ fn stresses(n: usize, order: Order, steps: u32) -> Vec<f64> {
             _ => Some("sides"),
         }
     });
-    let end_mm = 120.0 * YIELD_MPA / YOUNG_MPA;
+    let end_mm = 144.0 * YIELD_MPA / YOUNG_MPA;
     let conditions = Conditions::new()
         .symmetry("left")
         .symmetry("ligament")
@@ -51,12 +53,27 @@ fn stresses(n: usize, order: Order, steps: u32) -> Vec<f64> {
     stresses
 }
 
+/// The limit load of a deep notch is that of Prandtl's punch: (2 + π)/√3 = 2.97 times the yield stress on the ligament.
+/// Elements that lock have no limit load (Nagtegaal, Parks & Rice, Comput. Methods Appl. Mech. Engrg. 4 (1974) 153).
 #[test]
 fn quadratic_elements_reach_the_limit_load_of_a_notched_strip() {
-    for n in [2, 4, 8] {
-        stresses(n, Order::Quadratic, 30);
-    }
-    for n in [4, 8] {
-        stresses(n, Order::Linear, 30);
-    }
+    let exact = (2.0 + std::f64::consts::PI) / 3f64.sqrt();
+    // error of the last stress, and its increase over the last sixth of the path
+    let measure = |n, order| {
+        let stresses = stresses(n, order, STEPS);
+        let [before, last] = [5 * STEPS / 6, STEPS].map(|step| stresses[step as usize - 1]);
+        println!(
+            "{order:?} {n}: {:.4} of the limit load, rise {:.4}",
+            last / exact,
+            last / before - 1.0
+        );
+        [last / exact - 1.0, last / before - 1.0]
+    };
+    let [coarse, fine] = [4, 8].map(|n| measure(n, Order::Quadratic));
+    assert!(coarse[1] < 0.005 && fine[1] < 0.002, "no plateau: {coarse:?} {fine:?}");
+    assert!(fine[0] > 0.0 && fine[0] < 0.04, "{coarse:?} {fine:?}");
+    // the error is proportional to the size of the cells
+    assert!((2.0 * fine[0] - coarse[0]).abs() < 0.01, "{coarse:?} {fine:?}");
+    let linear = measure(8, Order::Linear);
+    assert!(linear[0] > 0.1 && linear[1] > 0.01, "{linear:?}");
 }
