@@ -3,15 +3,15 @@
 use crate::support::block::{block, even, graded};
 use fem::{
     Axis, Conditions, End, Fracture, Interface, Material, NodeSet, PhaseField, Problem, Schedule,
-    TetMesh,
+    SolverOptions, TetMesh,
 };
 
 /// Height of each arm, length of the slit, length of the beam, and growth of the crack, mm.
 const ARM: f64 = 8.0;
 const SLIT: f64 = 8.0;
 const LENGTH: f64 = 20.0;
-const GROWTH: f64 = 2.4;
-const STEPS: u32 = 14;
+const GROWTH: f64 = 1.6;
+const STEPS: u32 = 8;
 /// Toughness of the regions and of the interface, N/mm.
 const BULK: f64 = 0.01;
 const INTERFACE: f64 = 0.005;
@@ -31,7 +31,7 @@ impl Beam {
         let h = self.spacing_mm;
         // fine cells around the path of the crack; the spacing grows outwards
         let outwards = |from: f64, to: f64| {
-            let cells = graded(h, 0, 1.4, (to - from).abs());
+            let cells = graded(h, 0, 1.5, (to - from).abs());
             cells.into_iter().skip(1).map(move |x| from + (to - from).signum() * x)
         };
         let (first, last) = (SLIT - 1.0, SLIT + GROWTH + 1.0);
@@ -39,7 +39,7 @@ impl Beam {
         along.reverse();
         along.extend(even(first, last, ((last - first) / h).round() as usize));
         along.extend(outwards(last, LENGTH));
-        let rows = (2.5 * self.length_mm / h).ceil();
+        let rows = (2.0 * self.length_mm / h).ceil();
         let mut up = even(0.0, rows * h, rows as usize);
         up.extend(outwards(rows * h, ARM));
         let mut across: Vec<f64> = up.iter().skip(1).rev().map(|z| -z).collect();
@@ -81,6 +81,7 @@ impl Beam {
             .phase_field(PhaseField::new(self.length_mm))
             .interfaces([Interface::new(["matrix", "grain"], INTERFACE, 2.0 * self.length_mm)])
             .conditions(conditions)
+            .options(SolverOptions { tolerance: 1e-6, ..SolverOptions::default() })
             .schedule(Schedule::fixed(1.0, steps))
             .build()
             .expect("valid input")
@@ -143,19 +144,23 @@ impl Beam {
 
 /// The crack is found by its compliance alone: beams with slits of known length give the compliance as a function of the
 /// length. Two measures of the toughness result: the energy that is released while the crack grows, per area; and the
-/// energy release rate F²/2 dC/da. Without viscosity.
+/// energy release rate F²/2 dC/da. Without viscosity: a viscosity ξ adds about ξ v/ℓ₀ to both at the speed v of the crack.
+fn assert_toughness(beam: Beam) {
+    let [energy, rate] = beam.measured_toughness();
+    assert!((energy - 1.0).abs() < 0.05, "{beam:?}: {energy}");
+    assert!((rate - 1.0).abs() < 0.05, "{beam:?}: {rate}");
+}
+
 #[test]
 fn a_crack_along_an_interface_grows_at_its_toughness() {
-    for (length_mm, spacing_mm, two_sided) in [
-        (0.3, 0.1, true),
-        (0.2, 0.1, true),
-        (0.3, 0.1 / 1.5, true),
-        (0.2, 0.1 / 1.5, true),
-        (0.2, 0.1, false),
-    ] {
-        let beam = Beam { length_mm, spacing_mm, two_sided };
-        let [energy, rate] = beam.measured_toughness();
-        assert!((energy - 1.0).abs() < 0.05, "{beam:?}: {energy}");
-        assert!((rate - 1.0).abs() < 0.06, "{beam:?}: {rate}");
+    for (length_mm, two_sided) in [(0.3, true), (0.2, true), (0.2, false)] {
+        assert_toughness(Beam { length_mm, spacing_mm: 0.1, two_sided });
+    }
+}
+
+#[test]
+fn a_crack_along_an_interface_grows_at_its_toughness_on_a_finer_mesh() {
+    for length_mm in [0.3, 0.2] {
+        assert_toughness(Beam { length_mm, spacing_mm: 0.1 / 1.5, two_sided: true });
     }
 }
