@@ -3,7 +3,7 @@
 use fem::{Axis, Conditions, End, Material, MooneyRivlin, Order, Problem, Schedule, TetMesh};
 
 /// Mesh of the panel with the corners (0, 0), (48, 44), (48, 60), (0, 44) mm and this thickness (mm), of n × n cells.
-fn panel(n: usize, thickness: f64) -> TetMesh {
+pub(super) fn panel(n: usize, thickness: f64) -> TetMesh {
     let mut mesh = TetMesh { regions: vec!["panel".into()], ..TetMesh::default() };
     for z in [0.0, thickness] {
         for j in 0..=n {
