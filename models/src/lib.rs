@@ -46,16 +46,16 @@ mod workflow;
 
 pub use breccia_calibration::{
     Belief, BetweenTests, Branch, BranchKind, Calibration, CalibrationError, Compression, Coverage,
-    CurveRates, Decimal, Deviation, DisplacementAtPeak, Encoding, EnergyToPeak, Evidence, Expected,
-    Extent, ForceAt, ForceAtTime, FurtherTest, FurtherTestError, Goal, Groups, HomogeneousCylinder,
-    HysteresisEnergy, InputError, JointCalibration, JointTest, JointTests, Machine, Needed,
-    PeakForce, PeakedCurve, Pooling, Population, PostPeakSlope, Prediction, PredictionError, Prior,
-    PriorBounds, PriorFamily, PriorKey, Qoi, QoiError, QoiRegistry, Qois, Quantity, ReadOptions,
-    RelativeForce, RelaxedFraction, Separator, Slope, Specimen, SpecimenTable, Specimens,
-    TableColumn, TestAtDraw, TestCurve, TestDraws, TestGroup, Trend, Unit, UnloadingSlope,
-    calibrate, calibrate_after, calibrate_groups, calibrate_tests, calibration_of_draws,
-    calibration_on, calibration_over_groups, calibration_over_tests, hyperelastic, tension,
-    viscoplastic,
+    CreepDisplacement, CurveRates, Decimal, Deviation, DisplacementAtPeak, DisplacementAtTime,
+    Encoding, EnergyToPeak, Evidence, Expected, Extent, ForceAt, ForceAtTime, FurtherTest,
+    FurtherTestError, Goal, Groups, HomogeneousCylinder, HysteresisEnergy, InputError,
+    JointCalibration, JointTest, JointTests, Machine, Needed, PeakForce, PeakedCurve, Pooling,
+    Population, PostPeakSlope, Prediction, PredictionError, Prior, PriorBounds, PriorFamily,
+    PriorKey, Qoi, QoiError, QoiRegistry, Qois, Quantity, ReadOptions, RelativeForce,
+    RelaxedFraction, Separator, Slope, Specimen, SpecimenTable, Specimens, TableColumn, TestAtDraw,
+    TestCurve, TestDraws, TestGroup, Trend, Unit, UnloadingSlope, calibrate, calibrate_after,
+    calibrate_groups, calibrate_tests, calibration_of_draws, calibration_on,
+    calibration_over_groups, calibration_over_tests, hyperelastic, tension, viscoplastic,
 };
 use breccia_calibration::{
     budget, curve_check, error, experiment, fracture, further_test, machine, predicted_curve,
@@ -64,13 +64,13 @@ use breccia_calibration::{
 pub use case::{
     AdaptiveCase, ArcLengthCase, BetweenTestsCase, BoundsCase, ByParameter, CalibrationCase,
     CandidateCase, Case, CaseFile, ConditionsCase, ConfirmCase, DesignCase, DesignSample,
-    DiscrepancyCase, ExperimentsCase, ExtendCase, FidelityCase, FreeParameterCase,
-    FurtherTestsCase, HardeningCase, HardeningTable, ImageCase, InterfaceCase, LevelCase,
-    Likelihood, MachineCase, MaterialCase, MeasureCase, Microstructure, NoiseCase, OutputCase,
-    Parameter, PlasticCase, PrescribeCase, PriorCase, ProgramPointCase, QoiCase, SequentialCase,
-    SimulationParts, SimulatorCase, SingleTest, SpecimenCase, SpecimenGeometry, SurrogateCase,
-    Target, TargetError, TestCase, TestEntry, Toe, TractionCase, ValidationCase, VirtualCase,
-    YieldRow,
+    DiscrepancyCase, ExperimentsCase, ExtendCase, ExtensometerCase, FidelityCase,
+    FreeParameterCase, FurtherTestsCase, HardeningCase, HardeningTable, ImageCase, InterfaceCase,
+    LevelCase, Likelihood, MachineCase, MaterialCase, MeasureCase, Microstructure, NoiseCase,
+    OutputCase, Parameter, PlasticCase, PrescribeCase, PressureCase, PressureKind, PriorCase,
+    ProgramPointCase, QoiCase, SequentialCase, SimulationParts, SimulatorCase, SingleTest,
+    SpecimenCase, SpecimenGeometry, SurrogateCase, Target, TargetError, TestCase, TestEntry,
+    TimeTable, Toe, TractionCase, ValidationCase, VirtualCase, YieldRow,
 };
 pub use cli::program;
 pub use coverage::{CoverageRow, CoverageStudy, Emulated, KnownStiffness, Laboratory, Setting};

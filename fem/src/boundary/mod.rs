@@ -8,6 +8,7 @@ mod external;
 mod function;
 mod loads;
 mod node_set;
+mod pressure;
 mod reaction;
 mod rigid;
 
@@ -15,6 +16,6 @@ pub use conditions::{Axis, Conditions};
 pub use contact::{ContactPoint, Platen};
 pub use node_set::NodeSet;
 
-pub(crate) use compiled::Boundary;
+pub(crate) use compiled::{Boundary, DrivenPlaten};
 pub(crate) use contact::Contact;
 pub(crate) use external::ExternalForces;

@@ -7,6 +7,7 @@
 use rayon::prelude::*;
 
 use super::effort::Effort;
+use super::force_control::{ForceControl, RESPONSE_TOLERANCE};
 use super::linear::{CHUNK, LinearSolver, Nodal, Singular};
 use super::norms::{Equations, Norms, Rounding, Scales};
 use crate::boundary::ExternalForces;
@@ -56,6 +57,8 @@ pub(crate) struct Newton<'a> {
     rounding: Rounding,
     /// Loads and contact of the current increment.
     pub(crate) external: ExternalForces,
+    /// Platen whose load program prescribes a force in some of the increments.
+    pub(crate) control: Option<ForceControl>,
     /// Residual and energies at the fields evaluated last.
     pub(crate) residual: Residual,
     pub(super) linear: Box<dyn LinearSolver + 'a>,
@@ -115,6 +118,7 @@ impl<'a> Newton<'a> {
         linear: Box<dyn LinearSolver + 'a>,
         rounding: Rounding,
         external: ExternalForces,
+        control: Option<ForceControl>,
     ) -> Self {
         let nodes = unknowns.equation.len();
         let unknown: Vec<_> = unknowns.equation.iter().map(|e| e.map(|e| e != NONE)).collect();
@@ -129,6 +133,7 @@ impl<'a> Newton<'a> {
             beside: Scales::default(),
             rounding,
             external,
+            control,
             residual: Residual::new(nodes),
             linear,
             free: unknown.clone(),
@@ -139,6 +144,12 @@ impl<'a> Newton<'a> {
             step: vec![[0.0; 4]; nodes],
             trial: Fields::zero(nodes),
         }
+    }
+
+    /// Prescribes the force of the platen, N, in the following increments, or its displacement for `None`. The fields
+    /// then contain the displacement.
+    pub(crate) fn prescribe_force(&mut self, force_n: Option<f64>) {
+        self.control.iter_mut().for_each(|control| control.prescribe(force_n));
     }
 
     /// Projects the initial guess `fields` onto the bounds of the unknowns, and evaluates the residual.
@@ -177,8 +188,14 @@ impl<'a> Newton<'a> {
             force: constant,
             ..self.rounding
         };
-        let halo = &self.operator.part().halo;
-        let norms = Norms::at(&self.residual, fields, &self.unknown, &self.free, rounding, halo);
+        let operator = self.operator;
+        let halo = &operator.part().halo;
+        let mut norms =
+            Norms::at(&self.residual, fields, &self.unknown, &self.free, rounding, halo);
+        if let Some(control) = &mut self.control {
+            let [missing, target] = control.evaluate(&self.external, fields, &self.residual, halo);
+            norms.add_force(missing, target);
+        }
         if !norms.is_finite() {
             return Err(StepFailure::NotFinite);
         }
@@ -271,10 +288,14 @@ impl<'a> Newton<'a> {
 
     fn factorise(&mut self, fields: &Fields, context: StepContext) -> Result<(), StepFailure> {
         let contact = self.external.tangent(fields);
-        let context = StepContext { contact: &contact, ..context };
+        let pairs = self.external.pair_tangent(fields);
+        let context = StepContext { contact: &contact, pairs: &pairs, ..context };
         let increment = Increment { materials: self.materials, fields, context };
         self.linear.linearise(&increment, self.coupling, &self.free)?;
         self.linearised.copy_from_slice(&self.free);
+        if let Some(control) = &mut self.control {
+            control.linearise(&self.external, fields);
+        }
         self.factor = Linearisation::Fresh;
         Ok(())
     }
@@ -337,16 +358,56 @@ impl<'a> Newton<'a> {
 
     /// Computes the Newton step of the fields selected by `field`.
     fn solve_linear(&mut self, field: Equations) -> Result<(), StepFailure> {
-        let mut right = self.residual.nodal.clone();
-        if field != Equations::Both {
-            for value in &mut right {
+        let select = |mut right: Vec<Nodal>| {
+            for value in right.iter_mut().filter(|_| field != Equations::Both) {
                 for k in 0..4 {
                     value[k] = if field.holds(k) { value[k] } else { 0.0 };
                 }
             }
-        }
+            right
+        };
+        let right = select(self.residual.nodal.clone());
         self.step = self.solve_nodal(&right, self.settings.linear_tolerance)?;
-        Ok(())
+        let Some(mut control) = self.control.take() else { return Ok(()) };
+        control.step_mm = 0.0;
+        let completed = match field {
+            // the damage changes at constant displacement
+            Equations::Damage => Ok(()),
+            _ if !control.is_active() => Ok(()),
+            _ => self.complete_step(&mut control, select),
+        };
+        self.control = Some(control);
+        completed
+    }
+
+    /// Adds the displacement of the platen to the Newton step. `select` sets the equations that are not solved to zero.
+    fn complete_step(
+        &mut self,
+        control: &mut ForceControl,
+        select: impl Fn(Vec<Nodal>) -> Vec<Nodal>,
+    ) -> Result<(), StepFailure> {
+        let operator = self.operator;
+        let halo = &operator.part().halo;
+        if control.needs_response() {
+            let of_motion = self.multiply(control.motion());
+            let border = select(control.border(of_motion.clone()));
+            let tolerance = RESPONSE_TOLERANCE.min(self.settings.linear_tolerance);
+            let response = self.solve_nodal(&border, tolerance)?;
+            let of_response = self.multiply(&response);
+            control.respond(response, &of_response, &of_motion, halo);
+        }
+        let mut step = std::mem::take(&mut self.step);
+        let product = self.multiply(&step);
+        let is_finite = control.complete(&mut step, &product, halo);
+        self.step = step;
+        if is_finite { Ok(()) } else { Err(StepFailure::Singular) }
+    }
+
+    /// Multiplies values by the stored tangent, with the rows and columns of constrained values.
+    fn multiply(&mut self, x: &[Nodal]) -> Vec<Nodal> {
+        let mut product = vec![[0.0; 4]; x.len()];
+        self.linear.multiply(x, &mut product);
+        product
     }
 
     /// Takes the step x ← x − α d along the Newton step d, with the first α of 1, ½, ¼ … that reduces the scaled
@@ -395,5 +456,13 @@ impl<'a> Newton<'a> {
                 }
             }
         });
+        if let Some(control) = self.control.as_ref().filter(|control| control.step_mm != 0.0) {
+            to.platen_mm -= fraction * control.step_mm;
+            for (u, motion) in to.displacement.iter_mut().zip(control.motion()) {
+                for k in (0..3).filter(|&k| motion[k] != 0.0) {
+                    u[k] = motion[k] * to.platen_mm;
+                }
+            }
+        }
     }
 }

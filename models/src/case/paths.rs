@@ -41,6 +41,16 @@ pub(crate) fn make_absolute(table: &mut Table, case: &Path) {
     if program.as_ref().and_then(|own| own.as_str()).is_some_and(has_folder) {
         absolute(case, program);
     }
+    let conditions = table.get_mut("conditions").and_then(Value::as_table_mut);
+    for (key, value) in conditions.into_iter().flatten() {
+        match value {
+            Value::Array(entries) if key != "table" => {
+                entries.iter_mut().for_each(|entry| absolute(case, entry.get_mut("table")));
+            }
+            value if key == "table" => absolute(case, Some(value)),
+            _ => {}
+        }
+    }
     let materials = table.get_mut("material").and_then(Value::as_table_mut);
     for (_, material) in materials.into_iter().flatten() {
         let path = ["plastic", "hardening", "table"];

@@ -2,7 +2,7 @@
 
 use super::inputs::Inputs;
 use crate::case::Toe;
-use crate::curve_check::{Finding, InspectedCurve, Weight};
+use crate::curve_check::{CheckedProgram, Finding, InspectedCurve, Weight};
 use crate::experiment::TestCurve;
 use crate::machine::Machine;
 
@@ -10,25 +10,21 @@ use crate::machine::Machine;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Preparation {
     toe: Toe,
-    /// Whether the test has a load program, so that readings of hold and unloading are not removed.
-    follows_program: bool,
-    /// Whether the test has a load program and a quantity needs the peak of the curve.
-    needs_peak: bool,
+    /// The load program of the test, if any: readings of hold and unloading are then not removed.
+    program: Option<CheckedProgram>,
     machine: Machine,
 }
 
 impl Preparation {
     /// The preparation of a case.
     pub(super) fn of(inputs: &Inputs<'_>) -> Self {
-        let follows_program = inputs.test().program.is_some();
         let needs_peak = || inputs.qoi().quantities.iter().any(|quantity| quantity.needs_peak());
-        Self {
-            toe: inputs.toe(),
-            follows_program,
+        let program = inputs.test().program.as_ref().map(|points| CheckedProgram {
+            prescribes_force: points.iter().any(|point| point.force_n.is_some()),
             // reading the key makes it an input of the stage
-            needs_peak: follows_program && needs_peak(),
-            machine: inputs.known_machine().machine(),
-        }
+            needs_peak: needs_peak(),
+        });
+        Self { toe: inputs.toe(), program, machine: inputs.known_machine().machine() }
     }
 
     /// Whether displacements are measured from the displacement at which the force begins to rise.
@@ -49,10 +45,8 @@ impl Preparation {
         record: &TestCurve,
         slope_fraction: f64,
     ) -> (TestCurve, Vec<Finding>) {
-        if self.follows_program {
-            let needs_peak = self.needs_peak;
-            let seen =
-                InspectedCurve::of_program(record, &self.machine, slope_fraction, needs_peak);
+        if let Some(program) = self.program {
+            let seen = InspectedCurve::of_program(record, &self.machine, slope_fraction, program);
             return (seen.prepared, seen.findings);
         }
         let curve = self.specimen_curve(record);

@@ -86,13 +86,7 @@ pub(super) fn inspect(
         ));
         note_sizes(&table, mesh, &mut notes);
         mistakes.extend(check_machine(inputs.known_machine(), &table, names.curve, &mut notes));
-        mistakes.extend(check_programs(
-            inputs.test(),
-            &table,
-            mesh.height_mm,
-            names.curve,
-            &mut notes,
-        ));
+        mistakes.extend(check_programs(inputs.test(), &table, mesh, names.curve, &mut notes));
     }
     let (qoi, preparation) = (inputs.qoi(), Preparation::of(inputs));
     let mut toes = Vec::new();
