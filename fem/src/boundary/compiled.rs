@@ -10,6 +10,7 @@ use super::constraint::{ConstrainedDof, Constraints, Value};
 use super::contact::Contact;
 use super::function::Function;
 use super::loads::{self, Loads, Traction};
+use super::measured::gauge_of;
 use super::node_set::triangles;
 use super::pressure::{Follower, Pressure};
 use super::reaction::{self, Claims, Support};
@@ -23,12 +24,12 @@ use fem_mesh::TetMesh;
 /// Boundary conditions and loads on a finite-element space, or on this rank's part of the space.
 #[derive(Debug)]
 pub(crate) struct Boundary {
-    constrained: Vec<ConstrainedDof>,
+    pub(super) constrained: Vec<ConstrainedDof>,
     /// Nodes of every surface whose reaction is recorded.
     pub(crate) surfaces: BTreeMap<String, Vec<u32>>,
     /// Prescribed displacement components of each surface, each with the share of the nodal force that belongs to the
     /// surface.
-    supports: BTreeMap<String, Vec<Support>>,
+    pub(super) supports: BTreeMap<String, Vec<Support>>,
     tractions: Vec<Traction>,
     pressures: Vec<Pressure>,
     body_force: Option<Function<[f64; 3]>>,
@@ -36,13 +37,13 @@ pub(crate) struct Boundary {
     /// For each region, whether its material can be damaged.
     damaged: Vec<bool>,
     pub(crate) contacts: Vec<Contact>,
-    probe: Option<Probe>,
+    pub(super) probe: Option<Probe>,
     /// Nodes of the extensometer and their weights; empty without an extensometer.
-    gauge: Vec<(u32, f64)>,
+    pub(super) gauge: Vec<(u32, f64)>,
     /// Direction of the platen whose load program prescribes a force.
-    driven: Option<[f64; 3]>,
+    pub(super) driven: Option<[f64; 3]>,
     first_guess: Option<Function<[f64; 3]>>,
-    part: Arc<Part>,
+    pub(super) part: Arc<Part>,
 }
 
 impl Boundary {
@@ -220,34 +221,6 @@ impl Boundary {
         }
     }
 
-    /// Writes the displacements of the nodes that are fixed to the platen of a load program into the fields.
-    pub(crate) fn follow_platen(&self, fields: &mut Fields) {
-        for dof in &self.constrained {
-            if let Value::Driven(multiple) = dof.value {
-                fields.displacement[dof.node as usize][dof.component] = multiple * fields.platen_mm;
-            }
-        }
-    }
-
-    /// Returns the platen whose load program prescribes a force.
-    pub(crate) fn driven_platen(&self, nodes: usize) -> Option<DrivenPlaten> {
-        let direction = self.driven?;
-        let mut motion = vec![[0.0; 4]; nodes];
-        let mut count = 0;
-        for dof in &self.constrained {
-            if let Value::Driven(multiple) = dof.value {
-                motion[dof.node as usize][dof.component] = multiple;
-                count += usize::from(self.part.halo.owns(dof.node));
-            }
-        }
-        let contacts = self.contacts.iter().filter(|contact| contact.is_driven());
-        count += contacts.map(|contact| contact.own_places().count()).sum::<usize>();
-        let mut counts = [count as f64];
-        self.part.ranks().sum(&mut counts);
-        let functional = self.measured(nodes).unwrap_or_else(|| vec![[0.0; 4]; nodes]);
-        Some(DrivenPlaten { direction, motion, functional, nodes: counts[0] })
-    }
-
     /// Sets the displacements to the initial guess of the first increment, if the conditions contain a guess.
     pub(crate) fn start(&self, nodes: &[[f64; 3]], time_s: f64, fields: &mut Fields) {
         if let Some(guess) = &self.first_guess {
@@ -324,94 +297,6 @@ impl Boundary {
         self.part.ranks().max(&mut sizes);
         sizes
     }
-
-    /// Returns the displacement (mm) and the force (N) of the measured surface. The force is computed from the
-    /// reactions.
-    pub(crate) fn measure(
-        &self,
-        time_s: f64,
-        fields: &Fields,
-        reactions: &BTreeMap<String, [f64; 3]>,
-    ) -> [f64; 2] {
-        let Some(probe) = &self.probe else { return [0.0; 2] };
-        let along = |v: [f64; 3]| (0..3).map(|k| v[k] * probe.direction[k]).sum::<f64>();
-        let travel = match &probe.travel {
-            Travel::Gauge(_) => {
-                let moved =
-                    |&(n, weight): &(u32, f64)| weight * along(fields.displacement[n as usize]);
-                let mut sum = [self.gauge.iter().map(moved).sum()];
-                self.part.ranks().sum(&mut sum);
-                sum[0]
-            }
-            Travel::Known(f) => f.at([0.0; 3], time_s),
-            Travel::Platen => fields.platen_mm,
-            Travel::Mean => {
-                let nodes = &self.surfaces[&probe.surface];
-                let moved = |&n: &u32| along(fields.displacement[n as usize]);
-                let sum: f64 = nodes.iter().map(moved).sum();
-                let mut sums = [sum, nodes.len() as f64];
-                self.part.ranks().sum(&mut sums);
-                sums[0] / sums[1]
-            }
-        };
-        [travel, along(reactions[&probe.surface])]
-    }
-
-    /// Returns the vector c by which the residual R at all `nodes` nodes is multiplied to obtain the measured force
-    /// c·R. Returns `None` if no force is measured, if the measured surface has no prescribed values, or if there
-    /// is contact, because contact forces are not part of c·R.
-    pub(crate) fn measured(&self, nodes: usize) -> Option<Vec<[f64; 4]>> {
-        let probe = self.probe.as_ref().filter(|_| self.contacts.is_empty())?;
-        let mut out = vec![[0.0; 4]; nodes];
-        for &Support { node, component, share } in self.supports.get(&probe.surface)? {
-            out[node as usize][component] = share * probe.direction[component];
-        }
-        Some(out)
-    }
-
-    /// Returns the derivative of the measured force with respect to a parameter. `residual` contains the derivatives of
-    /// the residual, and `contact` the derivatives of the contact forces of all platens, one platen after the other.
-    pub(crate) fn force_rate(&self, residual: &[[f64; 4]], contact: &[(u32, [f64; 3])]) -> f64 {
-        let Some(probe) = &self.probe else { return 0.0 };
-        let along = |v: &[f64]| -> f64 { (0..3).map(|k| v[k] * probe.direction[k]).sum() };
-        let supports = self.supports.get(&probe.surface);
-        let mut rate = supports.map_or(0.0, |list| along(&reaction::sum(list, residual)));
-        let mut first = 0;
-        for platen in &self.contacts {
-            let forces = contact.iter().skip(first).take(platen.count());
-            if platen.surface == probe.surface {
-                rate += forces.map(|(_, force)| along(force)).sum::<f64>();
-            }
-            first += platen.count();
-        }
-        rate
-    }
-}
-
-/// Platen whose load program prescribes a force, as an unknown displacement with an equation for the force.
-#[derive(Clone, Debug)]
-pub(crate) struct DrivenPlaten {
-    /// Direction of the displacement and of the force on the body.
-    pub(crate) direction: [f64; 3],
-    /// Displacements of the nodes that are fixed to the platen, for a platen displacement of 1 mm.
-    pub(crate) motion: Vec<[f64; 4]>,
-    /// Vector c of the force c·R that the platen exerts on the nodes that are fixed to it; R is the residual.
-    pub(crate) functional: Vec<[f64; 4]>,
-    /// Number of nodes that are fixed to the platen or can touch it, over all ranks.
-    pub(crate) nodes: f64,
-}
-
-/// Returns nodes and weights of an extensometer: the weighted sum of the nodal displacements is the displacement of
-/// the second gauge point relative to the first gauge point.
-fn gauge_of(domain: &dyn Domain, points: [[f64; 3]; 2]) -> Result<Vec<(u32, f64)>, FemError> {
-    let mut gauge = Vec::new();
-    for (x, sign) in points.into_iter().zip([-1.0, 1.0]) {
-        let reason = Unsupported::GaugeOutside(x);
-        let at = domain.interpolation(x);
-        let at = at.ok_or_else(|| FemError::unsupported("extensometer", reason))?;
-        gauge.extend(at.into_iter().map(|(node, value)| (node, sign * value)));
-    }
-    Ok(gauge)
 }
 
 /// Returns the axis that is normal to a plane surface, or an error if the surface is not normal to an axis.

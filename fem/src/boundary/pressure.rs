@@ -236,3 +236,7 @@ fn sorted(mut face: [u32; 3]) -> [u32; 3] {
     face.sort_unstable();
     face
 }
+
+#[cfg(test)]
+#[path = "../../tests/unit/pressure.rs"]
+mod tests;

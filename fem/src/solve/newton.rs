@@ -7,7 +7,7 @@
 use rayon::prelude::*;
 
 use super::effort::Effort;
-use super::force_control::{ForceControl, RESPONSE_TOLERANCE};
+use super::force_control::ForceControl;
 use super::linear::{CHUNK, LinearSolver, Nodal, Singular};
 use super::norms::{Equations, Norms, Rounding, Scales};
 use crate::boundary::ExternalForces;
@@ -71,7 +71,7 @@ pub(crate) struct Newton<'a> {
     linearised: Vec<[bool; 4]>,
     factor: Linearisation,
     coupling: Coupling,
-    step: Vec<Nodal>,
+    pub(super) step: Vec<Nodal>,
     trial: Fields,
 }
 
@@ -144,12 +144,6 @@ impl<'a> Newton<'a> {
             step: vec![[0.0; 4]; nodes],
             trial: Fields::zero(nodes),
         }
-    }
-
-    /// Prescribes the force of the platen, N, in the following increments, or its displacement for `None`. The fields
-    /// then contain the displacement.
-    pub(crate) fn prescribe_force(&mut self, force_n: Option<f64>) {
-        self.control.iter_mut().for_each(|control| control.prescribe(force_n));
     }
 
     /// Projects the initial guess `fields` onto the bounds of the unknowns, and evaluates the residual.
@@ -378,36 +372,6 @@ impl<'a> Newton<'a> {
         };
         self.control = Some(control);
         completed
-    }
-
-    /// Adds the displacement of the platen to the Newton step. `select` sets the equations that are not solved to zero.
-    fn complete_step(
-        &mut self,
-        control: &mut ForceControl,
-        select: impl Fn(Vec<Nodal>) -> Vec<Nodal>,
-    ) -> Result<(), StepFailure> {
-        let operator = self.operator;
-        let halo = &operator.part().halo;
-        if control.needs_response() {
-            let of_motion = self.multiply(control.motion());
-            let border = select(control.border(of_motion.clone()));
-            let tolerance = RESPONSE_TOLERANCE.min(self.settings.linear_tolerance);
-            let response = self.solve_nodal(&border, tolerance)?;
-            let of_response = self.multiply(&response);
-            control.respond(response, &of_response, &of_motion, halo);
-        }
-        let mut step = std::mem::take(&mut self.step);
-        let product = self.multiply(&step);
-        let is_finite = control.complete(&mut step, &product, halo);
-        self.step = step;
-        if is_finite { Ok(()) } else { Err(StepFailure::Singular) }
-    }
-
-    /// Multiplies values by the stored tangent, with the rows and columns of constrained values.
-    fn multiply(&mut self, x: &[Nodal]) -> Vec<Nodal> {
-        let mut product = vec![[0.0; 4]; x.len()];
-        self.linear.multiply(x, &mut product);
-        product
     }
 
     /// Takes the step x ← x − α d along the Newton step d, with the first α of 1, ½, ¼ … that reduces the scaled
