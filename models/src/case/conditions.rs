@@ -160,7 +160,8 @@ impl TimeTable {
     fn read(&mut self, folder: &Path) -> Result<(), InputError> {
         let Self::File(file) = self else { return Ok(()) };
         let [time, factor] = ["time_s", "factor"];
-        let table = CsvTable::read(&folder.join(&*file), &[time, factor])?;
+        let path = folder.join(&*file);
+        let table = CsvTable::read(&path, &[time, factor])?;
         let points = table.rows().map(|row| Ok([row.number(time)?, row.number(factor)?]));
         *self = Self::Points(points.collect::<Result<_, InputError>>()?);
         Ok(())
