@@ -131,7 +131,13 @@ impl Boundary {
         let mut pressures = Vec::new();
         for PressureOn { surface: name, pressure, follows } in &conditions.pressures {
             let on = triangles(name, "a pressure acts")?;
-            pressures.push(Pressure::new(mesh, name, on, pressure.clone(), *follows)?);
+            let (surface, pressure) = (name.clone(), pressure.clone());
+            pressures.push(Pressure {
+                surface,
+                triangles: on.to_vec(),
+                pressure,
+                follows: *follows,
+            });
             surfaces.insert(name.clone(), domain.nodes_on(on));
         }
         let mut constrained = constraints.into_dofs();

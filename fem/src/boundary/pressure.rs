@@ -8,23 +8,20 @@
 //! Reference: Bonet & Wood, Nonlinear Continuum Mechanics for Finite Element Analysis, 2nd ed. (2008),
 //! doi:10.1017/CBO9780511755446, section 8.5.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use nalgebra::Vector3;
 
 use super::function::Function;
 use crate::element::{Domain, seven};
-use crate::error::{FemError, Unsupported};
 use crate::fields::Fields;
 use crate::operator::PairBlock;
-use fem_mesh::TetMesh;
 
 /// Pressure on a surface of the body.
 #[derive(Clone, Debug)]
 pub(crate) struct Pressure {
     pub(super) surface: String,
-    /// Faces of the surface; the normals (right-hand rule) point out of the body.
+    /// Faces of the surface. A valid mesh has faces whose normals (right-hand rule) point out of the body.
     pub(super) triangles: Vec<[u32; 3]>,
     /// Pressure, MPa.
     pub(super) pressure: Function<f64>,
@@ -58,23 +55,6 @@ struct ShapeValues {
 }
 
 impl Pressure {
-    /// Creates the pressure on a surface, whose faces are turned so that their normals point out of the body.
-    ///
-    /// # Errors
-    /// [`FemError::Unsupported`] if a face lies between two elements.
-    pub(super) fn new(
-        mesh: &TetMesh,
-        surface: &str,
-        triangles: &[[u32; 3]],
-        pressure: Function<f64>,
-        follows: bool,
-    ) -> Result<Self, FemError> {
-        let triangles = outward(mesh, triangles).ok_or_else(|| {
-            FemError::unsupported(format!("surface '{surface}'"), Unsupported::PressureInside)
-        })?;
-        Ok(Self { surface: surface.into(), triangles, pressure, follows })
-    }
-
     /// Adds the nodal forces of the pressure on the reference surface at a time to `nodal`, N. Returns the resultant force,
     /// N.
     pub(super) fn add_dead(
@@ -207,34 +187,6 @@ impl ShapeValues {
 
 fn weighted(vectors: &[Vector3<f64>], weights: &[f64; 6]) -> Vector3<f64> {
     vectors.iter().zip(weights).map(|(v, w)| v * *w).sum()
-}
-
-/// Returns the triangles with normals (right-hand rule) that point out of the body; `None` if a triangle is no face of
-/// exactly one element.
-fn outward(mesh: &TetMesh, triangles: &[[u32; 3]]) -> Option<Vec<[u32; 3]>> {
-    let mut opposite: BTreeMap<[u32; 3], Vec<u32>> =
-        triangles.iter().map(|&t| (sorted(t), Vec::new())).collect();
-    for tet in &mesh.tets {
-        for (k, &vertex) in tet.iter().enumerate() {
-            let face = [0, 1, 2].map(|i| tet[i + usize::from(i >= k)]);
-            if let Some(vertices) = opposite.get_mut(&sorted(face)) {
-                vertices.push(vertex);
-            }
-        }
-    }
-    let position = |n: u32| Vector3::from(mesh.nodes[n as usize]);
-    let turned = |&[a, b, c]: &[u32; 3]| {
-        let [only] = opposite[&sorted([a, b, c])][..] else { return None };
-        let normal = (position(b) - position(a)).cross(&(position(c) - position(a)));
-        let points_out = normal.dot(&(position(only) - position(a))) < 0.0;
-        Some(if points_out { [a, b, c] } else { [a, c, b] })
-    };
-    triangles.iter().map(turned).collect()
-}
-
-fn sorted(mut face: [u32; 3]) -> [u32; 3] {
-    face.sort_unstable();
-    face
 }
 
 #[cfg(test)]

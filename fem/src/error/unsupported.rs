@@ -60,9 +60,6 @@ pub enum Unsupported {
     /// Sparse factorisation with several ranks; only multigrid supports several ranks.
     #[error("the sparse factorisation does not run on several ranks")]
     FactorOnRanks,
-    /// Pressure on a face between two elements, or on a triangle that is no face of an element.
-    #[error("a face lies inside the body, so that its outward normal is not defined")]
-    PressureInside,
     /// Follower pressure on a device.
     #[error("pressure on a deformed surface does not run on a device")]
     FollowerOnDevice,
@@ -313,7 +310,6 @@ impl Unsupported {
             Self::GaugeOutside(_) => "give a reference position within the body, in mm",
             Self::FactorOnDevice => "use linear = \"multigrid\" or \"auto\", or no device",
             Self::FactorOnRanks => "use linear = \"multigrid\" or \"auto\", or one process",
-            Self::PressureInside => "let the pressure act on the outer surface of the body",
             Self::FollowerOnDevice => "use no device, or a dead pressure",
             Self::FollowerOnRanks => "use one process, or a dead pressure",
             Self::SensitivitiesOfFollower => {

@@ -56,13 +56,11 @@ fn assert_same_equilibria(
     platens: Platens,
 ) -> [u32; 2] {
     let case = format!("{order:?} {linear:?} {platens:?}");
-    let steps = 4;
-    let by_displacement = CompressionTest::following(
-        program(&[ProgramPoint::new(1.0, 0.06)]),
-        SegmentSteps::Fixed(steps),
-    );
+    // each point is a corner, because the force is not a linear function of time
+    let points: Vec<ProgramPoint> =
+        (1..=4).map(f64::from).map(|k| ProgramPoint::new(0.25 * k, 0.015 * k)).collect();
+    let by_displacement = CompressionTest::following(program(&points), SegmentSteps::Fixed(1));
     let given = run(&of_grains(&by_displacement.platens(platens), order, linear, field));
-    // each force of the curve is the end of a segment, because the force is not a linear function of time
     let points: Vec<ProgramPoint> =
         given.curve.iter().map(|p| ProgramPoint::force(p.time_s, p.force_n)).collect();
     let by_force = CompressionTest::following(program(&points), SegmentSteps::Fixed(1));
@@ -76,12 +74,9 @@ fn assert_same_equilibria(
         assert!((a.work_n_mm - b.work_n_mm).abs() < 1e-6 * energy, "{case}: {a:?} {b:?}");
         assert!(a.force_is_prescribed && !b.force_is_prescribed, "{case}");
     }
+    let last = found.curve[3].displacement_mm;
     let lowest = found.fields.displacement.iter().map(|u| u[2]).fold(0.0, f64::min);
-    let last = found.curve[steps as usize - 1].displacement_mm;
-    assert!(
-        (lowest + last).abs() < 1e-12 + 1e-6 * f64::from(platens != Platens::Sliding),
-        "{case}"
-    );
+    assert!(lowest <= -last + 1e-6 * last, "{case}: {lowest} {last}");
     assert_eq!(found.fields.platen_mm, last);
     [found.effort.iterations, given.effort.iterations]
 }
@@ -100,10 +95,9 @@ fn a_prescribed_force_gives_the_displacement_that_gives_the_force() {
         for platens in [Platens::Sliding, unilateral, rough] {
             let [by_force, given] = assert_same_equilibria(order, linear, None, platens);
             println!("{order:?} {linear:?} {platens:?}: {by_force} and {given} iterations");
-            // at a corner, the initial guess is not extrapolated, which costs about two iterations per step
-            if platens == Platens::Sliding {
-                assert!(by_force <= given + 12, "{order:?} {linear:?}: {by_force} {given}");
-            }
+            // the initial guess is not extrapolated at a corner. A prescribed displacement moves the body by its linear
+            // response; a prescribed force needs one iteration for this response
+            assert!(by_force <= given + 8, "{order:?} {linear:?} {platens:?}: {by_force} {given}");
         }
     }
 }

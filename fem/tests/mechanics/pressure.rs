@@ -194,24 +194,4 @@ fn combinations_that_are_not_supported_are_refused() {
     let refused = plain.with_sensitivities(vec![young]).expect_err("refused");
     let reason = Unsupported::SensitivitiesOfFollower;
     assert!(matches!(&refused, FemError::Unsupported { reason: found, .. } if *found == reason));
-    let mut mesh = body();
-    let inside = mesh.tets.iter().flat_map(|t| {
-        [[t[0], t[1], t[2]], [t[0], t[1], t[3]], [t[0], t[2], t[3]], [t[1], t[2], t[3]]]
-    });
-    let mut counts = std::collections::BTreeMap::new();
-    for mut face in inside {
-        face.sort_unstable();
-        *counts.entry(face).or_insert(0) += 1;
-    }
-    let (&face, _) = counts.iter().find(|(_, count)| **count == 2).expect("an inner face");
-    mesh.surfaces.insert("inside".into(), vec![face]);
-    let refused = Problem::builder(mesh)
-        .materials([Material::hencky(YOUNG, POISSON)])
-        .conditions(conditions().pressure("inside", |_, t| t))
-        .schedule(Schedule::fixed(1.0, 1))
-        .build();
-    let reason = Unsupported::PressureInside;
-    assert!(
-        matches!(&refused, Err(FemError::Unsupported { reason: found, .. }) if *found == reason)
-    );
 }
