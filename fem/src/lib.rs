@@ -142,7 +142,7 @@ pub use parallel::{Communicator, RankLost, Ranks};
 pub use problem::{
     AdaptiveSteps, ArcLength, Checkpoint, CompressionTest, CrackExtension, CurvePoint, CurveWriter,
     End, Evaluation, FixedSteps, Friction, Interface, LoadProgram, LoadStepper, MaterialParameter,
-    Observer, Outcome, Platens, Problem, ProblemBuilder, ProblemWarning, ProgramPoint,
+    Observer, Outcome, PlatenLoad, Platens, Problem, ProblemBuilder, ProblemWarning, ProgramPoint,
     ProgramSteps, Progress, Schedule, SegmentSteps, Sensitivities, Step, StepController,
     TensionTest, read_curve, write_curve,
 };

@@ -1,6 +1,7 @@
 //! The whole workflow on a tiny case: it writes every documented file, skips finished stages, and resumes after a kill.
 
 mod browser;
+mod conditions;
 mod curve;
 mod derivatives;
 mod discrepancy;

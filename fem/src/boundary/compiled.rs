@@ -5,12 +5,14 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-use super::conditions::{Axis, Conditions, Prescribed, Probe, Travel};
+use super::conditions::{Axis, Conditions, Driven, Prescribed, PressureOn, Probe, Travel};
 use super::constraint::{ConstrainedDof, Constraints, Value};
 use super::contact::Contact;
 use super::function::Function;
 use super::loads::{self, Loads, Traction};
+use super::measured::gauge_of;
 use super::node_set::triangles;
+use super::pressure::{Follower, Pressure};
 use super::reaction::{self, Claims, Support};
 use super::rigid::RigidMotions;
 use crate::element::Domain;
@@ -22,23 +24,26 @@ use fem_mesh::TetMesh;
 /// Boundary conditions and loads on a finite-element space, or on this rank's part of the space.
 #[derive(Debug)]
 pub(crate) struct Boundary {
-    constrained: Vec<ConstrainedDof>,
+    pub(super) constrained: Vec<ConstrainedDof>,
     /// Nodes of every surface whose reaction is recorded.
     pub(crate) surfaces: BTreeMap<String, Vec<u32>>,
     /// Prescribed displacement components of each surface, each with the share of the nodal force that belongs to the
     /// surface.
-    supports: BTreeMap<String, Vec<Support>>,
+    pub(super) supports: BTreeMap<String, Vec<Support>>,
     tractions: Vec<Traction>,
+    pressures: Vec<Pressure>,
     body_force: Option<Function<[f64; 3]>>,
     damage_source: Option<Function<f64>>,
     /// For each region, whether its material can be damaged.
     damaged: Vec<bool>,
     pub(crate) contacts: Vec<Contact>,
-    probe: Option<Probe>,
+    pub(super) probe: Option<Probe>,
     /// Nodes of the extensometer and their weights; empty without an extensometer.
-    gauge: Vec<(u32, f64)>,
+    pub(super) gauge: Vec<(u32, f64)>,
+    /// Direction of the platen whose load program prescribes a force.
+    pub(super) driven: Option<[f64; 3]>,
     first_guess: Option<Function<[f64; 3]>>,
-    part: Arc<Part>,
+    pub(super) part: Arc<Part>,
 }
 
 impl Boundary {
@@ -80,11 +85,21 @@ impl Boundary {
             let nodes = nodes_of(name, "damage is prescribed")?;
             constraints.add(name, &nodes, 3, Value::Damage(function.clone()))?;
         }
+        if let Some(Driven { surface: name, direction, by_contact: false }) = &conditions.driven {
+            let nodes = nodes_of(name, "a platen acts")?;
+            for axis in (0..3).filter(|&axis| direction[axis] != 0.0) {
+                constraints.add(name, &nodes, axis, Value::Driven(direction[axis]))?;
+                claims.add(name, &nodes, axis);
+            }
+            surfaces.insert(name.clone(), nodes);
+        }
         let (mut contacts, mut gauge) = (Vec::new(), Vec::new());
         for (name, platen) in &conditions.platens {
             platen.validate(name)?;
             let on = triangles(name, "a platen acts")?;
-            contacts.push(Contact::new(name, platen.clone(), domain, on)?);
+            let driven = conditions.driven.as_ref().filter(|d| d.by_contact && d.surface == *name);
+            let direction = driven.map(|driven| driven.direction);
+            contacts.push(Contact::new(name, platen.clone(), direction, domain, on)?);
             surfaces.insert(name.clone(), domain.nodes_on(on));
         }
         if let Some(probe) = &conditions.probe {
@@ -113,6 +128,18 @@ impl Boundary {
             tractions.push(Traction { surface, triangles: on.to_vec(), stress });
             surfaces.insert(name.clone(), domain.nodes_on(on));
         }
+        let mut pressures = Vec::new();
+        for PressureOn { surface: name, pressure, follows } in &conditions.pressures {
+            let on = triangles(name, "a pressure acts")?;
+            let (surface, pressure) = (name.clone(), pressure.clone());
+            pressures.push(Pressure {
+                surface,
+                triangles: on.to_vec(),
+                pressure,
+                follows: *follows,
+            });
+            surfaces.insert(name.clone(), domain.nodes_on(on));
+        }
         let mut constrained = constraints.into_dofs();
         let supports =
             supports(domain.nodes(), &constrained, &contacts, conditions.remove_rigid_motions)?;
@@ -124,6 +151,7 @@ impl Boundary {
             surfaces,
             supports: claims.into_supports(domain, mesh),
             tractions,
+            pressures,
             body_force: conditions.body_force.clone(),
             damage_source: conditions.damage_source.clone(),
             damaged,
@@ -133,6 +161,7 @@ impl Boundary {
                 ..probe
             }),
             gauge,
+            driven: conditions.driven.as_ref().map(|driven| driven.direction),
             first_guess: conditions.first_guess.clone(),
             part: Arc::default(),
         })
@@ -142,7 +171,18 @@ impl Boundary {
     /// part. Surfaces include only the nodes that the rank owns, and tractions include only the faces of the rank.
     /// `domain` is the whole space, and `rank_of_tet` the rank of each of its elements.
     pub(crate) fn of_part(self, part: Arc<Part>, domain: &dyn Domain, rank_of_tet: &[u32]) -> Self {
-        let tractions = loads::of_part(self.tractions, domain, rank_of_tet, &part);
+        let tractions = self.tractions.into_iter();
+        let tractions = tractions.map(|traction| {
+            let triangles = loads::of_part(&traction.triangles, domain, rank_of_tet, &part);
+            Traction { triangles, ..traction }
+        });
+        let tractions = tractions.collect();
+        let pressures = self.pressures.into_iter();
+        let pressures = pressures.map(|pressure| {
+            let triangles = loads::of_part(&pressure.triangles, domain, rank_of_tet, &part);
+            Pressure { triangles, ..pressure }
+        });
+        let pressures = pressures.collect();
         let local = part.local();
         let constrained = self.constrained.into_iter();
         let constrained =
@@ -157,6 +197,7 @@ impl Boundary {
             constrained: constrained.collect(),
             surfaces: self.surfaces.into_iter().map(|(name, nodes)| (name, owned(nodes))).collect(),
             tractions,
+            pressures,
             contacts: self.contacts.iter().map(|contact| contact.of_part(&part)).collect(),
             gauge: gauge.filter(|&(n, _)| part.halo.owns(n)).collect(),
             part,
@@ -174,11 +215,11 @@ impl Boundary {
         self.constrained.iter().map(|dof| (dof.node, dof.component))
     }
 
-    /// Writes the prescribed values at a time into the fields.
+    /// Writes the prescribed values at a time, and at the displacement of the platen in the fields, into the fields.
     pub(crate) fn impose(&self, nodes: &[[f64; 3]], time_s: f64, fields: &mut Fields) {
         for dof in &self.constrained {
             let node = dof.node as usize;
-            let value = dof.at(nodes[node], time_s);
+            let value = dof.at(nodes[node], time_s, fields.platen_mm);
             match dof.component {
                 3 => fields.damage[node] = value,
                 k => fields.displacement[node][k] = value,
@@ -197,7 +238,9 @@ impl Boundary {
 
     /// Returns the loads at a time; `None` if there are no loads.
     pub(crate) fn loads(&self, domain: &dyn Domain, time_s: f64) -> Option<Loads> {
-        if self.tractions.is_empty() && self.body_force.is_none() && self.damage_source.is_none() {
+        let mut dead = self.pressures.iter().filter(|pressure| !pressure.follows).peekable();
+        let is_loaded = self.body_force.is_some() || self.damage_source.is_some();
+        if self.tractions.is_empty() && dead.peek().is_none() && !is_loaded {
             return None;
         }
         let mut nodal = vec![[0.0; 4]; domain.nodes().len()];
@@ -205,6 +248,11 @@ impl Boundary {
         for traction in &self.tractions {
             let sum: &mut [f64; 3] = tractions.entry(traction.surface.clone()).or_default();
             let resultant = traction.add(domain, time_s, &mut nodal);
+            (0..3).for_each(|k| sum[k] += resultant[k]);
+        }
+        for pressure in dead {
+            let sum: &mut [f64; 3] = tractions.entry(pressure.surface.clone()).or_default();
+            let resultant = pressure.add_dead(domain, time_s, &mut nodal);
             (0..3).for_each(|k| sum[k] += resultant[k]);
         }
         if let Some(f) = &self.body_force {
@@ -220,6 +268,12 @@ impl Boundary {
         }
         self.part.halo.complete(&mut nodal);
         Some(Loads { nodal, tractions })
+    }
+
+    /// Returns the follower pressures at a time.
+    pub(super) fn followers(&self, domain: &dyn Domain, time_s: f64) -> Vec<Follower> {
+        let followers = self.pressures.iter().filter(|pressure| pressure.follows);
+        followers.map(|pressure| pressure.follower(domain, time_s)).collect()
     }
 
     /// Returns the force from prescribed values on each surface, N: the sum over the nodes of this rank, zero for a
@@ -249,78 +303,6 @@ impl Boundary {
         self.part.ranks().max(&mut sizes);
         sizes
     }
-
-    /// Returns the displacement (mm) and the force (N) of the measured surface. The force is computed from the
-    /// reactions.
-    pub(crate) fn measure(
-        &self,
-        time_s: f64,
-        displacement: &[[f64; 3]],
-        reactions: &BTreeMap<String, [f64; 3]>,
-    ) -> [f64; 2] {
-        let Some(probe) = &self.probe else { return [0.0; 2] };
-        let along = |v: [f64; 3]| (0..3).map(|k| v[k] * probe.direction[k]).sum::<f64>();
-        let travel = match &probe.travel {
-            Travel::Gauge(_) => {
-                let moved = |&(n, weight): &(u32, f64)| weight * along(displacement[n as usize]);
-                let mut sum = [self.gauge.iter().map(moved).sum()];
-                self.part.ranks().sum(&mut sum);
-                sum[0]
-            }
-            Travel::Known(f) => f.at([0.0; 3], time_s),
-            Travel::Mean => {
-                let nodes = &self.surfaces[&probe.surface];
-                let sum: f64 = nodes.iter().map(|&n| along(displacement[n as usize])).sum();
-                let mut sums = [sum, nodes.len() as f64];
-                self.part.ranks().sum(&mut sums);
-                sums[0] / sums[1]
-            }
-        };
-        [travel, along(reactions[&probe.surface])]
-    }
-
-    /// Returns the vector c by which the residual R at all `nodes` nodes is multiplied to obtain the measured force
-    /// c·R. Returns `None` if no force is measured, if the measured surface has no prescribed values, or if there
-    /// is contact, because contact forces are not part of c·R.
-    pub(crate) fn measured(&self, nodes: usize) -> Option<Vec<[f64; 4]>> {
-        let probe = self.probe.as_ref().filter(|_| self.contacts.is_empty())?;
-        let mut out = vec![[0.0; 4]; nodes];
-        for &Support { node, component, share } in self.supports.get(&probe.surface)? {
-            out[node as usize][component] = share * probe.direction[component];
-        }
-        Some(out)
-    }
-
-    /// Returns the derivative of the measured force with respect to a parameter. `residual` contains the derivatives of
-    /// the residual, and `contact` the derivatives of the contact forces of all platens, one platen after the other.
-    pub(crate) fn force_rate(&self, residual: &[[f64; 4]], contact: &[(u32, [f64; 3])]) -> f64 {
-        let Some(probe) = &self.probe else { return 0.0 };
-        let along = |v: &[f64]| -> f64 { (0..3).map(|k| v[k] * probe.direction[k]).sum() };
-        let supports = self.supports.get(&probe.surface);
-        let mut rate = supports.map_or(0.0, |list| along(&reaction::sum(list, residual)));
-        let mut first = 0;
-        for platen in &self.contacts {
-            let forces = contact.iter().skip(first).take(platen.count());
-            if platen.surface == probe.surface {
-                rate += forces.map(|(_, force)| along(force)).sum::<f64>();
-            }
-            first += platen.count();
-        }
-        rate
-    }
-}
-
-/// Returns nodes and weights of an extensometer: the weighted sum of the nodal displacements is the displacement of
-/// the second gauge point relative to the first gauge point.
-fn gauge_of(domain: &dyn Domain, points: [[f64; 3]; 2]) -> Result<Vec<(u32, f64)>, FemError> {
-    let mut gauge = Vec::new();
-    for (x, sign) in points.into_iter().zip([-1.0, 1.0]) {
-        let reason = Unsupported::GaugeOutside(x);
-        let at = domain.interpolation(x);
-        let at = at.ok_or_else(|| FemError::unsupported("extensometer", reason))?;
-        gauge.extend(at.into_iter().map(|(node, value)| (node, sign * value)));
-    }
-    Ok(gauge)
 }
 
 /// Returns the axis that is normal to a plane surface, or an error if the surface is not normal to an axis.

@@ -35,6 +35,8 @@ pub(crate) enum Travel {
     Gauge([[f64; 3]; 2]),
     /// The displacement (mm) is a given function of time (s).
     Known(Function<f64>),
+    /// Displacement of the platen whose load program prescribes a force.
+    Platen,
 }
 
 /// Surface on which the force and the displacement of the curve are measured, with the direction of both.
@@ -51,6 +53,25 @@ pub(super) struct Prescribed {
     pub(super) surface: String,
     pub(super) axes: Vec<Axis>,
     pub(super) displacement: Option<Function<[f64; 3]>>,
+}
+
+/// Pressure on a surface, MPa, on the reference surface or normal to the deformed surface.
+#[derive(Clone, Debug)]
+pub(super) struct PressureOn {
+    pub(super) surface: String,
+    pub(super) pressure: Function<f64>,
+    pub(super) follows: bool,
+}
+
+/// Platen whose load program prescribes a force.
+#[derive(Clone, Debug)]
+pub(super) struct Driven {
+    pub(super) surface: String,
+    /// Displacement of the platen for a displacement of 1 mm along the load program.
+    pub(super) direction: [f64; 3],
+    /// Whether the surface touches the platen only by contact. Otherwise the surface is fixed to the platen along
+    /// `direction`, which is then parallel to an axis.
+    pub(super) by_contact: bool,
 }
 
 /// Boundary conditions and loads of a [`Problem`](crate::Problem).
@@ -79,11 +100,13 @@ pub struct Conditions {
     pub(super) damage: Vec<(String, Function<f64>)>,
     pub(super) symmetric: Vec<String>,
     pub(super) tractions: Vec<(String, Function<[f64; 3]>)>,
+    pub(super) pressures: Vec<PressureOn>,
     pub(super) body_force: Option<Function<[f64; 3]>>,
     pub(super) damage_source: Option<Function<f64>>,
     pub(super) platens: Vec<(String, Platen)>,
     pub(super) remove_rigid_motions: bool,
     pub(super) probe: Option<Probe>,
+    pub(super) driven: Option<Driven>,
     pub(super) first_guess: Option<Function<[f64; 3]>>,
     description: String,
 }
@@ -95,7 +118,7 @@ impl Conditions {
     }
 
     /// Names a selection of nodes. Conditions accept this name like the name of a surface. Exceptions are tractions,
-    /// platens and symmetry, which need an area. If several conditions prescribe the same component of a node and one
+    /// pressures, platens and symmetry, which need an area. If several conditions prescribe the same component of a node and one
     /// of these conditions belongs to a node set, the force is divided equally among the conditions.
     ///
     /// # Example
@@ -167,6 +190,49 @@ impl Conditions {
         self
     }
 
+    /// Adds a dead pressure on a surface, MPa: −p N per reference area, with the outward normal N of the reference surface.
+    /// Direction and area do not change with the deformation.
+    pub fn pressure(
+        mut self,
+        surface: &str,
+        pressure_mpa: impl Fn([f64; 3], f64) -> f64 + Send + Sync + 'static,
+    ) -> Self {
+        let (surface, pressure) = (surface.into(), Function::new(pressure_mpa));
+        self.pressures.push(PressureOn { surface, pressure, follows: false });
+        self
+    }
+
+    /// Adds a follower pressure on a surface, MPa: −p n per deformed area, with the outward normal n of the deformed
+    /// surface, such as the pressure of a fluid.
+    ///
+    /// # Example
+    /// A confining pressure of 5 MPa on the side of a cylinder, which acts from the start:
+    /// ```
+    /// use fem::{Axis, Conditions};
+    ///
+    /// let conditions = Conditions::new()
+    ///     .fix("bottom", [Axis::Z])
+    ///     .prescribe("top", [Axis::Z], |_, time_s| [0.0, 0.0, -0.1 * time_s])
+    ///     .follower_pressure("side", |_, _| 5.0)
+    ///     .remove_rigid_motions()
+    ///     .measure("top", [0.0, 0.0, -1.0]);
+    /// # let _ = conditions;
+    /// ```
+    pub fn follower_pressure(
+        mut self,
+        surface: &str,
+        pressure_mpa: impl Fn([f64; 3], f64) -> f64 + Send + Sync + 'static,
+    ) -> Self {
+        let (surface, pressure) = (surface.into(), Function::new(pressure_mpa));
+        self.pressures.push(PressureOn { surface, pressure, follows: true });
+        self
+    }
+
+    /// Returns whether a pressure is normal to the deformed surface.
+    pub(crate) fn has_follower(&self) -> bool {
+        self.pressures.iter().any(|pressure| pressure.follows)
+    }
+
     /// Sets a body force per reference volume, N/mm³.
     pub fn body_force(
         mut self,
@@ -208,11 +274,12 @@ impl Conditions {
     /// Returns whether the conditions consist of prescribed values only, without loads and platens.
     pub(crate) fn only_prescribe(&self) -> bool {
         let loaded = self.body_force.is_some() || self.damage_source.is_some();
+        let loaded = loaded || !self.pressures.is_empty();
         self.tractions.is_empty() && self.platens.is_empty() && !loaded
     }
 
     /// Measures force and displacement of the curve on a surface, along `direction` (any length). The force is the
-    /// force on the body from the prescribed values, the platen and the tractions of this surface. The displacement
+    /// force on the body from the prescribed values, the platen, the tractions and the pressures of this surface. The displacement
     /// is the mean over the nodes of the surface.
     pub fn measure(mut self, surface: &str, direction: [f64; 3]) -> Self {
         self.probe = Some(Probe { surface: surface.into(), direction, travel: Travel::Mean });
@@ -255,6 +322,32 @@ impl Conditions {
         let travel = Travel::Gauge(gauge_mm);
         self.probe = Some(Probe { surface: surface.into(), direction, travel });
         self
+    }
+
+    /// Moves a surface along `direction` (parallel to an axis, of length 1) with a platen whose load program prescribes a
+    /// force, and measures force and displacement of this platen. Components that are zero in `direction` stay free.
+    pub(crate) fn drive(mut self, surface: &str, direction: [f64; 3]) -> Self {
+        self.driven = Some(Driven { surface: surface.into(), direction, by_contact: false });
+        self.probe = Some(Probe { surface: surface.into(), direction, travel: Travel::Platen });
+        self
+    }
+
+    /// Adds a rigid platen that moves along `direction` (of length 1), and whose load program prescribes a force. Force
+    /// and displacement of this platen are measured.
+    pub(crate) fn drive_platen(self, surface: &str, platen: Platen, direction: [f64; 3]) -> Self {
+        let mut driven = self.platen(surface, platen).drive(surface, direction);
+        driven.driven.iter_mut().for_each(|driven| driven.by_contact = true);
+        driven
+    }
+
+    /// Returns whether a surface can touch and leave a platen.
+    pub(crate) fn has_platens(&self) -> bool {
+        !self.platens.is_empty()
+    }
+
+    /// Returns whether a platen follows a load program that prescribes a force.
+    pub(crate) fn is_driven(&self) -> bool {
+        self.driven.is_some()
     }
 
     /// Returns the nodes of a surface or a node set. `role` describes the use of the nodes in error messages.

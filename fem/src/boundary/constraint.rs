@@ -13,22 +13,25 @@ pub(super) struct ConstrainedDof {
     pub(super) value: Value,
 }
 
-/// Prescribed value of a degree of freedom, as a function of position and time.
+/// Prescribed value of a degree of freedom, as a function of position and time, or of the displacement of the platen.
 #[derive(Clone, Debug)]
 pub(super) enum Value {
     Zero,
     Displacement(Function<[f64; 3]>),
     Damage(Function<f64>),
+    /// Multiple of the displacement of a platen whose load program prescribes a force.
+    Driven(f64),
 }
 
 impl ConstrainedDof {
-    /// Returns the prescribed value at a reference position (mm) and a time: a displacement component (mm) or the
-    /// damage.
-    pub(super) fn at(&self, position: [f64; 3], time_s: f64) -> f64 {
+    /// Returns the prescribed value at a reference position (mm), a time and a displacement of the platen (mm): a
+    /// displacement component (mm) or the damage.
+    pub(super) fn at(&self, position: [f64; 3], time_s: f64, platen_mm: f64) -> f64 {
         match &self.value {
             Value::Zero => 0.0,
             Value::Displacement(f) => f.at(position, time_s)[self.component],
             Value::Damage(f) => f.at(position, time_s),
+            Value::Driven(multiple) => multiple * platen_mm,
         }
     }
 }
@@ -87,7 +90,7 @@ impl<'a> Constraints<'a> {
         const NAMES: [&str; 4] = ["u_x", "u_y", "u_z", "the damage"];
         let x = self.nodes[first.node as usize];
         for fraction in [0.5, 1.0] {
-            let [a, b] = [first, second].map(|dof| dof.at(x, fraction * self.duration_s));
+            let [a, b] = [first, second].map(|dof| dof.at(x, fraction * self.duration_s, fraction));
             if (a - b).abs() > 1e-9 * (a.abs() + b.abs()) + 1e-12 {
                 let reason = Unsupported::Conflict {
                     node: first.node,

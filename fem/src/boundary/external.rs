@@ -6,9 +6,10 @@ use std::sync::Arc;
 use super::compiled::Boundary;
 use super::contact::{Contact, ContactPoint, ContactStep};
 use super::loads::Loads;
+use super::pressure::Follower;
 use crate::element::Domain;
 use crate::fields::Fields;
-use crate::operator::{NodeBlock, Residual, StepContext};
+use crate::operator::{NodeBlock, PairBlock, Residual, StepContext};
 use crate::parallel::Part;
 
 /// Relative rounding error of a gap, in units of `f64::EPSILON`.
@@ -19,6 +20,8 @@ const ROUNDED: f64 = 4.0;
 pub(crate) struct ExternalForces {
     loads: Option<Loads>,
     contacts: Vec<ContactStep>,
+    /// Pressures normal to the deformed surface.
+    followers: Vec<Follower>,
     part: Arc<Part>,
 }
 
@@ -46,7 +49,8 @@ impl ExternalForces {
             ContactStep::new(contact, time_s, before, context.duration, pressure, modulus_mpa)
         });
         let (contacts, part) = (contacts.collect(), Arc::clone(boundary.part()));
-        Self { loads: boundary.loads(domain, time_s), contacts, part }
+        let followers = boundary.followers(domain, time_s);
+        Self { loads: boundary.loads(domain, time_s), contacts, followers, part }
     }
 
     /// Subtracts the external forces from a residual that contains only internal forces, and sets
@@ -61,6 +65,13 @@ impl ExternalForces {
                 residual.external[k / 3] += counts * load[k] * load[k];
             }
         }
+        for (node, force) in self.follower_forces(fields) {
+            let counts = f64::from(halo.owns(node));
+            for k in 0..3 {
+                residual.nodal[node as usize][k] -= force[k];
+                residual.external[0] += counts * force[k] * force[k];
+            }
+        }
         for (node, force) in self.contacts.iter().flat_map(|c| c.forces(fields)) {
             let counts = f64::from(halo.owns(node));
             for k in 0..3 {
@@ -70,9 +81,44 @@ impl ExternalForces {
         }
     }
 
+    /// Returns the forces of follower pressures, N, one entry per node.
+    fn follower_forces(&self, fields: &Fields) -> BTreeMap<u32, [f64; 3]> {
+        let mut forces: BTreeMap<u32, [f64; 3]> = BTreeMap::new();
+        for follower in &self.followers {
+            follower.forces(fields, &mut |node, force| {
+                let sum = forces.entry(node).or_default();
+                (0..3).for_each(|k| sum[k] += force[k]);
+            });
+        }
+        forces
+    }
+
+    /// Returns the contributions of follower pressures to the tangent.
+    pub(crate) fn pair_tangent(&self, fields: &Fields) -> Vec<PairBlock> {
+        let mut pairs = Vec::new();
+        self.followers.iter().for_each(|follower| follower.add_tangent(fields, &mut pairs));
+        pairs
+    }
+
     /// Returns the contributions of contact to the tangent.
     pub(crate) fn tangent(&self, fields: &Fields) -> Vec<NodeBlock> {
         self.contacts.iter().flat_map(|c| c.blocks(fields)).collect()
+    }
+
+    /// Returns the contributions to the tangent of the contact with the platen whose load program prescribes a force.
+    pub(crate) fn driven_tangent(&self, fields: &Fields) -> Vec<NodeBlock> {
+        self.driven_contacts().flat_map(|c| c.blocks(fields)).collect()
+    }
+
+    /// Returns the contact force on the body of the platen whose load program prescribes a force, N: the sum over the
+    /// nodes of this rank.
+    pub(crate) fn driven_force(&self, fields: &Fields) -> [f64; 3] {
+        let forces = self.driven_contacts().map(|contact| contact.force(fields));
+        forces.fold([0.0; 3], |sum, force| std::array::from_fn(|k| sum[k] + force[k]))
+    }
+
+    fn driven_contacts(&self) -> impl Iterator<Item = &ContactStep> {
+        self.contacts.iter().filter(|contact| contact.is_driven())
     }
 
     /// Returns whether any surface faces a platen, so that contact pressures must be determined.
@@ -126,6 +172,7 @@ impl ExternalForces {
     /// Returns whether loads and positions of platens are finite on all ranks.
     pub(crate) fn is_finite(&self) -> bool {
         let loads = self.nodal_loads().flatten().all(|x| x.is_finite());
+        let loads = loads && self.followers.iter().all(Follower::is_finite);
         let finite = loads && self.contacts.iter().all(ContactStep::is_finite);
         !self.part.ranks().any(!finite)
     }
@@ -146,11 +193,14 @@ impl ExternalForces {
         for (force, load) in forces.iter_mut().zip(self.nodal_loads()) {
             (0..4).for_each(|k| force[k] += load[k]);
         }
+        for (node, follower) in self.follower_forces(fields) {
+            (0..3).for_each(|k| forces[node as usize][k] += follower[k]);
+        }
         self.add_contact(fields, &mut forces);
         forces
     }
 
-    /// Returns the total force on each surface from its prescribed values, platen and tractions, N, summed over all
+    /// Returns the total force on each surface from its prescribed values, platen, tractions and pressures, N, summed over all
     /// ranks.
     pub(crate) fn reactions(
         &self,
@@ -164,6 +214,10 @@ impl ExternalForces {
         for (surface, force) in platens.chain(tractions.map(|(name, force)| (name, *force))) {
             let sum = reactions.entry(surface.clone()).or_default();
             (0..3).for_each(|k| sum[k] += force[k]);
+        }
+        for follower in &self.followers {
+            let sum = reactions.entry(follower.surface.clone()).or_default();
+            follower.forces(fields, &mut |_, force| (0..3).for_each(|k| sum[k] += force[k]));
         }
         // the map is sorted by name: the order of the forces is the same on every rank
         let mut forces: Vec<f64> = reactions.values().flatten().copied().collect();

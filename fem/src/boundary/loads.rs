@@ -32,25 +32,21 @@ impl Traction {
     }
 }
 
-/// Returns the tractions on the faces of this rank. `domain` is the whole space, and `rank_of_tet` the rank of each
-/// of its elements. A face between two ranks belongs to the lower rank.
+/// Returns the faces of this rank, with the node numbers of this rank. `domain` is the whole space, and `rank_of_tet` the
+/// rank of each of its elements. A face between two ranks belongs to the lower rank.
 pub(super) fn of_part(
-    tractions: Vec<Traction>,
+    triangles: &[[u32; 3]],
     domain: &dyn Domain,
     rank_of_tet: &[u32],
     part: &Part,
-) -> Vec<Traction> {
-    let lowest = lowest_ranks(tractions.iter().flat_map(|t| &t.triangles), domain, rank_of_tet);
+) -> Vec<[u32; 3]> {
+    let lowest = lowest_ranks(triangles.iter(), domain, rank_of_tet);
     let (rank, local) = (part.ranks().rank() as u32, part.local());
-    let here = |triangle: [u32; 3]| {
+    let here = |triangle: &[u32; 3]| {
         let [a, b, c] = triangle.map(&local);
-        (lowest[&sorted(triangle)] == rank).then_some([a?, b?, c?])
+        (lowest[&sorted(*triangle)] == rank).then_some([a?, b?, c?])
     };
-    let on_rank = |t: Traction| Traction {
-        triangles: t.triangles.into_iter().filter_map(here).collect(),
-        ..t
-    };
-    tractions.into_iter().map(on_rank).collect()
+    triangles.iter().filter_map(here).collect()
 }
 
 /// Returns, for each face (sorted nodes), the lowest rank that has an element with this face.

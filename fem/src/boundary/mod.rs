@@ -4,10 +4,13 @@ mod compiled;
 mod conditions;
 mod constraint;
 mod contact;
+mod driven;
 mod external;
 mod function;
 mod loads;
+mod measured;
 mod node_set;
+mod pressure;
 mod reaction;
 mod rigid;
 
@@ -17,4 +20,5 @@ pub use node_set::NodeSet;
 
 pub(crate) use compiled::Boundary;
 pub(crate) use contact::Contact;
+pub(crate) use driven::DrivenPlaten;
 pub(crate) use external::ExternalForces;

@@ -76,6 +76,9 @@ pub trait Domain {
         out: &mut [[f64; 4]],
     );
 
+    /// Returns the nodes of a face: its vertices, then for quadratic elements the nodes on its edges 01, 12, 20.
+    fn face_nodes(&self, triangle: &[u32; 3]) -> Vec<u32>;
+
     /// Adds the nodal load ∫ N_a t dA (N), integrated over triangles, to the entry of node a in `out`. `traction` is
     /// t (MPa) as a function of the reference position, mm.
     fn surface_load(
@@ -260,6 +263,10 @@ impl<const N: usize> Domain for Space<N> {
                 }
             }
         }
+    }
+
+    fn face_nodes(&self, triangle: &[u32; 3]) -> Vec<u32> {
+        self.face(triangle)
     }
 
     fn surface_resultant(

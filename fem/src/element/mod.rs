@@ -16,3 +16,4 @@ pub use geometry::Geometry;
 pub use rule::{DamageRule, ExtraTerms, Rule};
 pub use space::Space;
 pub use tetrahedron::{Linear, Quadratic, Tetrahedron};
+pub(crate) use triangle::seven;

@@ -4,7 +4,7 @@
 /// of the area of each point.
 ///
 /// Reference: Radon, Monatsh. Math. 52 (1948) 286, doi:10.1007/BF01525334.
-pub(super) fn seven() -> [([f64; 3], f64); 7] {
+pub(crate) fn seven() -> [([f64; 3], f64); 7] {
     let root = 15f64.sqrt();
     let mut points = [([1.0 / 3.0; 3], 0.225); 7];
     for (ring, sign) in [1.0, -1.0].into_iter().enumerate() {

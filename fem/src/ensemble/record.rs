@@ -68,6 +68,8 @@ pub enum RunEnd {
     Displacement,
     /// The force fell below its peak by the requested fraction.
     BelowPeak,
+    /// The specimen did not carry the prescribed force.
+    LimitLoad,
     /// The run failed before its end.
     Failed,
 }

@@ -420,6 +420,7 @@ impl EnsembleCall<'_> {
                 let end = match end {
                     End::Displacement => Ok(RunEnd::Displacement),
                     End::BelowPeak => Ok(RunEnd::BelowPeak),
+                    End::LimitLoad => Ok(RunEnd::LimitLoad),
                     End::Failed(error) => Err(error.to_string()),
                     End::Interrupted if self.interrupt.load(Ordering::Relaxed) => return Ok(None),
                     End::Interrupted => Err("the run was stopped by its observer".into()),

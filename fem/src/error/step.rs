@@ -45,6 +45,16 @@ pub enum StepFailure {
         /// Change of the contact forces in the last pass, relative to the forces on the body.
         change: f64,
     },
+    /// The specimen does not carry the prescribed force.
+    #[error(
+        "the specimen does not carry the prescribed force of {prescribed_n:.4e} N: the force falls after {largest_n:.4e} N while the platen moves on"
+    )]
+    LimitLoad {
+        /// Prescribed force, N.
+        prescribed_n: f64,
+        /// Largest force in the increment, N.
+        largest_n: f64,
+    },
     /// The step controller ended the run, although no step has failed.
     #[error("the step controller ended the run")]
     GivenUp,

@@ -60,6 +60,15 @@ pub enum Unsupported {
     /// Sparse factorisation with several ranks; only multigrid supports several ranks.
     #[error("the sparse factorisation does not run on several ranks")]
     FactorOnRanks,
+    /// Follower pressure on a device.
+    #[error("pressure on a deformed surface does not run on a device")]
+    FollowerOnDevice,
+    /// Follower pressure with several ranks.
+    #[error("pressure on a deformed surface does not run on several ranks")]
+    FollowerOnRanks,
+    /// Sensitivities with follower pressure.
+    #[error("sensitivities with pressure on a deformed surface are not implemented")]
+    SensitivitiesOfFollower,
     /// A device together with several ranks.
     #[error("a device cannot be used with several ranks")]
     DeviceOnRanks,
@@ -272,6 +281,14 @@ pub enum Unsupported {
         "the step controller requests a step of crack energy (arc-length step) without announcing such steps"
     )]
     UnannouncedRelease,
+    /// A load program with a prescribed force and conditions without its platen, or the platen without the load program.
+    #[error(
+        "the load program prescribes a force, but the conditions do not contain its platen, or the opposite"
+    )]
+    ForceWithoutPlaten,
+    /// Derivatives of a test with a prescribed force between unilateral platens; only sliding platens are supported.
+    #[error("derivatives with a prescribed force need sliding platens")]
+    SensitivitiesOfForceByContact,
     /// A reason given by a caller of the library, such as a job of an ensemble.
     #[error("{message}")]
     ByCaller {
@@ -298,6 +315,11 @@ impl Unsupported {
             Self::GaugeOutside(_) => "give a reference position within the body, in mm",
             Self::FactorOnDevice => "use linear = \"multigrid\" or \"auto\", or no device",
             Self::FactorOnRanks => "use linear = \"multigrid\" or \"auto\", or one process",
+            Self::FollowerOnDevice => "use no device, or a dead pressure",
+            Self::FollowerOnRanks => "use one process, or a dead pressure",
+            Self::SensitivitiesOfFollower => {
+                "use a dead pressure, or compute finite differences of runs"
+            }
             Self::DeviceOnRanks => "use no device, or one process",
             Self::SensitivitiesOnRanks => "use one process",
             Self::FewElements => "use fewer processes, or a finer mesh",
@@ -387,6 +409,12 @@ impl Unsupported {
             }
             Self::UnannouncedRelease => {
                 "return true from controls_crack_energy of the controller, or return Step::Advance"
+            }
+            Self::ForceWithoutPlaten => {
+                "take schedule and conditions from the same CompressionTest::following"
+            }
+            Self::SensitivitiesOfForceByContact => {
+                "use sliding platens, or do not request derivatives"
             }
             Self::ByCaller { help, .. } => help,
         }

@@ -153,6 +153,7 @@ impl<const N: usize> Operator for Assembly<N> {
         let contact = increment.context.contact.iter();
         let owned = contact.filter(|(node, _)| self.part.halo.owns(*node));
         owned.for_each(|(node, block)| out.add_node(*node, block));
+        increment.context.pairs.iter().for_each(|pair| out.add_pair(pair));
         Ok(())
     }
 

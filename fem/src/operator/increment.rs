@@ -18,6 +18,19 @@ pub struct Increment<'a> {
 /// Node, and the block −∂force/∂u of the contact force at this node, N/mm.
 pub type NodeBlock = (u32, [[f64; 3]; 3]);
 
+/// Two nodes a and b, and the block −∂f_a/∂u_b of the force at a, N/mm.
+pub type PairBlock = (u32, u32, [[f64; 3]; 3]);
+
+/// Adds the products of the blocks with the displacements of `x` to `y`.
+pub fn add_pair_products(pairs: &[PairBlock], x: &[[f64; 4]], y: &mut [[f64; 4]]) {
+    for (row, column, block) in pairs {
+        let (x, y) = (&x[*column as usize], &mut y[*row as usize]);
+        for i in 0..3 {
+            y[i] += (0..3).map(|j| block[i][j] * x[j]).sum::<f64>();
+        }
+    }
+}
+
 /// Data of a time increment except the current fields: start, duration, bounds and contact.
 #[derive(Clone, Copy)]
 pub struct StepContext<'a> {
@@ -35,12 +48,23 @@ pub struct StepContext<'a> {
     /// Contributions of contact to the tangent. The residual does not contain contact forces from
     /// this field.
     pub contact: &'a [NodeBlock],
+    /// Contributions of forces that depend on the displacement of several nodes (follower pressure) to the tangent. The
+    /// residual does not contain these forces.
+    pub pairs: &'a [PairBlock],
 }
 
 impl<'a> StepContext<'a> {
     /// Creates an increment without state, damping, bounds and contact.
     pub fn new(damage_before: &'a [f64], duration: f64) -> Self {
-        Self { damage_before, duration, damping: 0.0, state: &[], bounds: None, contact: &[] }
+        Self {
+            damage_before,
+            duration,
+            damping: 0.0,
+            state: &[],
+            bounds: None,
+            contact: &[],
+            pairs: &[],
+        }
     }
 }
 

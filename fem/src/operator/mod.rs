@@ -34,7 +34,7 @@ pub use cpu::{Buffers, ElementLaw, Gather, SINGLE_FROM, product, state_len};
 pub use device::{device_product, equations_kernels, product_kernels};
 pub use equations::{AppliedOnDevice, Coupling, EquationsOnDevice, Operator, Product};
 pub use graph::Graph;
-pub use increment::{Increment, NodeBlock, Residual, StepContext};
+pub use increment::{Increment, NodeBlock, PairBlock, Residual, StepContext, add_pair_products};
 pub use kernel::{
     Blocks, Constants, DataLayout, ElementResidual, ElementState, MOST_POINTS, linearise, residual,
     write_blocks,

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::graph::Graph;
+use super::increment::PairBlock;
 use super::layout::LANES;
 
 /// 4 × 4 block of nodes a and b: rows u_x, u_y, u_z, φ of a, columns u_x, u_y, u_z, φ of b.
@@ -88,6 +89,18 @@ impl Tangent {
     pub fn add_node(&mut self, node: u32, block: &[[f64; 3]; 3]) {
         let position = self.pattern.graph.position(node as usize, node);
         self.symmetric &= (0..3).all(|i| (0..i).all(|j| block[i][j] == block[j][i]));
+        for i in 0..3 {
+            for j in 0..3 {
+                self.blocks[position][i][j] += block[i][j];
+            }
+        }
+    }
+
+    /// Adds a block to the displacement part of the block of two nodes of a common element. The tangent then counts as
+    /// unsymmetric.
+    pub fn add_pair(&mut self, (row, column, block): &PairBlock) {
+        let position = self.pattern.graph.position(*row as usize, *column);
+        self.symmetric = false;
         for i in 0..3 {
             for j in 0..3 {
                 self.blocks[position][i][j] += block[i][j];

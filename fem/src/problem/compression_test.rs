@@ -10,6 +10,9 @@ use crate::boundary::{Axis, Conditions, Platen};
 use crate::error::{FemError, Unsupported};
 use fem_mesh::TetMesh;
 
+/// Direction in which the upper platen moves.
+const DOWNWARDS: [f64; 3] = [0.0, 0.0, -1.0];
+
 /// Contact between the platens of a compression test and the specimen. Files contain the name of the variant; the
 /// values of [`Friction`] are separate keys.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -51,7 +54,8 @@ impl Friction {
 /// Unconfined compression of a specimen between two rigid platens. Creates a [`Problem`] on a mesh.
 ///
 /// The lower end (surface `bottom`) keeps its height. The upper end (`top`) moves down by the full displacement over
-/// the duration of the schedule, at constant speed, or follows a [`LoadProgram`]. [`Platens`] defines the contact between platens and specimen.
+/// the duration of the schedule, at constant speed, or follows a [`LoadProgram`], which prescribes displacements or forces.
+/// [`Platens`] defines the contact between platens and specimen.
 /// The displacement u and the damage φ solve, for all test functions v and q (symbols as in
 /// [`equations`](crate::equations)),
 /// ∫ τ : (∇v F⁻¹) dV = 0 and
@@ -75,7 +79,8 @@ impl Friction {
 /// ```
 #[derive(Clone, Debug)]
 pub struct CompressionTest {
-    /// Full displacement, mm, downwards. With a load program, it is only compared with the height of the specimen.
+    /// Full displacement, mm, downwards. With a load program, it is only compared with the height of the specimen; it is
+    /// zero if the program states no displacement.
     pub displacement_mm: f64,
     /// Load program; `None` for constant speed.
     program: Option<LoadProgram>,
@@ -142,7 +147,8 @@ impl CompressionTest {
         let full = self.displacement_mm;
         // the height is NaN if an end surface is missing; a later check reports that error
         let height = top - bottom;
-        if !(full > 0.0 && (height.is_nan() || full < height)) {
+        let by_force = self.program.as_ref().is_some_and(LoadProgram::prescribes_force);
+        if !((full > 0.0 || by_force) && (height.is_nan() || full < height)) {
             return Err(FemError::parameter(
                 "test",
                 "displacement_mm",
@@ -154,12 +160,16 @@ impl CompressionTest {
         let program = Arc::new(self.program.clone().unwrap_or_else(straight));
         let down = || {
             let program = Arc::clone(&program);
-            move |time_s: f64| program.displacement_mm(time_s)
+            // the displacement in a segment with a prescribed force is not known in advance
+            move |time_s: f64| program.displacement_mm(time_s).unwrap_or(0.0)
         };
         let (travel, start) = (down(), down());
         let shorten =
             move |x: [f64; 3], time_s: f64| [0.0, 0.0, -start(time_s) / height * (x[2] - bottom)];
         let conditions = match self.platens {
+            Platens::Sliding if by_force => {
+                Conditions::new().fix("bottom", [Axis::Z]).drive("top", DOWNWARDS)
+            }
             Platens::Sliding => Conditions::new().fix("bottom", [Axis::Z]).prescribe(
                 "top",
                 [Axis::Z],
@@ -171,15 +181,22 @@ impl CompressionTest {
                         .friction(friction.coefficient, friction.slip_velocity_mm_per_s)
                         .drag(friction.drag_mpa_s_per_mm)
                 };
-                let moving = platen(top, -1.0).moving(move |time_s| [0.0, 0.0, -travel(time_s)]);
-                Conditions::new().platen("bottom", platen(bottom, 1.0)).platen("top", moving)
+                let conditions = Conditions::new().platen("bottom", platen(bottom, 1.0));
+                let upper = platen(top, -1.0);
+                if by_force {
+                    conditions.drive_platen("top", upper, DOWNWARDS)
+                } else {
+                    let moving = upper.moving(move |time_s| [0.0, 0.0, -travel(time_s)]);
+                    conditions.platen("top", moving)
+                }
             }
         };
-        Ok(conditions
+        let conditions = conditions
             .described_as(format!("{self:?}"))
             .remove_rigid_motions()
-            .measure_travel("top", [0.0, 0.0, -1.0], down())
-            .first_guess(shorten))
+            .first_guess(shorten);
+        // conditions with a driven platen measure the force and the displacement of this platen
+        Ok(if by_force { conditions } else { conditions.measure_travel("top", DOWNWARDS, down()) })
     }
 }
 

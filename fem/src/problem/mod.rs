@@ -37,8 +37,8 @@ pub(crate) use definition::Fingerprint;
 
 pub use compression_test::{CompressionTest, Friction, Platens};
 pub use control::{
-    AdaptiveSteps, ArcLength, FixedSteps, LoadProgram, ProgramPoint, ProgramSteps, Progress,
-    Schedule, SegmentSteps, Step, StepController,
+    AdaptiveSteps, ArcLength, FixedSteps, LoadProgram, PlatenLoad, ProgramPoint, ProgramSteps,
+    Progress, Schedule, SegmentSteps, Step, StepController,
 };
 pub use curve::{CurvePoint, CurveWriter, End, Outcome, Sensitivities, read_curve, write_curve};
 pub use definition::ProblemWarning;

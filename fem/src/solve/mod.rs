@@ -5,7 +5,7 @@
 //! 1. `options`, `effort`: settings and counters
 //! 2. `linear`: linear systems
 //! 3. `norms`: norms of residuals
-//! 4. `newton`: Newton's method with line search and bounds
+//! 4. `newton`, `force_control`: Newton's method with line search and bounds, and with a prescribed force of the platen
 //! 5. `alternate`, `flow`, `arc_length`, `predict`, `contact_passes`: methods that call Newton's method
 //! 6. `directions`, `sensitivity`: derivatives of an equilibrium with respect to parameters
 //! 7. `scheme`: solution of an increment by the selected scheme
@@ -16,6 +16,7 @@ mod contact_passes;
 mod directions;
 mod effort;
 mod flow;
+mod force_control;
 mod linear;
 mod newton;
 mod norms;
@@ -28,6 +29,7 @@ pub use effort::Effort;
 pub use options::{LinearScheme, Scheme, SolverOptions};
 
 pub(crate) use arc_length::ArcLengthControl;
+pub(crate) use force_control::ForceControl;
 pub(crate) use linear::LinearPlan;
 #[cfg(feature = "bench-internals")]
 pub(crate) use linear::{LinearSolver, Nodal};

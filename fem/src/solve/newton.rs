@@ -7,6 +7,7 @@
 use rayon::prelude::*;
 
 use super::effort::Effort;
+use super::force_control::ForceControl;
 use super::linear::{CHUNK, LinearSolver, Nodal, Singular};
 use super::norms::{Equations, Norms, Rounding, Scales};
 use crate::boundary::ExternalForces;
@@ -56,6 +57,8 @@ pub(crate) struct Newton<'a> {
     rounding: Rounding,
     /// Loads and contact of the current increment.
     pub(crate) external: ExternalForces,
+    /// Platen whose load program prescribes a force in some of the increments.
+    pub(crate) control: Option<ForceControl>,
     /// Residual and energies at the fields evaluated last.
     pub(crate) residual: Residual,
     pub(super) linear: Box<dyn LinearSolver + 'a>,
@@ -68,7 +71,7 @@ pub(crate) struct Newton<'a> {
     linearised: Vec<[bool; 4]>,
     factor: Linearisation,
     coupling: Coupling,
-    step: Vec<Nodal>,
+    pub(super) step: Vec<Nodal>,
     trial: Fields,
 }
 
@@ -115,6 +118,7 @@ impl<'a> Newton<'a> {
         linear: Box<dyn LinearSolver + 'a>,
         rounding: Rounding,
         external: ExternalForces,
+        control: Option<ForceControl>,
     ) -> Self {
         let nodes = unknowns.equation.len();
         let unknown: Vec<_> = unknowns.equation.iter().map(|e| e.map(|e| e != NONE)).collect();
@@ -129,6 +133,7 @@ impl<'a> Newton<'a> {
             beside: Scales::default(),
             rounding,
             external,
+            control,
             residual: Residual::new(nodes),
             linear,
             free: unknown.clone(),
@@ -177,8 +182,14 @@ impl<'a> Newton<'a> {
             force: constant,
             ..self.rounding
         };
-        let halo = &self.operator.part().halo;
-        let norms = Norms::at(&self.residual, fields, &self.unknown, &self.free, rounding, halo);
+        let operator = self.operator;
+        let halo = &operator.part().halo;
+        let mut norms =
+            Norms::at(&self.residual, fields, &self.unknown, &self.free, rounding, halo);
+        if let Some(control) = &mut self.control {
+            let [missing, target] = control.evaluate(&self.external, fields, &self.residual, halo);
+            norms.add_force(missing, target);
+        }
         if !norms.is_finite() {
             return Err(StepFailure::NotFinite);
         }
@@ -271,10 +282,14 @@ impl<'a> Newton<'a> {
 
     fn factorise(&mut self, fields: &Fields, context: StepContext) -> Result<(), StepFailure> {
         let contact = self.external.tangent(fields);
-        let context = StepContext { contact: &contact, ..context };
+        let pairs = self.external.pair_tangent(fields);
+        let context = StepContext { contact: &contact, pairs: &pairs, ..context };
         let increment = Increment { materials: self.materials, fields, context };
         self.linear.linearise(&increment, self.coupling, &self.free)?;
         self.linearised.copy_from_slice(&self.free);
+        if let Some(control) = &mut self.control {
+            control.linearise(&self.external, fields);
+        }
         self.factor = Linearisation::Fresh;
         Ok(())
     }
@@ -339,16 +354,26 @@ impl<'a> Newton<'a> {
 
     /// Computes the Newton step of the fields selected by `field`.
     fn solve_linear(&mut self, field: Equations) -> Result<(), StepFailure> {
-        let mut right = self.residual.nodal.clone();
-        if field != Equations::Both {
-            for value in &mut right {
+        let select = |mut right: Vec<Nodal>| {
+            for value in right.iter_mut().filter(|_| field != Equations::Both) {
                 for k in 0..4 {
                     value[k] = if field.holds(k) { value[k] } else { 0.0 };
                 }
             }
-        }
+            right
+        };
+        let right = select(self.residual.nodal.clone());
         self.step = self.solve_nodal(&right, self.settings.linear_tolerance)?;
-        Ok(())
+        let Some(mut control) = self.control.take() else { return Ok(()) };
+        control.step_mm = 0.0;
+        let completed = match field {
+            // the damage changes at constant displacement
+            Equations::Damage => Ok(()),
+            _ if !control.is_active() => Ok(()),
+            _ => self.complete_step(&mut control, select),
+        };
+        self.control = Some(control);
+        completed
     }
 
     /// Takes the step x ← x − α d along the Newton step d, with the first α of 1, ½, ¼ … that reduces the scaled
@@ -397,5 +422,13 @@ impl<'a> Newton<'a> {
                 }
             }
         });
+        if let Some(control) = self.control.as_ref().filter(|control| control.step_mm != 0.0) {
+            to.platen_mm -= fraction * control.step_mm;
+            for (u, motion) in to.displacement.iter_mut().zip(control.motion()) {
+                for k in (0..3).filter(|&k| motion[k] != 0.0) {
+                    u[k] = motion[k] * to.platen_mm;
+                }
+            }
+        }
     }
 }

@@ -129,6 +129,12 @@ impl Norms {
         }
     }
 
+    /// Adds the equation for the force of a platen: the squares of the force difference and of the prescribed force, N².
+    pub(super) fn add_force(&mut self, difference_square: f64, prescribed_square: f64) {
+        self.force = self.force.hypot(difference_square.sqrt());
+        self.scales.force = self.scales.force.hypot(prescribed_square.sqrt());
+    }
+
     /// Returns the scales at the evaluated fields: norm of the reactions and norm of the driving force.
     pub(super) fn scales(&self) -> Scales {
         self.scales

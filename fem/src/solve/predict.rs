@@ -33,6 +33,7 @@ pub(super) fn predict(
     // difference
     let moved_by = |fraction: f64| {
         let mut moved = before.clone();
+        moved.platen_mm += fraction * (placed.platen_mm - before.platen_mm);
         for (n, unknown) in newton.unknown.iter().enumerate() {
             for k in (0..3).filter(|&k| !unknown[k]) {
                 let step = placed.displacement[n][k] - before.displacement[n][k];

@@ -4,6 +4,7 @@ use super::alternate::Alternation;
 use super::arc_length::ArcLengthControl;
 use super::contact_passes;
 use super::flow;
+use super::force_control::ForceControl;
 use super::linear::LinearSolver;
 use super::newton::{Newton, NewtonSettings};
 use super::norms::Rounding;
@@ -38,11 +39,13 @@ impl<'a> Solver<'a> {
         linear: Box<dyn LinearSolver + 'a>,
         rounding: Rounding,
         external: ExternalForces,
+        control: Option<ForceControl>,
     ) -> Self {
         let SolverOptions { scheme, tolerance, linear_tolerance, iterations, .. } = options;
         let settings = NewtonSettings { tolerance, linear_tolerance, iterations };
-        let newton =
-            Newton::new(operator, unknowns, materials, settings, linear, rounding, external);
+        let newton = Newton::new(
+            operator, unknowns, materials, settings, linear, rounding, external, control,
+        );
         let alternation = Alternation {
             limit: options.alternations,
             finishes_together: scheme == Scheme::Monolithic,
@@ -79,6 +82,28 @@ impl<'a> Solver<'a> {
             fields,
             context,
             &mut |newton, fields, context| schemes.solve(newton, fields, context),
+        )
+    }
+
+    /// Solves one increment from the guess in `fields` by the selected scheme, without fallback. Returns the number of
+    /// iterations.
+    ///
+    /// After an error, `fields` is not in equilibrium.
+    pub(crate) fn equilibrium_at_once(
+        &mut self,
+        fields: &mut Fields,
+        context: StepContext,
+    ) -> Result<u32, StepFailure> {
+        let schemes = self.schemes;
+        contact_passes::equilibrium(
+            &mut self.newton,
+            fields,
+            context,
+            &mut |newton, fields, context| {
+                let start = newton.effort.iterations;
+                schemes.solve_at_once(newton, fields, context)?;
+                Ok(newton.effort.iterations - start)
+            },
         )
     }
 

@@ -121,11 +121,16 @@ fn negate(x: &mut [Nodal]) {
 ///
 /// The tangent at the equilibrium stays stored for the next increment. `measured.of_residual` is not used if the
 /// tangent is not the Jacobian.
+///
+/// `platen` contains the displacements of the nodes that are fixed to a platen, for a platen displacement of 1 mm. The
+/// last entry of the result is then the response to the displacement of the platen, and all other rates are rates at
+/// constant platen.
 pub(crate) fn differentiate(
     newton: &mut Newton,
     at: Equilibrium,
     parameters: &[Known],
     mut measured: Measured,
+    platen: Option<&[Nodal]>,
 ) -> Result<Vec<Rates>, StepFailure> {
     let coupling = if at.is_variational { Coupling::Full } else { Coupling::Separate };
     newton.linearise_as(coupling, at.fields, at.context)?;
@@ -134,7 +139,7 @@ pub(crate) fn differentiate(
         measured.of_residual = None;
         contact = newton.external.tangent(at.fields);
     }
-    Systems { newton, at, contact }.differentiate(parameters, measured)
+    Systems { newton, at, contact }.differentiate(parameters, measured, platen)
 }
 
 /// Linear systems with the Jacobian of an equilibrium.
@@ -155,6 +160,7 @@ impl<'s> Systems<'s, '_> {
         &mut self,
         parameters: &[Known],
         measured: Measured,
+        platen: Option<&[Nodal]>,
     ) -> Result<Vec<Rates>, StepFailure> {
         let shifts: Vec<Shift> = parameters.iter().map(|parameter| parameter.shift).collect();
         let increment = self.increment();
@@ -162,11 +168,15 @@ impl<'s> Systems<'s, '_> {
         let residuals = shifts.iter().map(rate).collect::<Result<Vec<_>, _>>()?;
         let mut directions = Directions::new(self.newton.linear.weight().to_vec());
         let tolerance = if measured.of_residual.is_some() { CORRECTED } else { TOLERANCE };
-        let mut systems = Vec::with_capacity(parameters.len() + 1);
+        let mut systems = Vec::with_capacity(parameters.len() + 2);
         for (shift, mut right) in shifts.iter().zip(residuals) {
             negate(&mut right);
             let held = self.held(shift.before);
             systems.push(self.system(held, right, tolerance, &directions)?);
+        }
+        if let Some(motion) = platen {
+            let none = vec![[0.0; 4]; motion.len()];
+            systems.push(self.system(motion.to_vec(), none, tolerance, &directions)?);
         }
         if let Some(functional) = measured.of_residual {
             let mut right = self.multiply(functional)?;
@@ -186,7 +196,8 @@ impl<'s> Systems<'s, '_> {
             direction
         });
         self.add_directions(guesses.collect(), &mut directions)?;
-        let mut contacts = vec![Vec::new(); parameters.len()];
+        let responses = parameters.len() + usize::from(platen.is_some());
+        let mut contacts = vec![Vec::new(); responses];
         for _ in 0..PASSES {
             self.correct(&mut systems, &mut directions)?;
             for (system, contact) in systems.iter_mut().zip(&mut contacts) {
@@ -226,7 +237,7 @@ impl<'s> Systems<'s, '_> {
         tolerance: f64,
         directions: &Directions,
     ) -> Result<System, StepFailure> {
-        if x.iter().any(|x| x[3] != 0.0) {
+        if x.iter().any(|x| *x != [0.0; 4]) {
             let product = self.multiply(&x)?;
             add_scaled(&mut right, -1.0, &product);
         }

@@ -81,8 +81,11 @@ fn derivatives_are_stored_with_their_curve() {
     let dir = tempfile::tempdir().unwrap();
     let differentiated = |run: &RunInput, _: &dyn Fn(f64)| {
         let force_n = vec![vec![0.1 * run.inputs[0], 1.0 / 3.0]; 20];
-        let sensitivities =
-            Sensitivities { names: NAMES.map(String::from).into(), force_n, lost: None };
+        let sensitivities = Sensitivities {
+            names: NAMES.map(String::from).into(),
+            force_n,
+            ..Sensitivities::default()
+        };
         Ok(Outcome { sensitivities, ..outcome(run, End::Displacement) })
     };
     let ensemble = in_directory(dir.path());

@@ -51,7 +51,8 @@ fn an_elastic_body_follows_hold_unloading_and_reloading() {
             let outcome = run(&test, elastic.clone(), false);
             for point in &outcome.curve {
                 let CurvePoint { time_s, displacement_mm: u, force_n, .. } = *point;
-                assert!((u - program.displacement_mm(time_s)).abs() < 1e-12, "{point:?}");
+                let stated = program.displacement_mm(time_s).expect("a displacement");
+                assert!((u - stated).abs() < 1e-12, "{point:?}");
                 let [e, stretch] = strain(u);
                 let exact = area() * 275.0 * e / stretch;
                 assert!(
@@ -62,7 +63,7 @@ fn an_elastic_body_follows_hold_unloading_and_reloading() {
             for corner in program.points() {
                 let is_here = |p: &CurvePoint| {
                     (p.time_s - corner.time_s).abs() < 1e-9
-                        && p.displacement_mm == corner.displacement_mm
+                        && Some(p.displacement_mm) == corner.displacement_mm()
                 };
                 assert!(outcome.curve.iter().any(is_here), "{corner:?} is no point of the curve");
             }

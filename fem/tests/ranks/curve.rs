@@ -4,8 +4,8 @@ use crate::support::column::column;
 use crate::support::{grain, loading, matrix, peak, phase_field, prism};
 use fem::{
     ArcLength, Axis, CompressionTest, Conditions, CurvePoint, Fracture, Friction, Interface,
-    Irreversibility, LinearScheme, Material, Order, Outcome, PhaseField, Platens, Problem, Ranks,
-    Schedule, SolverOptions, Split, TetMesh,
+    Irreversibility, LinearScheme, LoadProgram, Material, Order, Outcome, PhaseField, Platens,
+    Problem, ProgramPoint, Ranks, Schedule, SegmentSteps, SolverOptions, Split, TetMesh,
 };
 
 pub(crate) fn multigrid() -> SolverOptions {
@@ -131,6 +131,36 @@ fn ranks_follow_a_snap_back_together() {
     on_ranks(3, run).iter().for_each(|shared| assert_same(&alone, shared));
 }
 
+/// A prescribed force and dead pressures give the same displacements on any number of ranks.
+#[test]
+fn ranks_carry_a_prescribed_force_together() {
+    let points = vec![
+        ProgramPoint::force(0.5, 90.0),
+        ProgramPoint::force(1.0, 90.0),
+        ProgramPoint::new(1.2, 0.02),
+    ];
+    let program = LoadProgram::new(points).expect("a program");
+    let rough = Platens::Unilateral(Friction { coefficient: 0.3, ..Friction::none() });
+    for (order, platens) in [
+        (Order::Quadratic, Platens::Sliding),
+        (Order::Linear, Platens::Sliding),
+        (Order::Linear, rough),
+    ] {
+        let loading = CompressionTest::following(program.clone(), SegmentSteps::Fixed(3));
+        let loading = loading.platens(platens);
+        let run =
+            |ranks: Ranks| problem(prism(3, true), order, &loading, careful(), ranks).run(&mut ());
+        let alone = run(Ranks::default());
+        assert!(alone.curve[5].displacement_mm > alone.curve[2].displacement_mm, "it creeps");
+        for shared in on_ranks(3, run) {
+            assert_same(&alone, &shared);
+            for (a, b) in alone.curve.iter().zip(&shared.curve) {
+                assert!((a.displacement_mm / b.displacement_mm - 1.0).abs() < 1e-6, "{a:?} {b:?}");
+            }
+        }
+    }
+}
+
 /// The sums of surface loads and of body loads over the ranks do not depend on the partition.
 #[test]
 fn loads_do_not_depend_on_the_parts() {
@@ -138,6 +168,7 @@ fn loads_do_not_depend_on_the_parts() {
         let conditions = Conditions::new()
             .fix("bottom", Axis::ALL)
             .traction("top", |x, time_s| [0.1 * time_s, 0.0, -2.0 * x[0] * time_s])
+            .pressure("top", |x, time_s| 0.3 * x[1] * time_s)
             .body_force(|x, time_s| [0.0, 0.05 * x[2] * time_s, 0.0])
             .measure("top", [0.0, 0.0, -1.0]);
         let problem = Problem::builder(prism(3, false))

@@ -1,9 +1,13 @@
 //! Branches of a load program in a curve: loading, hold and unloading.
 //!
-//! The displacement of the platen is a piecewise linear function of time. Its corners are found by dividing the readings
+//! In each branch the machine controls the displacement of the platen or its force, which is then a linear function of
+//! time. At a corner, the function of time changes. The corners are found by dividing the readings
 //! at the largest distance from a chord until no distance exceeds a tolerance (Ramer, Comput. Graph. Image Process. 1
 //! (1972) 244; Douglas & Peucker, Cartographica 10 (1973) 112). Each corner is then moved to the reading next to the
 //! intersection of the least-squares lines of its two segments, because noise displaces the largest distance.
+//!
+//! Displacement and force are divided independently. From each corner on, the machine is taken to control the value that
+//! is linear for longer.
 
 use std::ops::Range;
 
@@ -16,15 +20,18 @@ const FEWEST: usize = 4;
 /// Kind of a branch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BranchKind {
-    /// The displacement increases.
+    /// The displacement increases, or the force if the machine controls the force.
     Loading,
     /// The displacement is constant.
     Hold,
-    /// The displacement decreases.
+    /// The force is constant, and the displacement may change: creep.
+    ForceHold,
+    /// The displacement decreases, or the force if the machine controls the force.
     Unloading,
 }
 
-/// Consecutive readings of a curve in which the displacement increases, is constant, or decreases.
+/// Consecutive readings of a curve in which the controlled value (displacement or force) increases, is constant, or
+/// decreases.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Branch {
     pub kind: BranchKind,
@@ -32,30 +39,91 @@ pub struct Branch {
     pub readings: Range<usize>,
 }
 
-/// Returns the branches of a curve. Displacements that differ by at most `tolerance_mm` count as equal. Returns no branch
-/// if the times decrease anywhere, or if there are fewer than two readings.
-pub fn branches(time_s: &[f64], displacement_mm: &[f64], tolerance_mm: f64) -> Vec<Branch> {
-    let count = displacement_mm.len();
+/// Values that the machine may control, with the largest difference of values that count as equal.
+#[derive(Clone, Copy, Debug)]
+pub struct Controlled<'a> {
+    pub values: &'a [f64],
+    pub tolerance: f64,
+}
+
+impl Controlled<'_> {
+    /// Returns the indices of the first reading, the corners and the last reading.
+    fn corners(&self, time_s: &[f64]) -> Vec<usize> {
+        moved(time_s, self.values, &corners(time_s, self.values, self.tolerance))
+    }
+
+    /// Returns −1, 0 or 1 for values that decrease, are equal or increase between two readings.
+    fn direction(&self, from: usize, to: usize) -> i8 {
+        let change = self.values[to] - self.values[from];
+        i8::from(change > self.tolerance) - i8::from(change < -self.tolerance)
+    }
+}
+
+/// Returns the branches of a curve whose machine controls the displacement, and in some branches the force (`force`).
+/// Noise displaces a corner by at most `corner_shift` readings.
+///
+/// Returns no branch if the times decrease anywhere, or if there are fewer than two readings.
+pub fn branches(
+    time_s: &[f64],
+    displacement: Controlled<'_>,
+    force: Option<Controlled<'_>>,
+    corner_shift: usize,
+) -> Vec<Branch> {
+    let count = displacement.values.len();
     let ascends = time_s.windows(2).all(|pair| pair[0] <= pair[1]);
-    if count < 2 || time_s.len() != count || !ascends {
+    let is_complete = time_s.len() == count && force.is_none_or(|f| f.values.len() == count);
+    if count < 2 || !is_complete || !ascends {
         return Vec::new();
     }
-    let corners = moved(time_s, displacement_mm, &corners(time_s, displacement_mm, tolerance_mm));
+    let of_displacement = displacement.corners(time_s);
+    let of_force = force.map(|force| (force, force.corners(time_s)));
     let mut branches: Vec<Branch> = Vec::new();
-    for ends in corners.windows(2) {
-        let change_mm = displacement_mm[ends[1]] - displacement_mm[ends[0]];
-        let kind = match change_mm {
-            change_mm if change_mm > tolerance_mm => BranchKind::Loading,
-            change_mm if change_mm < -tolerance_mm => BranchKind::Unloading,
+    let mut from = 0;
+    while from + 1 < count {
+        let end = next_corner(&of_displacement, from, 0);
+        let by_displacement = match displacement.direction(from, end) {
+            1 => BranchKind::Loading,
+            -1 => BranchKind::Unloading,
             _ => BranchKind::Hold,
         };
+        let (mut kind, mut to) = (by_displacement, end);
+        if let Some((force, corners)) = &of_force {
+            let end_of_force = next_corner(corners, from, corner_shift);
+            // if both are linear equally long, a constant value is the controlled one
+            let direction = force.direction(from, end_of_force);
+            let is_tie = end_of_force.abs_diff(end) <= corner_shift.min((end - from) / 10);
+            let is_force_hold = is_tie && direction == 0 && by_displacement != BranchKind::Hold;
+            if (end_of_force > end && !is_tie) || is_force_hold {
+                to = end_of_force;
+                kind = match direction {
+                    1 => BranchKind::Loading,
+                    -1 => BranchKind::Unloading,
+                    _ => BranchKind::ForceHold,
+                };
+            }
+        }
         match branches.last_mut() {
             // a change of the speed alone does not start a new branch
-            Some(last) if last.kind == kind => last.readings.end = ends[1] + 1,
-            _ => branches.push(Branch { kind, readings: ends[0]..ends[1] + 1 }),
+            Some(last) if last.kind == kind => last.readings.end = to + 1,
+            _ => branches.push(Branch { kind, readings: from..to + 1 }),
         }
+        from = to;
     }
     branches
+}
+
+/// Returns the first corner after the reading `from`. A corner at most `nearest` readings after `from` is skipped if
+/// another corner follows: noise has moved it away from `from`.
+fn next_corner(corners: &[usize], from: usize, nearest: usize) -> usize {
+    let last = corners.last().copied().unwrap_or(from + 1);
+    let mut later = corners.iter().copied().filter(|corner| *corner > from);
+    let first = later.next().unwrap_or(last);
+    // few readings per branch: a near corner is another corner
+    let following = later.next().filter(|following| following - from > 4 * nearest);
+    match following {
+        Some(following) if first - from <= nearest => following,
+        _ => first,
+    }
 }
 
 /// Returns the readings of the first loading of a curve with branches: the readings of loading branches whose
@@ -109,7 +177,7 @@ fn moved(time_s: &[f64], u: &[f64], corners: &[usize]) -> Vec<usize> {
     moved
 }
 
-/// Displacement as a linear function of time.
+/// Displacement or force as a linear function of time.
 struct Straight {
     time_s: f64,
     displacement_mm: f64,
@@ -181,6 +249,45 @@ mod tests {
         (time_s, u)
     }
 
+    fn by_displacement(time_s: &[f64], u: &[f64], tolerance: f64) -> Vec<Branch> {
+        branches(time_s, Controlled { values: u, tolerance }, None, 0)
+    }
+
+    /// A ramp in displacement with a curved force, a ramp in force, a hold of the force with creep, unloading in force,
+    /// and a hold of the displacement with a rising force.
+    #[test]
+    fn branches_with_a_controlled_force_are_found() {
+        use BranchKind::{ForceHold, Hold, Loading, Unloading};
+        let ends = [1.0, 2.0, 8.0, 9.0, 12.0].map(|time_s| (time_s, 0.0));
+        let time_s = readings(&ends, 40).0;
+        for noise_sd in [0.0, 0.02] {
+            let normal = Normal::new(0.0, 1.0).unwrap();
+            let mut rng = Xoshiro256PlusPlus::seed_from_u64(11);
+            let mut read = |(u, f): (f64, f64)| {
+                let mut noisy = |x: f64, sd: f64| x + sd * normal.sample(&mut rng);
+                (noisy(u, 1e-3 * noise_sd), noisy(f, noise_sd))
+            };
+            let exact = |t: f64| match t {
+                t if t <= 1.0 => (0.05 * t, 50.0 * t.powf(0.8)),
+                t if t <= 2.0 => (0.05 + 0.03 * (t - 1.0).powi(2), 50.0 + 40.0 * (t - 1.0)),
+                t if t <= 8.0 => (0.08 + 0.03 * (1.0 - (2.0 - t).exp()), 90.0),
+                t if t <= 9.0 => (0.11 - 0.06 * (t - 8.0).powf(1.2), 90.0 - 80.0 * (t - 8.0)),
+                _ => (0.05, 10.0 + 15.0 * (1.0 - (9.0 - t).exp())),
+            };
+            let (u, f): (Vec<f64>, Vec<f64>) = time_s.iter().map(|&t| read(exact(t))).unzip();
+            let displacement = Controlled { values: &u, tolerance: (8e-3 * noise_sd).max(1e-7) };
+            let force = Controlled { values: &f, tolerance: (8.0 * noise_sd).max(1e-4) };
+            let found =
+                branches(&time_s, displacement, Some(force), if noise_sd > 0.0 { 5 } else { 0 });
+            let kinds: Vec<BranchKind> = found.iter().map(|b| b.kind).collect();
+            assert_eq!(kinds, [Loading, ForceHold, Unloading, Hold], "{noise_sd}: {found:?}");
+            let starts = [0, 80, 120, 160];
+            for (branch, start) in found.iter().zip(starts) {
+                assert!(branch.readings.start.abs_diff(start) <= 5, "{noise_sd}: {found:?}");
+            }
+        }
+    }
+
     const PROGRAM: [(f64, f64); 5] =
         [(0.01, 0.02), (20.0, 0.02), (21.0, 0.005), (21.5, 0.005), (23.0, 0.04)];
     const KINDS: [BranchKind; 5] = [
@@ -195,7 +302,7 @@ mod tests {
     fn exact_readings_have_the_branches_of_their_program() {
         for n in [1, 2, 7, 40] {
             let (time_s, u) = readings(&PROGRAM, n);
-            let detected = branches(&time_s, &u, 1e-9);
+            let detected = by_displacement(&time_s, &u, 1e-9);
             assert_eq!(detected.iter().map(|b| b.kind).collect::<Vec<_>>(), KINDS, "{n}");
             for (k, branch) in detected.iter().enumerate() {
                 assert_eq!(branch.readings, k * n..(k + 1) * n + 1);
@@ -215,7 +322,7 @@ mod tests {
         for seed in 0..50 {
             let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
             let u: Vec<f64> = exact.iter().map(|x| x + noise.sample(&mut rng)).collect();
-            let detected = branches(&time_s, &u, 8.0 * sd);
+            let detected = by_displacement(&time_s, &u, 8.0 * sd);
             assert_eq!(detected.iter().map(|b| b.kind).collect::<Vec<_>>(), KINDS, "{seed}");
             for (k, branch) in detected.iter().enumerate() {
                 let off = branch.readings.start.abs_diff(k * n);
@@ -228,10 +335,10 @@ mod tests {
     fn a_straight_test_and_a_change_of_speed_are_one_branch() {
         let (time_s, u) = readings(&[(1.0, 0.1), (5.0, 0.2)], 10);
         let only = Branch { kind: BranchKind::Loading, readings: 0..21 };
-        assert_eq!(branches(&time_s, &u, 1e-9), [only]);
+        assert_eq!(by_displacement(&time_s, &u, 1e-9), [only]);
         let back: Vec<f64> = time_s.iter().rev().copied().collect();
-        assert_eq!(branches(&back, &u, 1e-9), []);
-        assert_eq!(branches(&[], &u, 1e-9), []);
-        assert_eq!(branches(&[0.0], &[0.0], 1e-9), []);
+        assert_eq!(by_displacement(&back, &u, 1e-9), []);
+        assert_eq!(by_displacement(&[], &u, 1e-9), []);
+        assert_eq!(by_displacement(&[0.0], &[0.0], 1e-9), []);
     }
 }

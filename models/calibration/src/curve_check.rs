@@ -28,6 +28,8 @@ const GAP: f64 = 0.15;
 /// Tolerance for equal displacements of a load program, as a fraction of the range of all displacements. A larger noise
 /// increases the tolerance.
 const EQUAL: f64 = 0.005;
+/// Number of readings by which noise may displace the corner of a load program.
+const CORNER_SHIFT: usize = 5;
 
 /// Curve with the findings of its checks.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,6 +45,15 @@ pub struct InspectedCurve {
     /// Displacement (mm) at which loading begins after the approach of the platen or an offset; 0 if loading begins at
     /// the start of the curve or with a soft start.
     onset_mm: f64,
+}
+
+/// What the checks of a curve with a load program depend on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct CheckedProgram {
+    /// Whether the machine controls the force in some of the branches.
+    pub prescribes_force: bool,
+    /// Whether a quantity needs the peak of the curve.
+    pub needs_peak: bool,
 }
 
 impl InspectedCurve {
@@ -61,7 +72,7 @@ impl InspectedCurve {
     }
 
     /// Checks the record of a test with a load program. Hold, unloading and reloading are kept as branches; the checks
-    /// concern the first loading. Peak and toe are checked only if `needs_peak`.
+    /// concern the first loading. Peak and toe are checked only if a quantity needs the peak.
     ///
     /// The branches are found in the record, because the machine controls the displacement of its crosshead. The prepared
     /// curve is the curve of the specimen, without compliance and force offset of the machine.
@@ -69,7 +80,7 @@ impl InspectedCurve {
         record: &TestCurve,
         machine: &Machine,
         slope_fraction: f64,
-        needs_peak: bool,
+        program: CheckedProgram,
     ) -> Self {
         let mut check = Self::unchecked(record);
         if let Some(finding) = times(record) {
@@ -81,7 +92,16 @@ impl InspectedCurve {
         let range = u.iter().copied().fold(f64::NEG_INFINITY, f64::max) - least;
         let tolerance_mm = (EQUAL * range).max(NOISE_BACK * noise_of_displacement(u));
         // without the compliance of the machine, the displacement is constant in a hold
-        check.prepared = machine.specimen(&check.prepared).with_branches(tolerance_mm);
+        let specimen = machine.specimen(&check.prepared);
+        check.prepared = match program.prescribes_force {
+            true => {
+                let largest_n = specimen.force_n.iter().copied().fold(0.0, f64::max);
+                let noise_n = noise_of_displacement(&specimen.force_n);
+                let tolerance_n = (EQUAL * largest_n).max(NOISE_BACK * noise_n);
+                specimen.with_force_branches(tolerance_mm, tolerance_n, CORNER_SHIFT)
+            }
+            false => specimen.with_branches(tolerance_mm),
+        };
         let loading = match check.prepared.first_loading() {
             Some(readings) => check.prepared.picked(&readings),
             None => check.prepared.clone(),
@@ -91,7 +111,7 @@ impl InspectedCurve {
             return check;
         }
         check.inspect_rise(&loading);
-        if needs_peak {
+        if program.needs_peak {
             check.inspect_peak(&loading, slope_fraction);
         }
         let of_origin =

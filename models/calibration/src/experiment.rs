@@ -17,7 +17,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::branch::{Branch, branches, first_loading};
+use crate::branch::{Branch, Controlled, branches, first_loading};
 use crate::error::InputError;
 use crate::table::to_csv;
 
@@ -42,9 +42,27 @@ impl TestCurve {
 
     /// Finds the branches of the curve from its times. Displacements that differ by at most `tolerance_mm` count as
     /// equal. A curve without hold and unloading has no branches.
-    pub fn with_branches(mut self, tolerance_mm: f64) -> Self {
-        let branches_of_curve = branches(&self.time_s, &self.displacement_mm, tolerance_mm);
-        self.branches = if branches_of_curve.len() > 1 { branches_of_curve } else { Vec::new() };
+    pub fn with_branches(self, tolerance_mm: f64) -> Self {
+        self.divided(tolerance_mm, None, 0)
+    }
+
+    /// Finds the branches of the curve as [`with_branches`](Self::with_branches) does, for a machine that controls the
+    /// force in some of the branches. Forces that differ by at most `tolerance_n` count as equal. `corner_shift` is the
+    /// number of readings by which noise may displace a corner; 0 for a simulated curve.
+    pub fn with_force_branches(
+        self,
+        tolerance_mm: f64,
+        tolerance_n: f64,
+        corner_shift: usize,
+    ) -> Self {
+        self.divided(tolerance_mm, Some(tolerance_n), corner_shift)
+    }
+
+    fn divided(mut self, tolerance_mm: f64, tolerance_n: Option<f64>, corner_shift: usize) -> Self {
+        let displacement = Controlled { values: &self.displacement_mm, tolerance: tolerance_mm };
+        let force = tolerance_n.map(|tolerance| Controlled { values: &self.force_n, tolerance });
+        let found = branches(&self.time_s, displacement, force, corner_shift);
+        self.branches = if found.len() > 1 { found } else { Vec::new() };
         self
     }
 

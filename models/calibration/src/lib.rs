@@ -85,10 +85,10 @@ pub use further_test::{Belief, Expected, FurtherTest, FurtherTestError, Goal, Ne
 pub use machine::Machine;
 pub use prior::{Prior, PriorBounds, PriorFamily, PriorKey};
 pub use qoi::{
-    CurveRates, DisplacementAtPeak, EnergyToPeak, Extent, ForceAt, ForceAtTime,
-    HomogeneousCylinder, HysteresisEnergy, PeakForce, PeakedCurve, PostPeakSlope, Qoi, QoiError,
-    QoiRegistry, Qois, Quantity, RelativeForce, RelaxedFraction, Slope, TableColumn, Unit,
-    UnloadingSlope,
+    CreepDisplacement, CurveRates, DisplacementAtPeak, DisplacementAtTime, EnergyToPeak, Extent,
+    ForceAt, ForceAtTime, HomogeneousCylinder, HysteresisEnergy, PeakForce, PeakedCurve,
+    PostPeakSlope, Qoi, QoiError, QoiRegistry, Qois, Quantity, RelativeForce, RelaxedFraction,
+    Slope, TableColumn, Unit, UnloadingSlope,
 };
 pub use record::{Compression, Decimal, Encoding, ReadOptions, Separator};
 pub use validation::{Coverage, Deviation, Prediction, PredictionError};

@@ -8,11 +8,12 @@
 //! 3. `curve`, `definition`: a curve with its peak, and the interface of a quantity
 //! 4. `slope`, `peak_force`, `displacement_at_peak`, `energy_to_peak`: quantities up to the peak
 //! 5. `post_peak_slope`, `relative_force`, `force_at`: quantities of the branch past the peak and of the shape
-//! 6. `force_at_time`, `relaxed_fraction`, `unloading_slope`, `hysteresis_energy`: quantities of any branch of a load
-//!    program, which need no peak
+//! 6. `force_at_time`, `relaxed_fraction`, `creep_displacement`, `unloading_slope`, `hysteresis_energy`: quantities of
+//!    any branch of a load program, which need no peak
 //! 7. `table_column`: quantities that are reported in tables, without a curve
 //! 7. `quantity`, `qois`: the registry, and quantities of one curve
 
+mod creep_displacement;
 mod curve;
 mod definition;
 mod displacement_at_peak;
@@ -42,6 +43,7 @@ mod unloading_slope;
 #[cfg(test)]
 mod program_tests;
 
+pub use creep_displacement::CreepDisplacement;
 pub use curve::{CurveRates, PeakedCurve};
 pub use definition::{HomogeneousCylinder, Qoi};
 pub use displacement_at_peak::DisplacementAtPeak;
@@ -49,7 +51,7 @@ pub use energy_to_peak::EnergyToPeak;
 pub use error::QoiError;
 pub use extent::Extent;
 pub use force_at::ForceAt;
-pub use force_at_time::ForceAtTime;
+pub use force_at_time::{DisplacementAtTime, ForceAtTime};
 pub use hysteresis_energy::HysteresisEnergy;
 pub use line::{Line, Window, slope_line};
 pub use peak_force::PeakForce;

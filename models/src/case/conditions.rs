@@ -1,10 +1,15 @@
 //! Boundary conditions of a body that is not compressed between platens.
 
+use std::path::{Path, PathBuf};
+
 use fem::{Axis, Conditions};
 use serde::{Deserialize, Serialize};
 
-/// `[conditions]`: boundary conditions on named surfaces, instead of platens. Displacements and loads are values at the
-/// end of the test; they grow in proportion to the time.
+use crate::error::InputError;
+use crate::table::CsvTable;
+
+/// `[conditions]`: boundary conditions on named surfaces, instead of platens. Displacements and loads grow in proportion
+/// to the time up to their values at the end of the test, or follow a table of times and factors.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ConditionsCase {
@@ -17,6 +22,9 @@ pub struct ConditionsCase {
     /// Surfaces with a dead load.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub traction: Vec<TractionCase>,
+    /// Surfaces with a pressure.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub pressure: Vec<PressureCase>,
     /// Force per reference volume in N/mm³.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub body_force_n_per_mm3: Option<[f64; 3]>,
@@ -24,8 +32,63 @@ pub struct ConditionsCase {
     /// these motions.
     #[serde(default)]
     pub remove_rigid_motions: bool,
+    /// Factors of all displacements and loads without their own table, as a function of time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub table: Option<TimeTable>,
     /// Surface and direction for which the curve of force and displacement is recorded.
     pub measure: MeasureCase,
+    /// Two points of the body between which the displacement of the curve is measured, along `measure.direction`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub extensometer: Option<ExtensometerCase>,
+}
+
+/// Factors by which a displacement or load is multiplied, as a function of time: the points (s, factor), or the name of a
+/// CSV file with the columns `time_s` and `factor`. A case that has been read contains the points.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum TimeTable {
+    /// Times in s and factors, in the order of time. The factor is linear between the points, begins with 0 at 0 s unless
+    /// the first point lies at 0 s, and is constant after the last point.
+    Points(Vec<[f64; 2]>),
+    /// A CSV file.
+    File(PathBuf),
+}
+
+/// An entry of `conditions.pressure`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PressureCase {
+    /// The surface.
+    pub surface: String,
+    /// Pressure on the surface in MPa at the end.
+    pub pressure_mpa: f64,
+    /// Direction and area of the pressure.
+    #[serde(default)]
+    pub kind: PressureKind,
+    /// Factors as a function of time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub table: Option<TimeTable>,
+}
+
+/// Direction and area of a pressure.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PressureKind {
+    /// Normal to the deformed surface, per deformed area: the pressure of a fluid.
+    #[default]
+    Follower,
+    /// Normal to the reference surface, per reference area: a dead load.
+    Dead,
+}
+
+/// `conditions.extensometer`: gauge points of an extensometer. Reference positions inside the body.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ExtensometerCase {
+    /// First gauge point in mm.
+    pub from_mm: [f64; 3],
+    /// Second gauge point in mm. Its displacement relative to the first point is measured.
+    pub to_mm: [f64; 3],
 }
 
 /// An entry of `conditions.prescribe`. Components without a value remain free.
@@ -46,6 +109,9 @@ pub struct PrescribeCase {
     /// Damage, constant during the test.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub damage: Option<f64>,
+    /// Factors of the displacement as a function of time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub table: Option<TimeTable>,
 }
 
 /// An entry of `conditions.traction`.
@@ -56,6 +122,9 @@ pub struct TractionCase {
     pub surface: String,
     /// Force per reference area in MPa at the end.
     pub vector_mpa: [f64; 3],
+    /// Factors as a function of time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub table: Option<TimeTable>,
 }
 
 /// `conditions.measure`: force and mean displacement of a surface along a direction.
@@ -75,17 +144,120 @@ impl PrescribeCase {
     }
 }
 
+impl TimeTable {
+    /// Returns the points; none for a file that has not been read.
+    pub(super) fn points(&self) -> &[[f64; 2]] {
+        match self {
+            Self::Points(points) => points,
+            Self::File(_) => &[],
+        }
+    }
+
+    /// Replaces the name of a file by its points. A relative path refers to `folder`.
+    ///
+    /// # Errors
+    /// Problem and help, if the file cannot be read.
+    fn read(&mut self, folder: &Path) -> Result<(), InputError> {
+        let Self::File(file) = self else { return Ok(()) };
+        let [time, factor] = ["time_s", "factor"];
+        let path = folder.join(&*file);
+        let table = CsvTable::read(&path, &[time, factor])?;
+        let points = table.rows().map(|row| Ok([row.number(time)?, row.number(factor)?]));
+        *self = Self::Points(points.collect::<Result<_, InputError>>()?);
+        Ok(())
+    }
+
+    /// Factor at a time in s.
+    fn at(&self, time_s: f64) -> f64 {
+        let points = self.points();
+        let after = points.partition_point(|point| point[0] < time_s);
+        let before = match after.checked_sub(1) {
+            Some(before) => points[before],
+            None => [0.0, 0.0],
+        };
+        match points.get(after) {
+            None => before[1],
+            // without a point at 0 s, the factor begins with 0
+            Some(&[end_s, end]) => {
+                let part = (time_s - before[0]) / (end_s - before[0]);
+                if part < 1.0 { before[1] + part * (end - before[1]) } else { end }
+            }
+        }
+    }
+}
+
+/// Factor of a displacement or load as a function of time.
+#[derive(Clone)]
+struct Growth {
+    table: Option<TimeTable>,
+    duration_s: f64,
+}
+
+impl Growth {
+    fn vector(&self, full: [f64; 3], time_s: f64) -> [f64; 3] {
+        full.map(|full| self.scalar(full, time_s))
+    }
+
+    fn scalar(&self, full: f64, time_s: f64) -> f64 {
+        match &self.table {
+            Some(table) => table.at(time_s) * full,
+            // this order of operations gives exactly the full value at the end of the test
+            None => time_s / self.duration_s * full,
+        }
+    }
+}
+
 impl ConditionsCase {
+    /// Returns the tables of all entries with their keys.
+    pub(super) fn tables(&self) -> Vec<(String, &TimeTable)> {
+        let named = |list: &str, surface: &str| format!("conditions.{list} ({surface}).table");
+        let prescribed = self.prescribe.iter();
+        let prescribed = prescribed.map(|p| (named("prescribe", &p.surface), p.table.as_ref()));
+        let tractions = self.traction.iter();
+        let tractions = tractions.map(|t| (named("traction", &t.surface), t.table.as_ref()));
+        let pressures = self.pressure.iter();
+        let pressures = pressures.map(|p| (named("pressure", &p.surface), p.table.as_ref()));
+        let common = std::iter::once(("conditions.table".to_owned(), self.table.as_ref()));
+        let all = prescribed.chain(tractions).chain(pressures).chain(common);
+        all.filter_map(|(key, table)| Some((key, table?))).collect()
+    }
+
+    /// Replaces the names of files by the points in the files. Relative paths refer to `folder`.
+    ///
+    /// # Errors
+    /// One error for each file that cannot be read.
+    pub(super) fn read_tables(&mut self, folder: &Path) -> Vec<InputError> {
+        let prescribed = self.prescribe.iter_mut().filter_map(|p| p.table.as_mut());
+        let tractions = self.traction.iter_mut().filter_map(|t| t.table.as_mut());
+        let pressures = self.pressure.iter_mut().filter_map(|p| p.table.as_mut());
+        let all = prescribed.chain(tractions).chain(pressures).chain(self.table.as_mut());
+        all.filter_map(|table| table.read(folder).err()).collect()
+    }
+
+    /// Times in s, inside the duration of the test, at which the rate of a displacement or load changes.
+    pub(crate) fn corners_s(&self, duration_s: f64) -> Vec<f64> {
+        let tables = self.tables();
+        let times = tables.iter().flat_map(|(_, table)| table.points()).map(|point| point[0]);
+        let inside = |time_s: &f64| *time_s > 0.0 && *time_s < duration_s;
+        let mut corners: Vec<f64> = times.filter(inside).collect();
+        corners.sort_by(f64::total_cmp);
+        // times that differ by a rounding error are one corner
+        corners.dedup_by(|a, b| *a - *b <= 1e-9 * duration_s);
+        corners
+    }
+
     /// Converts to the conditions of `fem` for a test of the given duration in seconds.
     pub(crate) fn in_fem(&self, duration_s: f64) -> Conditions {
-        // this order of operations gives exactly the full value at the end of the test
-        let grown = move |full: [f64; 3], time_s: f64| full.map(|f| time_s / duration_s * f);
+        let growth = |table: &Option<TimeTable>| {
+            let table = table.as_ref().or(self.table.as_ref()).cloned();
+            Growth { table, duration_s }
+        };
         let mut all = Conditions::new().described_as(format!("{self:?} in {duration_s} s"));
         for entry in &self.prescribe {
             let components = entry.components();
             let axes = Axis::ALL.into_iter().filter(|&axis| components[axis as usize].is_some());
-            let full = components.map(|c| c.unwrap_or(0.0));
-            all = all.prescribe(&entry.surface, axes, move |_, time_s| grown(full, time_s));
+            let (full, grown) = (components.map(|c| c.unwrap_or(0.0)), growth(&entry.table));
+            all = all.prescribe(&entry.surface, axes, move |_, time_s| grown.vector(full, time_s));
             if let Some(damage) = entry.damage {
                 all = all.prescribe_damage(&entry.surface, move |_, _| damage);
             }
@@ -93,16 +265,31 @@ impl ConditionsCase {
         for surface in &self.symmetry {
             all = all.symmetry(surface);
         }
-        for TractionCase { surface, vector_mpa } in &self.traction {
-            let full = *vector_mpa;
-            all = all.traction(surface, move |_, time_s| grown(full, time_s));
+        for TractionCase { surface, vector_mpa, table } in &self.traction {
+            let (full, grown) = (*vector_mpa, growth(table));
+            all = all.traction(surface, move |_, time_s| grown.vector(full, time_s));
+        }
+        for PressureCase { surface, pressure_mpa, kind, table } in &self.pressure {
+            let (full, grown) = (*pressure_mpa, growth(table));
+            let pressure = move |_, time_s| grown.scalar(full, time_s);
+            all = match kind {
+                PressureKind::Follower => all.follower_pressure(surface, pressure),
+                PressureKind::Dead => all.pressure(surface, pressure),
+            };
         }
         if let Some(full) = self.body_force_n_per_mm3 {
-            all = all.body_force(move |_, time_s| grown(full, time_s));
+            let grown = growth(&None);
+            all = all.body_force(move |_, time_s| grown.vector(full, time_s));
         }
         if self.remove_rigid_motions {
             all = all.remove_rigid_motions();
         }
-        all.measure(&self.measure.surface, self.measure.direction)
+        let MeasureCase { surface, direction } = &self.measure;
+        match self.extensometer {
+            Some(ExtensometerCase { from_mm, to_mm }) => {
+                all.measure_between(surface, *direction, [from_mm, to_mm])
+            }
+            None => all.measure(surface, *direction),
+        }
     }
 }

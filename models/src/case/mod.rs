@@ -57,7 +57,10 @@ pub use calibration::{
     Likelihood, Microstructure, QoiCase, SequentialCase, SurrogateCase,
 };
 pub(crate) use changed::changed_keys;
-pub use conditions::{ConditionsCase, MeasureCase, PrescribeCase, TractionCase};
+pub use conditions::{
+    ConditionsCase, ExtensometerCase, MeasureCase, PrescribeCase, PressureCase, PressureKind,
+    TimeTable, TractionCase,
+};
 pub use experiments::{ExperimentsCase, NoiseCase, Toe, VirtualCase};
 pub use fidelity::{FidelityCase, LevelCase};
 pub use free_parameters::FreeParameterCase;
@@ -124,7 +127,7 @@ pub struct Case {
     /// Several tests of the same material, which replace a single test.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tests: Vec<TestEntry>,
-    /// Boundary conditions that replace the platens; for a single simulation only.
+    /// Boundary conditions that replace the platens.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub conditions: Option<ConditionsCase>,
     /// Options of the solver.

@@ -56,6 +56,16 @@ fn visit_below(table: &mut Table, prefix: &str, visit: &mut dyn FnMut(&str, &mut
     if program.as_ref().and_then(|program_path| program_path.as_str()).is_some_and(has_folder) {
         visit_value(PROGRAM, program);
     }
+    let conditions = table.get_mut("conditions").and_then(Value::as_table_mut);
+    for (key, value) in conditions.into_iter().flatten() {
+        match value {
+            Value::Array(entries) if key != "table" => {
+                entries.iter_mut().for_each(|entry| absolute(case, entry.get_mut("table")));
+            }
+            value if key == "table" => absolute(case, Some(value)),
+            _ => {}
+        }
+    }
     let materials = table.get_mut("material").and_then(Value::as_table_mut);
     for (region, material) in materials.into_iter().flatten() {
         let path = ["plastic", "hardening", "table"];

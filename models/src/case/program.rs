@@ -1,6 +1,6 @@
 //! `test.program`: the load program of the top platen.
 
-use fem::ProgramPoint;
+use fem::{PlatenLoad, ProgramPoint};
 use serde::{Deserialize, Serialize};
 
 /// A point of `test.program`.
@@ -9,11 +9,10 @@ use serde::{Deserialize, Serialize};
 pub struct ProgramPointCase {
     /// Time in s.
     pub time_s: f64,
-    /// Displacement of the top platen at this time in mm.
+    /// Displacement of the top platen at this time in mm. A point has either a displacement or a force.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub displacement_mm: Option<f64>,
-    /// Force on the top platen at this time in N. No solver of this version controls the force: the validation of a case
-    /// refuses this key.
+    /// Force on the top platen at this time in N. The displacement of the platen is then a result.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub force_n: Option<f64>,
     /// Number of equal load steps of the segment that ends at this point.
@@ -22,9 +21,13 @@ pub struct ProgramPointCase {
 }
 
 impl ProgramPointCase {
-    /// Converts to the point of `fem`. The validation of the case requires a displacement.
+    /// Converts to the point of `fem`. The validation of the case requires a displacement or a force.
     pub(super) fn in_fem(&self) -> ProgramPoint {
-        let Self { time_s, displacement_mm, steps, .. } = *self;
-        ProgramPoint { time_s, displacement_mm: displacement_mm.unwrap_or(f64::NAN), steps }
+        let Self { time_s, displacement_mm, force_n, steps } = *self;
+        let load = match force_n {
+            Some(force_n) => PlatenLoad::Force(force_n),
+            None => PlatenLoad::Displacement(displacement_mm.unwrap_or(f64::NAN)),
+        };
+        ProgramPoint { time_s, load, steps }
     }
 }

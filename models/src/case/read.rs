@@ -62,6 +62,9 @@ impl CaseFile {
         case.complete();
         let mut file = Self { path: path.to_owned(), case, hardening_tables: Vec::new() };
         mistakes.extend(file.read_hardening().into_iter().map(|m| with_excerpt(m, text, path)));
+        let folder = file.path.with_file_name("");
+        let conditions = file.case.conditions.as_mut();
+        mistakes.extend(conditions.into_iter().flat_map(|all| all.read_tables(&folder)));
         let unexplained = file.validate().into_iter().filter(|mistake| !read.explains(mistake));
         mistakes.extend(unexplained.map(|mistake| with_excerpt(mistake, text, path)));
         (Some(file), mistakes)
@@ -285,8 +288,9 @@ fn locate(text: &str, span: Range<usize>) -> (String, String) {
 mod tests {
     use super::*;
     use crate::case::{
-        AdaptiveCase, ArcLengthCase, ConditionsCase, FreeParameterCase, ImageCase, InterfaceCase,
-        MeasureCase, PrescribeCase, ProgramPointCase, SimulatorCase, TractionCase,
+        AdaptiveCase, ArcLengthCase, ConditionsCase, ExtensometerCase, FreeParameterCase,
+        ImageCase, InterfaceCase, MeasureCase, PrescribeCase, PressureCase, PressureKind,
+        ProgramPointCase, SimulatorCase, TimeTable, TractionCase,
     };
     use crate::record::{Compression, Decimal, Encoding, ReadOptions, Separator};
 
@@ -354,12 +358,21 @@ mod tests {
                 y_mm: Some(0.0),
                 z_mm: Some(0.0),
                 damage: Some(1.0),
+                table: Some(TimeTable::Points(vec![[1.0, 1.0]])),
             }],
             symmetry: vec![surface()],
-            traction: vec![TractionCase { surface: surface(), vector_mpa: [0.0; 3] }],
+            traction: vec![TractionCase { surface: surface(), vector_mpa: [0.0; 3], table: None }],
+            pressure: vec![PressureCase {
+                surface: surface(),
+                pressure_mpa: 1.0,
+                kind: PressureKind::Dead,
+                table: None,
+            }],
             body_force_n_per_mm3: Some([0.0; 3]),
             remove_rigid_motions: true,
+            table: None,
             measure: MeasureCase { surface: surface(), direction: [0.0; 3] },
+            extensometer: Some(ExtensometerCase { from_mm: [0.0; 3], to_mm: [1.0; 3] }),
         });
         full.design.import = Some("runs.csv".into());
         full.simulator = Some(SimulatorCase {

@@ -22,7 +22,7 @@ pub struct TestCase {
     /// Duration of the test in s; not allowed with a load program. See [`TestCase::duration_s`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub duration_s: Option<f64>,
-    /// Load program of the top platen: the displacement is linear between these points, and begins at zero.
+    /// Load program of the top platen: displacement or force are linear between these points, and begin at zero.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub program: Option<Vec<ProgramPointCase>>,
     /// Temperature of the specimen in °C.
@@ -126,12 +126,15 @@ impl TestCase {
         }
     }
 
-    /// Speed of the platen while it first moves, mm/s; `None` if the platen does not move.
+    /// Speed of the platen while it first moves, mm/s; `None` if the platen does not move, or if the load program
+    /// prescribes a force at first.
     pub(crate) fn first_speed_mm_per_s(&self) -> Option<f64> {
         let Some(points) = self.program.as_deref() else {
             return Some(self.displacement_mm? / self.duration_s());
         };
-        let ends = points.iter().map(|point| (point.time_s, point.displacement_mm.unwrap_or(0.0)));
+        let is_moved = |point: &&ProgramPointCase| point.displacement_mm.is_some();
+        let moved = points.iter().take_while(is_moved);
+        let ends = moved.map(|point| (point.time_s, point.displacement_mm.unwrap_or(0.0)));
         let starts = [(0.0, 0.0)].into_iter().chain(ends.clone());
         let speeds = starts.zip(ends).map(|(from, to)| (to.1 - from.1) / (to.0 - from.0));
         speeds.into_iter().find(|speed| *speed > 0.0)

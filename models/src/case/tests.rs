@@ -559,10 +559,39 @@ fn conditions_replace_the_platens() {
     let case = parse("steps = 2", &good).unwrap().case;
     assert_eq!(CaseFile::parse(&case.to_toml(), Path::new("again.toml")).unwrap().case, case);
     let prior = "\n[prior]\nmatrix.young_mpa = [250.0, 300.0]";
+    parse("steps = 2", &format!("{good}{prior}")).unwrap();
+    let loads = "pressure = [{ surface = \"side\", pressure_mpa = 5.0, kind = \"dead\" }]\n\
+                 table = [[0.5, 1.0]]\nextensometer = { from_mm = [0, 0, 1], to_mm = [0, 0, 2] }";
+    let case = parse("steps = 2", &format!("{good}\n{loads}")).unwrap().case;
+    assert_eq!(CaseFile::parse(&case.to_toml(), Path::new("again.toml")).unwrap().case, case);
     for (test, conditions, parts) in [
         ("displacement_mm = 0.1", good.clone(), ["test.displacement_mm", "remove one of the two"]),
         ("platens = \"unilateral\"", good.clone(), ["test.platens", "replace the platens"]),
-        ("steps = 2", format!("{good}{prior}"), ["prior", "single simulations"]),
+        (
+            "steps = 2",
+            good.replace("x_mm = 0.1", "x_mm = 0.1, table = [[1.0, 1.0], [1.0, 0.0]]"),
+            ["prescribe (top).table = 1 s", "increase from point to point"],
+        ),
+        (
+            "steps = 2",
+            good.replace("x_mm = 0.1", "x_mm = 0.1, table = []"),
+            ["prescribe (top).table", "has no points"],
+        ),
+        (
+            "steps = 2",
+            good.replace("x_mm = 0.1", "x_mm = 0.1, table = \"missing.csv\""),
+            ["missing.csv", "does not exist"],
+        ),
+        (
+            "steps = 2",
+            format!("{good}\npressure = [{{ surface = \"side\", pressure_mpa = nan }}]"),
+            ["pressure (side).pressure_mpa = NaN", "the end"],
+        ),
+        (
+            "steps = 2",
+            format!("{good}\nextensometer = {{ from_mm = [0, 0, 1], to_mm = [0, 0, 1] }}"),
+            ["conditions.extensometer.to_mm", "same point"],
+        ),
         ("steps = 2", good.replace(measure, ""), ["[conditions]", "measure is missing"]),
         ("steps = 2", good.replace("x_mm = 0.1", ""), ["prescribe (top)", "prescribes no value"]),
         ("steps = 2", good.replace("x_mm = 0.1", "x_mm = nan"), ["(top).x_mm = NaN", "the end"]),

@@ -491,9 +491,12 @@ impl CaseCheck {
 /// Describes a load program by its first points.
 fn described(program: &[ProgramPointCase], steps: Option<u32>) -> String {
     let text = |point: &ProgramPointCase| {
-        let displacement_mm = point.displacement_mm.unwrap_or(f64::NAN);
+        let load = match point.force_n {
+            Some(force_n) => format!("{force_n} N"),
+            None => format!("{} mm", point.displacement_mm.unwrap_or(f64::NAN)),
+        };
         let steps = point.steps.or(steps).map(|steps| format!(" in {steps} steps"));
-        format!("{displacement_mm} mm at {} s{}", point.time_s, steps.unwrap_or_default())
+        format!("{load} at {} s{}", point.time_s, steps.unwrap_or_default())
     };
     let first: Vec<String> = program.iter().take(MOST_POINTS).map(text).collect();
     let rest = match program.len().saturating_sub(MOST_POINTS) {

@@ -86,6 +86,10 @@ impl ClosedForm {
     /// Creates the closed form of the softest phase of a case, with the bounds of the calibrated parameters; `None` if
     /// the test has no platens.
     pub(super) fn of(setup: &Setup<'_>, bounds: &BoundsCase) -> Option<Self> {
+        if setup.conditions.is_some() {
+            // the body is no cylinder between platens
+            return None;
+        }
         let speed = setup.test.first_speed_mm_per_s()?;
         let phase = |(region, material): (&String, &MaterialCase)| {
             let young = material.in_fem().ok()?.elasticity.young_mpa();

@@ -2,42 +2,66 @@
 
 use std::path::PathBuf;
 
+use fem::{PlatenLoad, ProgramPoint};
+
+use super::mesh_scale::{MeshScale, MeshSize};
 use super::specimen_notes::Notes;
 use crate::case::TestCase;
 use crate::error::InputError;
-use crate::experiment::{Specimen, SpecimenTable};
+use crate::experiment::SpecimenTable;
 
-/// Difference between the displacements of a curve and of the program, as a fraction of the largest displacement, above
+/// Difference between the displacements (or forces) of a curve and of the program, as a fraction of the largest one, above
 /// which a warning is reported.
 const NOTICEABLE: f64 = 0.05;
 /// Difference above which the curve is rejected: the case simulates another test.
 const ANOTHER_TEST: f64 = 0.25;
 
-/// Compares the displacement of each curve at the points of the load program with the program, scaled to the height of
-/// the specimen. Returns an error for each curve that follows another program. A curve that ends early is compared at the
-/// points that it reaches.
+/// Compares each curve with the load program, scaled to the size of the specimen: the displacement at the points with a
+/// displacement, and the force at the points with a force. Returns an error for each curve that follows another program.
+/// A curve that ends early is compared at the points that it reaches.
 pub(super) fn check_programs(
     test: &TestCase,
     table: &SpecimenTable,
-    height_mm: f64,
+    mesh: MeshSize,
     curve: &dyn Fn(&str) -> PathBuf,
     notes: &mut Notes,
 ) -> Vec<InputError> {
     let Ok(Some(program)) = test.load_program() else { return Vec::new() };
+    let largest_n = program.points().iter().filter_map(ProgramPoint::force_n).fold(0.0, f64::max);
     let mut mistakes = Vec::new();
     for specimen in &table.specimens {
-        let scale = specimen.height_mm / height_mm;
-        let largest_mm = scale * program.largest_mm();
+        let scale = MeshScale::of(specimen, Some(mesh));
         let differences = program.points().iter().filter_map(|point| {
-            let measured_mm = displacement_at(specimen, point.time_s)?;
-            Some((point.time_s, measured_mm, scale * point.displacement_mm))
+            let stated = match point.load {
+                PlatenLoad::Displacement(mm) => Stated {
+                    name: "displacement",
+                    unit: "mm",
+                    value: mm / scale.displacement,
+                    largest: program.largest_mm() / scale.displacement,
+                },
+                PlatenLoad::Force(force_n) => Stated {
+                    name: "force",
+                    unit: "N",
+                    value: force_n / scale.force,
+                    largest: largest_n / scale.force,
+                },
+            };
+            let values = match point.load {
+                PlatenLoad::Displacement(_) => &specimen.curve.displacement_mm,
+                PlatenLoad::Force(_) => &specimen.curve.force_n,
+            };
+            let measured = value_at(&specimen.curve.time_s, values, point.time_s)?;
+            Some((point.time_s, measured, stated))
         });
-        let part = |(_, measured, stated): &(f64, f64, f64)| (measured - stated).abs() / largest_mm;
+        let part = |(_, measured, stated): &(f64, f64, Stated)| {
+            (measured - stated.value).abs() / stated.largest
+        };
         let Some(worst) = differences.max_by(|a, b| part(a).total_cmp(&part(b))) else { continue };
-        let (time_s, measured_mm, stated_mm) = worst;
+        let (time_s, measured, Stated { name, unit, value, .. }) = &worst;
+        let size = if *unit == "mm" { "height" } else { "cross-section" };
         let problem = format!(
-            "has a displacement of {measured_mm:.4} mm at {time_s} s after its first reading, and test.program \
-             states {stated_mm:.4} mm at the height of the specimen"
+            "has a {name} of {measured:.4} {unit} at {time_s} s after its first reading, and test.program states \
+             {value:.4} {unit} at the {size} of the specimen"
         );
         let help = "Write the program of this test into the case, or remove the readings before its start.";
         if part(&worst) > ANOTHER_TEST {
@@ -45,21 +69,24 @@ pub(super) fn check_programs(
             mistakes.push(InputError::new(&file, "column time_s", "", problem, help));
         } else if part(&worst) > NOTICEABLE {
             notes.warn("program", format!("{} {problem}. {help}", specimen.id));
-            notes.list(
-                &specimen.id,
-                "program",
-                measured_mm - stated_mm,
-                format!("{problem}. {help}"),
-            );
+            notes.list(&specimen.id, "program", measured - value, format!("{problem}. {help}"));
         }
     }
     mistakes
 }
 
-/// Displacement (mm) at a time (s) after the first reading, linear between readings; `None` if the curve has no times or
-/// ends earlier.
-fn displacement_at(specimen: &Specimen, time_s: f64) -> Option<f64> {
-    let (times, u) = (&specimen.curve.time_s, &specimen.curve.displacement_mm);
+/// Value that a load program states for a specimen.
+struct Stated {
+    name: &'static str,
+    unit: &'static str,
+    value: f64,
+    /// Largest value of the same kind in the program.
+    largest: f64,
+}
+
+/// Value at a time (s) after the first reading, linear between readings; `None` if the curve has no times or ends
+/// earlier.
+fn value_at(times: &[f64], values: &[f64], time_s: f64) -> Option<f64> {
     let start_s = *times.first()?;
     let time_s = start_s + time_s;
     // the last reading of a test may precede the end of the program by a rounding error
@@ -68,7 +95,7 @@ fn displacement_at(specimen: &Specimen, time_s: f64) -> Option<f64> {
     let after = times.partition_point(|t| *t < time_s).clamp(1, times.len() - 1);
     let (from, to) = (times[after - 1], times[after]);
     let part = if to > from { (time_s - from) / (to - from) } else { 1.0 };
-    Some(u[after - 1] + part * (u[after] - u[after - 1]))
+    Some(values[after - 1] + part * (values[after] - values[after - 1]))
 }
 
 #[cfg(test)]
@@ -76,7 +103,7 @@ mod tests {
     use super::*;
     use crate::case::ProgramPointCase;
     use crate::case::{Case, CaseFile};
-    use crate::experiment::TestCurve;
+    use crate::experiment::{Specimen, TestCurve};
 
     fn specimen(id: &str, hold_mm: f64, start_s: f64) -> Specimen {
         let time_s: Vec<f64> = (0..=40).map(|i| start_s + 0.05 * f64::from(i)).collect();
@@ -116,7 +143,8 @@ mod tests {
         let mut notes = Notes::default();
         let curve = |id: &str| PathBuf::from(format!("curves/{id}.csv"));
         let table = SpecimenTable { specimens };
-        let mistakes = check_programs(&test, &table, 4.4, &curve, &mut notes);
+        let mesh = MeshSize::of_cylinder([4.4, 2.5]);
+        let mistakes = check_programs(&test, &table, mesh, &curve, &mut notes);
         assert_eq!(mistakes.len(), 1, "{mistakes:?}");
         let message = mistakes[0].to_string();
         for part in ["other.csv", "0.1000 mm at 2 s", "states 0.2000 mm"] {
@@ -124,6 +152,6 @@ mod tests {
         }
         assert!(matches!(notes.warnings(), [only] if only.starts_with("near has")));
         let straight = TestCase { program: None, ..test };
-        assert!(check_programs(&straight, &table, 4.4, &curve, &mut notes).is_empty());
+        assert!(check_programs(&straight, &table, mesh, &curve, &mut notes).is_empty());
     }
 }

@@ -3,7 +3,7 @@
 use super::experiment_inputs;
 use super::inputs::Inputs;
 use crate::case::Toe;
-use crate::curve_check::{Finding, InspectedCurve, Weight};
+use crate::curve_check::{CheckedProgram, Finding, InspectedCurve, Weight};
 use crate::experiment::TestCurve;
 use crate::machine::Machine;
 
@@ -11,25 +11,22 @@ use crate::machine::Machine;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Preparation {
     toe: Toe,
-    /// Whether the test has a load program, so that readings of hold and unloading are not removed.
-    follows_program: bool,
-    /// Whether the test has a load program and a quantity needs the peak of the curve.
-    needs_peak: bool,
+    /// The load program of the test, if any: readings of hold and unloading are then not removed.
+    program: Option<CheckedProgram>,
     machine: Machine,
 }
 
 impl Preparation {
     /// The preparation of a case.
     pub(super) fn of(inputs: &Inputs<'_>) -> Self {
-        let follows_program = inputs.test().program.is_some();
         let needs_peak = || inputs.qoi().quantities.iter().any(|quantity| quantity.needs_peak());
-        Self {
-            toe: experiment_inputs::toe(inputs),
-            follows_program,
+        let program = inputs.test().program.as_ref().map(|points| CheckedProgram {
+            prescribes_force: points.iter().any(|point| point.force_n.is_some()),
             // reading the key makes it an input of the stage
-            needs_peak: follows_program && needs_peak(),
-            machine: experiment_inputs::known_machine(inputs).machine(),
-        }
+            needs_peak: needs_peak(),
+        });
+        let machine = experiment_inputs::known_machine(inputs).machine();
+        Self { toe: experiment_inputs::toe(inputs), program, machine }
     }
 
     /// Whether displacements are measured from the displacement at which the force begins to rise.
@@ -50,10 +47,8 @@ impl Preparation {
         record: &TestCurve,
         slope_fraction: f64,
     ) -> (TestCurve, Vec<Finding>) {
-        if self.follows_program {
-            let needs_peak = self.needs_peak;
-            let seen =
-                InspectedCurve::of_program(record, &self.machine, slope_fraction, needs_peak);
+        if let Some(program) = self.program {
+            let seen = InspectedCurve::of_program(record, &self.machine, slope_fraction, program);
             return (seen.prepared, seen.findings);
         }
         let curve = self.specimen_curve(record);

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use fem::{
     ComputeDevice, CurvePoint, End, FemError, Homogenisation, Order, Outcome, PhaseField, Problem,
-    Ranks, RunRecord, RunStatus, SolverOptions, TetMesh, Unsupported,
+    Ranks, RunRecord, RunStatus, Schedule, SolverOptions, TetMesh, Unsupported,
 };
 
 use super::WorkflowError;
@@ -254,7 +254,10 @@ fn problem(rest: &Rest, parts: &SimulationParts, mesh: TetMesh) -> Result<Proble
     let builder = match &rest.conditions {
         Some(conditions) => Problem::builder(mesh)
             .conditions(conditions.in_fem(test.duration_s()))
-            .schedule(test.schedule(rest.steps)),
+            .schedule(Schedule {
+                corners_s: conditions.corners_s(test.duration_s()),
+                ..test.schedule(rest.steps)
+            }),
         None => test.compression(rest.steps)?.builder(mesh)?,
     };
     builder
@@ -269,8 +272,9 @@ fn problem(rest: &Rest, parts: &SimulationParts, mesh: TetMesh) -> Result<Proble
         .build()
 }
 
-/// Displacements of a simulation that differ by at most this fraction of the largest displacement count as equal.
-/// Displacements of a simulation are piecewise linear in time up to rounding errors.
+/// Displacements and forces of a simulation that differ by at most this fraction of the largest value count as equal. The
+/// value that the load program prescribes is piecewise linear in time up to rounding errors and the tolerance of the
+/// solver.
 const EQUAL: f64 = 1e-6;
 
 /// Converts a simulated curve to the form that a testing machine records: the first point is the unloaded start. Hold and
@@ -284,8 +288,13 @@ pub(super) fn recorded(points: &[CurvePoint]) -> TestCurve {
         time_s: all().map(|point| point.time_s).collect(),
         ..TestCurve::default()
     };
-    let largest_mm = curve.displacement_mm.iter().fold(0.0_f64, |most, u| most.max(u.abs()));
-    curve.with_branches(EQUAL * largest_mm)
+    let largest = |values: &[f64]| values.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    let (equal_mm, equal_n) =
+        (EQUAL * largest(&curve.displacement_mm), EQUAL * largest(&curve.force_n));
+    match points.iter().any(|point| point.force_is_prescribed) {
+        true => curve.with_force_branches(equal_mm, equal_n, 0),
+        false => curve.with_branches(equal_mm),
+    }
 }
 
 /// Returns the curve of a run as the machine of the run records it: with the compliance and the force offset that are
@@ -308,7 +317,7 @@ pub(super) fn recorded_with<'a>(
 pub(super) fn failure(end: &End) -> Option<FemError> {
     match end {
         End::Failed(error) => Some(error.clone()),
-        End::Displacement | End::BelowPeak | End::Interrupted => None,
+        End::Displacement | End::BelowPeak | End::LimitLoad | End::Interrupted => None,
     }
 }
 
@@ -380,7 +389,12 @@ pub(super) fn jacobian(record: &RunRecord, qoi: &QoiComparison) -> Result<Vec<Ve
         // the force at the unloaded start does not depend on the parameters
         let rates = derivatives.force_n.iter().map(|row| row[parameter]);
         let rates: Vec<f64> = iter::once(0.0).chain(rates).collect();
-        Qois::rates_of(&curve, qoi.slope_fraction, &qoi.quantities, &rates)
+        let moved = found.displacement_mm.iter().map(|row| row[parameter]);
+        let moved: Vec<f64> = match found.displacement_mm.is_empty() {
+            true => Vec::new(),
+            false => iter::once(0.0).chain(moved).collect(),
+        };
+        Qois::rates_along(&curve, qoi.slope_fraction, &qoi.quantities, &rates, &moved)
             .map_err(|error| format!("without derivatives: {error}"))
     };
     let columns = (0..derivatives.names.len()).map(column).collect::<Result<Vec<_>, _>>()?;

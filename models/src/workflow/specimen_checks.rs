@@ -89,19 +89,9 @@ pub(super) fn inspect(
             &mut notes,
         ));
         note_sizes(&table, mesh, &mut notes);
-        mistakes.extend(check_machine(
-            experiment_inputs::known_machine(inputs),
-            &table,
-            names.curve,
-            &mut notes,
-        ));
-        mistakes.extend(check_programs(
-            inputs.test(),
-            &table,
-            mesh.height_mm,
-            names.curve,
-            &mut notes,
-        ));
+        let machine = experiment_inputs::known_machine(inputs);
+        mistakes.extend(check_machine(machine, &table, names.curve, &mut notes));
+        mistakes.extend(check_programs(inputs.test(), &table, mesh, names.curve, &mut notes));
     }
     let (qoi, preparation) = (inputs.qoi(), Preparation::of(inputs));
     let mut toes = Vec::new();

@@ -51,6 +51,8 @@ pub struct ContactPoint {
 pub(crate) struct Contact {
     pub(crate) surface: String,
     platen: Platen,
+    /// Direction of the platen if its load program prescribes a force.
+    driven: Option<Vector3<f64>>,
     /// Nodes that the platen can touch: node number, area (mm²), reference position (mm).
     nodes: Vec<(u32, f64, Vector3<f64>)>,
     /// Face size: square root of the mean nodal area, mm.
@@ -67,6 +69,7 @@ impl Contact {
     pub(crate) fn new(
         surface: &str,
         platen: Platen,
+        driven: Option<[f64; 3]>,
         domain: &dyn Domain,
         triangles: &[[u32; 3]],
     ) -> Result<Self, FemError> {
@@ -88,7 +91,8 @@ impl Contact {
         let (all, total) = (nodes.len(), nodes.iter().map(|n| n.1).sum::<f64>());
         let size = (total / all.max(1) as f64).sqrt();
         let (places, owned) = ((0..all as u32).collect(), vec![true; all]);
-        Ok(Self { surface: surface.into(), platen, nodes, size, places, all, owned })
+        let driven = driven.map(Vector3::from);
+        Ok(Self { surface: surface.into(), platen, driven, nodes, size, places, all, owned })
     }
 
     /// Returns the same contact, restricted to the nodes that a part of the mesh contains.
@@ -116,6 +120,11 @@ impl Contact {
         self.own_of(&self.places).copied()
     }
 
+    /// Whether the load program of the platen prescribes a force.
+    pub(crate) fn is_driven(&self) -> bool {
+        self.driven.is_some()
+    }
+
     /// Returns the number of nodes that can touch the platen.
     pub(crate) fn count(&self) -> usize {
         self.nodes.len()
@@ -140,8 +149,11 @@ impl Contact {
 pub(crate) struct ContactStep {
     platen: Platen,
     pub(crate) surface: String,
-    /// Displacement of the platen at the end of the increment, mm.
+    /// Displacement of the platen at the end of the increment, mm, without the displacement along `driven`.
     travel: Vector3<f64>,
+    /// Direction of the platen if its load program prescribes a force, and its displacement along this direction at the
+    /// start of the increment, mm.
+    driven: Option<(Vector3<f64>, f64)>,
     /// Duration of the increment, s.
     duration: f64,
     /// Penalty γ, MPa/mm.
@@ -161,7 +173,7 @@ struct Node {
     area: f64,
     position: Vector3<f64>,
     /// Displacement that the node would have if it stuck to the platen during the increment: its displacement u_n at
-    /// the start, plus the displacement of the platen in the increment, mm.
+    /// the start, plus the displacement of the platen in the increment (without the displacement along `driven`), mm.
     carried: Vector3<f64>,
     /// Contact pressure p, MPa.
     pressure: f64,
@@ -202,6 +214,7 @@ impl ContactStep {
             platen: contact.platen.clone(),
             surface: contact.surface.clone(),
             travel,
+            driven: contact.driven.map(|direction| (direction, before.platen_mm)),
             duration,
             penalty: PENALTY * modulus_mpa / size,
             touch: TOUCH * size,
@@ -223,7 +236,8 @@ impl ContactStep {
     /// Returns gap, normal and curvature of the platen at a node.
     fn proximity(&self, node: &Node, fields: &Fields) -> Proximity {
         let u = Vector3::from(fields.displacement[node.node as usize]);
-        self.platen.proximity(node.position, u - self.travel)
+        let driven = self.driven.map_or(Vector3::zeros(), |(along, _)| along * fields.platen_mm);
+        self.platen.proximity(node.position, u - self.travel - driven)
     }
 
     /// Returns the augmented pressure p_γ = ⟨p + γ (−g)⟩₊ for the pressure p, the penalty γ and the gap g, MPa.
@@ -240,7 +254,9 @@ impl ContactStep {
     /// Returns the velocity v_t at which the node slides on the platen, mm/s.
     fn slip(&self, node: &Node, proximity: &Proximity, fields: &Fields) -> Vector3<f64> {
         let u = Vector3::from(fields.displacement[node.node as usize]);
-        let v = (u - node.carried) / self.duration;
+        let since = |(along, start_mm): (Vector3<f64>, f64)| along * (fields.platen_mm - start_mm);
+        let carried = node.carried + self.driven.map_or(Vector3::zeros(), since);
+        let v = (u - carried) / self.duration;
         v - proximity.normal * proximity.normal.dot(&v)
     }
 
@@ -309,6 +325,11 @@ impl ContactStep {
             let block = block * node.area;
             (node.node, std::array::from_fn(|i| std::array::from_fn(|j| block[(i, j)])))
         })
+    }
+
+    /// Whether the load program of the platen prescribes a force.
+    pub(crate) fn is_driven(&self) -> bool {
+        self.driven.is_some()
     }
 
     /// Returns the derivatives of the contact forces with respect to a parameter θ that keep the gaps closed, N per

@@ -8,7 +8,7 @@ mod schedule;
 mod steps;
 
 pub use controller::{Progress, Step, StepController};
-pub use program::{LoadProgram, ProgramPoint};
+pub use program::{LoadProgram, PlatenLoad, ProgramPoint};
 pub use program_steps::{ProgramSteps, SegmentSteps};
 pub use schedule::Schedule;
 pub use steps::{AdaptiveSteps, ArcLength, FixedSteps};

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::clock::{SAME, is_later};
 use super::controller::StepController;
-use super::program::LoadProgram;
+use super::program::{LoadProgram, PlatenLoad};
 use super::program_steps::SegmentSteps;
 use super::steps::{AdaptiveSteps, FixedSteps, check};
 use crate::boundary::Conditions;
@@ -20,17 +20,26 @@ pub struct Schedule {
     pub steps: Arc<dyn StepController>,
     /// Fraction of the peak force below which the run stops: 0.1 stops at 90 % of the peak. With corners, the criterion
     /// applies only while the displacement exceeds all earlier displacements, and not during hold, unloading and
-    /// reloading.
+    /// reloading, and never where the force is prescribed.
     pub stop_below_peak: Option<f64>,
     /// Times at which the speed of the load changes (*corners*), s, in ascending order, without start and end. A load
     /// step ends at each corner, and the initial guess of the next step is not extrapolated.
     pub corners_s: Vec<f64>,
+    /// Load program of the platen, if the program prescribes a force. The conditions then contain this platen, see
+    /// [`CompressionTest`](crate::CompressionTest).
+    pub force_program: Option<LoadProgram>,
 }
 
 impl Schedule {
     /// Creates a schedule with the steps of a controller.
     pub fn new(duration_s: f64, steps: impl StepController + 'static) -> Self {
-        Self { duration_s, steps: Arc::new(steps), stop_below_peak: None, corners_s: Vec::new() }
+        Self {
+            duration_s,
+            steps: Arc::new(steps),
+            stop_below_peak: None,
+            corners_s: Vec::new(),
+            force_program: None,
+        }
     }
 
     /// Creates a schedule with equal steps: [`FixedSteps`].
@@ -46,7 +55,8 @@ impl Schedule {
     /// Creates the schedule of a load program: its duration, its corners, and its steps.
     pub fn of_program(program: &LoadProgram, usual: SegmentSteps) -> Self {
         let corners_s = program.corners_s();
-        Self { corners_s, ..Self::new(program.duration_s(), program.steps(usual)) }
+        let force_program = program.prescribes_force().then(|| program.clone());
+        Self { corners_s, force_program, ..Self::new(program.duration_s(), program.steps(usual)) }
     }
 
     /// Returns the position of the first corner after `passed`, or the position of the end if no corner
@@ -56,10 +66,23 @@ impl Schedule {
         corners.filter(|&corner| is_later(corner, passed)).fold(1.0, f64::min)
     }
 
+    /// Returns the position of the last corner at or before `passed`, or the start if there is none. Positions are
+    /// fractions of the duration.
+    pub(crate) fn last_corner(&self, passed: f64) -> f64 {
+        let corners = self.corners_s.iter().map(|time_s| time_s / self.duration_s);
+        corners.filter(|&corner| !is_later(corner, passed)).fold(0.0, f64::max)
+    }
+
     /// Whether the load has a corner at a position, given as a fraction of the duration.
     pub(crate) fn is_corner(&self, position: f64) -> bool {
         let is_here = |time_s: &f64| (time_s / self.duration_s - position).abs() <= SAME;
         self.corners_s.iter().any(is_here)
+    }
+
+    /// Whether the force of the platen is prescribed at a position, given as a fraction of the duration.
+    pub(crate) fn prescribes_force_at(&self, position: f64) -> bool {
+        let load = |program: &LoadProgram| program.load_at(position * self.duration_s, [0.0; 2]);
+        matches!(self.force_program.as_ref().map(load), Some(PlatenLoad::Force(_)))
     }
 
     /// Distance of a position from the last corner before it; infinite if no corner is before it. Positions are fractions
@@ -108,6 +131,12 @@ impl Schedule {
             "corners_s",
             self.corners_s.first().copied().unwrap_or(0.0),
             "left out with arc-length steps, for which time is proportional to the displacement",
+        )?;
+        check(
+            self.force_program.is_none() || !self.steps.controls_crack_energy(),
+            "force_n",
+            0.0,
+            "left out with arc-length steps, for which the displacement is an unknown already",
         )?;
         check(
             self.stop_below_peak.is_some() || !self.steps.controls_crack_energy(),

@@ -25,6 +25,10 @@ pub struct CurvePoint {
     /// Energy dissipated by the viscosity ξ of damage so far, ∫∫ ξ φ̇² dV dt, N mm.
     #[serde(alias = "viscous_N_mm")]
     pub viscous_n_mm: f64,
+    /// Whether the load program prescribed the force in the step that ended at this point. The displacement is then a
+    /// result. Curve files do not contain this value.
+    #[serde(default)]
+    pub force_is_prescribed: bool,
     /// Energy dissipated by friction and drag at the platens so far, N mm.
     #[serde(default, alias = "friction_N_mm")]
     pub friction_n_mm: f64,
@@ -69,8 +73,8 @@ impl CurvePoint {
     }
 }
 
-/// Derivatives of the force with respect to material parameters at the points of a curve, at fixed time and
-/// displacement. Enabled by [`Problem::with_sensitivities`](crate::Problem::with_sensitivities).
+/// Derivatives of the force, or of the displacement if the force is prescribed, with respect to material parameters at the
+/// points of a curve, at fixed time and prescribed load. Enabled by [`Problem::with_sensitivities`](crate::Problem::with_sensitivities).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sensitivities {
@@ -79,6 +83,10 @@ pub struct Sensitivities {
     /// ∂F/∂θ, in N per unit of the parameter: one row per point of the curve, one column per parameter. If the
     /// derivatives at a point could not be computed, the rows of this point and of all later points are missing.
     pub force_n: Vec<Vec<f64>>,
+    /// ∂u/∂θ of the displacement of the platen, in mm per unit of the parameter, in the same form. Empty unless the load
+    /// program prescribes a force: the displacement of the platen is otherwise given.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub displacement_mm: Vec<Vec<f64>>,
     /// Reason why rows are missing, usually a singular tangent at the first point without a row.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lost: Option<String>,

@@ -61,11 +61,17 @@ impl Definition {
         if self.device.is_some() && self.options.linear == LinearScheme::Direct {
             return Err(FemError::unsupported("device", Unsupported::FactorOnDevice));
         }
+        if self.device.is_some() && self.conditions.has_follower() {
+            return Err(FemError::unsupported("device", Unsupported::FollowerOnDevice));
+        }
         if self.ranks.size() > 1 {
             self.validate_ranks()?;
         }
         self.schedule.validate()?;
         check_crack_energy(&self.schedule, &self.materials, field, &self.conditions)?;
+        if self.schedule.force_program.is_some() != self.conditions.is_driven() {
+            return Err(FemError::unsupported("load program", Unsupported::ForceWithoutPlaten));
+        }
         if self.parameters.is_empty() { Ok(()) } else { self.validate_parameters() }
     }
 
@@ -78,6 +84,9 @@ impl Definition {
         }
         if self.device.is_some() {
             return refused(Unsupported::DeviceOnRanks);
+        }
+        if self.conditions.has_follower() {
+            return refused(Unsupported::FollowerOnRanks);
         }
         if !self.parameters.is_empty() {
             return refused(Unsupported::SensitivitiesOnRanks);
@@ -94,8 +103,14 @@ impl Definition {
         if self.schedule.steps.controls_crack_energy() {
             return refused(Unsupported::SensitivitiesOfArcLength);
         }
+        if self.conditions.has_follower() {
+            return refused(Unsupported::SensitivitiesOfFollower);
+        }
         if self.conditions.has_friction() {
             return refused(Unsupported::SensitivitiesOfFriction);
+        }
+        if self.conditions.is_driven() && self.conditions.has_platens() {
+            return refused(Unsupported::SensitivitiesOfForceByContact);
         }
         for (k, parameter) in self.parameters.iter().enumerate() {
             let field = self.phase_field.as_ref();

@@ -11,7 +11,7 @@ use crate::fields::Fields;
 use crate::material::{Material, PointMaterial};
 use crate::problem::interface::Interface;
 use crate::problem::parameter::MaterialParameter;
-use crate::solve::{Rounding, Solver};
+use crate::solve::{ForceControl, Rounding, Solver};
 
 /// A checked problem with all data that its runs share.
 #[derive(Clone, Debug)]
@@ -98,6 +98,7 @@ impl Setup {
             linear.solver(operator),
             self.rounding,
             ExternalForces::none(boundary),
+            boundary.driven_platen(operator.domain().nodes().len()).map(ForceControl::new),
         )
     }
 

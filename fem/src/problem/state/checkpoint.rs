@@ -1,6 +1,6 @@
 //! Checkpoint of a run, from which the run resumes with bitwise the same result as an uninterrupted run.
 //!
-//! A file contains the line `breccia-state 11`, the fingerprint of the problem and the state in postcard's format, and
+//! A file contains the line `breccia-state 12`, the fingerprint of the problem and the state in postcard's format, and
 //! a checksum of everything before it (FNV-1a, u64, little endian). Data that the linear solver reuses from step to
 //! step is not included: a run with a checkpoint discards this data whenever it saves.
 
@@ -35,7 +35,7 @@ pub struct Checkpoint {
 /// First bytes of a file of any version of the format.
 const MAGIC: &[u8] = b"breccia-state ";
 /// First line of a file of this version of the format.
-const VERSION: &[u8] = b"breccia-state 11\n";
+const VERSION: &[u8] = b"breccia-state 12\n";
 
 impl Checkpoint {
     /// Writes a state to the file.

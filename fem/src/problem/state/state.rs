@@ -38,6 +38,9 @@ pub(crate) struct RunState {
     pub(crate) point: CurvePoint,
     /// Fraction of the total duration that has been completed.
     pub(crate) clock: f64,
+    /// Displacement (mm) and force (N) of the measured surface at the last corner of the load; zero before the first
+    /// corner.
+    pub(crate) corner: [f64; 2],
     /// The request of the last successful step.
     pub(crate) taken: Option<Step>,
     /// Largest absolute value of the force so far, N.
@@ -60,8 +63,16 @@ pub(crate) struct Derivatives {
     pub(crate) earlier: Vec<Vec<Vec<[f64; 4]>>>,
     /// Rates of the force, N.
     pub(crate) force_n: Vec<f64>,
+    /// Rates of the displacement of the platen, mm; empty unless the load program prescribes a force.
+    pub(crate) platen_mm: Vec<f64>,
+    /// Rates of the displacement of the platen (mm) and of the force (N) at the last corner of the load; empty before the
+    /// first corner.
+    pub(crate) corner: Vec<[f64; 2]>,
     /// Rates of the force, N, at the points of the curve.
     pub(crate) curve: Vec<Vec<f64>>,
+    /// Rates of the displacement of the platen, mm, at the points of the curve; empty unless the load program prescribes a
+    /// force.
+    pub(crate) platen_curve: Vec<Vec<f64>>,
     /// Adjoint solution of the force, as initial guess of the adjoint at the next equilibrium; empty if not computed
     /// yet.
     pub(crate) adjoint: Vec<[f64; 4]>,
@@ -124,6 +135,7 @@ impl RunState {
         let fields = |fields: &Fields| Fields {
             displacement: part.pick_nodes(&fields.displacement),
             damage: part.pick_nodes(&fields.damage),
+            platen_mm: fields.platen_mm,
             state: LawState { values: part.pick_tets(&fields.state.values, width), ..fields.state },
         };
         let pressures = self.pressures.iter().zip(&domain.boundary.contacts);
@@ -147,6 +159,7 @@ pub(crate) fn gather_fields(part: &Part, fields: &Fields) -> Fields {
     Fields {
         displacement: part.gather_nodes(&fields.displacement),
         damage: part.gather_nodes(&fields.damage),
+        platen_mm: fields.platen_mm,
         state: LawState { values: part.gather_tets(&fields.state.values), ..fields.state },
     }
 }

@@ -4,7 +4,7 @@ use crate::boundary::ExternalForces;
 use crate::error::StepFailure;
 use crate::fields::Fields;
 use crate::parallel::Ranks;
-use crate::problem::control::Step;
+use crate::problem::control::{PlatenLoad, Step};
 use crate::problem::curve::CurvePoint;
 use crate::problem::definition::Setup;
 use crate::problem::sensitivity::carry_rates;
@@ -127,8 +127,26 @@ impl<'a> Increments<'a> {
         if jumps && let Ok(predicted) = self.solver.predict(&self.state.fields, &fields, context) {
             fields = predicted;
         }
-        self.solver.equilibrium(&mut fields, context)?;
+        match self.prescribed_force_n(target) {
+            Some(force_n) => self.carry(&mut fields, force_n, duration)?,
+            None => drop(self.solver.equilibrium(&mut fields, context)?),
+        }
         self.accept(before, fields, target)
+    }
+
+    /// Displacement or force of the platen at `target`; `None` unless the load program prescribes a force.
+    fn platen_load(&self, target: f64) -> Option<PlatenLoad> {
+        let schedule = &self.setup.parts.schedule;
+        let program = schedule.force_program.as_ref()?;
+        Some(program.load_at(target * schedule.duration_s, self.state.corner))
+    }
+
+    /// Force of the platen at `target`, N, if the load program prescribes the force there.
+    fn prescribed_force_n(&self, target: f64) -> Option<f64> {
+        match self.platen_load(target)? {
+            PlatenLoad::Displacement(_) => None,
+            PlatenLoad::Force(force_n) => Some(force_n),
+        }
     }
 
     /// Takes a step; returns an error if the step adds more than `most_n_mm` to the crack energy.
@@ -168,11 +186,11 @@ impl<'a> Increments<'a> {
         let time_s = target * self.setup.parts.schedule.duration_s;
         let (external, residual) = (&self.solver.newton.external, &self.solver.newton.residual);
         let reactions = external.reactions(&domain.boundary, &fields, residual);
-        let [displacement_mm, force_n] =
-            domain.boundary.measure(time_s, &fields.displacement, &reactions);
+        let [displacement_mm, force_n] = domain.boundary.measure(time_s, &fields, &reactions);
         if !displacement_mm.is_finite() {
             return Err(StepFailure::Condition);
         }
+        let force_is_prescribed = self.prescribed_force_n(target).is_some();
         let step = target - self.state.clock;
         let duration = step * self.setup.parts.schedule.duration_s;
         let (operator, materials) = (domain.operator.as_ref(), &self.setup.points);
@@ -211,6 +229,7 @@ impl<'a> Increments<'a> {
             elastic_n_mm: residual.elastic,
             fracture_n_mm: residual.fracture,
             viscous_n_mm: last.viscous_n_mm + residual.viscous,
+            force_is_prescribed,
             friction_n_mm: last.friction_n_mm + friction,
             work_n_mm: last.work_n_mm + work + friction,
             phi_mean: if volume > 0.0 { integral / volume } else { 0.0 },
@@ -225,6 +244,9 @@ impl<'a> Increments<'a> {
         state.past.add(change, step);
         state.fields = Fields { state: law_state, ..fields };
         state.clock = target;
+        if self.setup.parts.schedule.is_corner(target) {
+            self.state.corner = [displacement_mm, force_n];
+        }
         self.state.scales = self.solver.newton.keep_scales();
         self.accepted = self.solver.newton.external.clone();
         Ok(())
@@ -252,6 +274,11 @@ impl<'a> Increments<'a> {
         } else {
             let time_s = target * setup.parts.schedule.duration_s;
             boundary.start(setup.discretisation.nodes(), time_s, &mut fields);
+        }
+        match self.platen_load(target) {
+            Some(PlatenLoad::Displacement(platen_mm)) => fields.platen_mm = platen_mm,
+            // the extrapolated displacement of the platen is the initial guess
+            Some(PlatenLoad::Force(_)) | None => {}
         }
         let continued = fields.clone();
         setup.impose(&mut fields, target);

@@ -1,6 +1,7 @@
 //! Runs: increments, the loop over load steps, observers.
 
 mod advice;
+mod carried_force;
 mod increment;
 mod observer;
 mod stepper;

@@ -16,6 +16,9 @@ use crate::solve::Effort;
 
 /// Largest number of steps that are tried for one point of the curve, with any controller.
 const MOST_TRIES: u32 = 10_000;
+/// Smallest load step towards a force that the specimen does not carry, as a fraction of the segment of the load program.
+/// If this step finds no equilibrium, the last equilibrium is the limit.
+const LIMIT_RESOLUTION: f64 = 1e-3;
 
 /// Run in progress, advanced one load step at a time; created by [`Problem::start`](crate::Problem::start).
 ///
@@ -112,6 +115,14 @@ impl<'a> LoadStepper<'a> {
         }
         match guarded(|| self.next_point()).unwrap_or_else(|lost| Err(self.lost(lost))) {
             Ok(point) => Some(point),
+            Err(FemError::NotConverged { source: StepFailure::LimitLoad { .. }, .. }) => {
+                // the last equilibrium may lie between two requested points of the curve
+                let clock_s = self.increments.state.point.time_s;
+                let is_recorded = self.curve().last().is_none_or(|last| last.time_s >= clock_s);
+                let point = (!is_recorded).then(|| self.record());
+                self.end = Some(End::LimitLoad);
+                point
+            }
             Err(error) => {
                 self.end = Some(End::Failed(error));
                 None
@@ -130,11 +141,12 @@ impl<'a> LoadStepper<'a> {
         &self.increments.state.curve
     }
 
-    /// Returns the derivatives of the force at the points of the curve so far.
+    /// Returns the derivatives of force and displacement at the points of the curve so far.
     pub fn sensitivities(&self) -> Sensitivities {
         let names = self.increments.setup.parts.parameters.iter().map(|p| p.name.clone()).collect();
-        let Derivatives { curve, lost, .. } = &self.increments.state.derivatives;
-        Sensitivities { names, force_n: curve.clone(), lost: lost.clone() }
+        let Derivatives { curve, platen_curve, lost, .. } = &self.increments.state.derivatives;
+        let displacement_mm = platen_curve.clone();
+        Sensitivities { names, force_n: curve.clone(), displacement_mm, lost: lost.clone() }
     }
 
     /// Returns the counters of the work that the solver has done so far.
@@ -202,6 +214,11 @@ impl<'a> LoadStepper<'a> {
                     self.increments.state.point.newton += iterations - before.iterations;
                     self.increments.state.point.linear += linear - before.linear;
                     (failed, failure) = (Some(step.to(target - passed)), reason);
+                    let segment = corner - schedule.last_corner(passed);
+                    let is_limit = matches!(reason, StepFailure::LimitLoad { .. });
+                    if is_limit && target - passed <= LIMIT_RESOLUTION * segment {
+                        break;
+                    }
                 }
             }
         }
@@ -230,6 +247,9 @@ impl<'a> LoadStepper<'a> {
         let derivatives = &mut state.derivatives;
         if !derivatives.values.is_empty() {
             derivatives.curve.push(derivatives.force_n.clone());
+            if !derivatives.platen_mm.is_empty() {
+                derivatives.platen_curve.push(derivatives.platen_mm.clone());
+            }
         }
         for (surface, &force) in &state.reaction {
             state.reactions.entry(surface.clone()).or_default().push(force);
@@ -239,7 +259,8 @@ impl<'a> LoadStepper<'a> {
         // restart the counters of iterations for the next point
         (state.point.newton, state.point.linear) = (0, 0);
         let schedule = &self.increments.setup.parts.schedule;
-        let counts = schedule.corners_s.is_empty() || point.displacement_mm.abs() > farthest;
+        let moves_on = schedule.corners_s.is_empty() || point.displacement_mm.abs() > farthest;
+        let counts = moves_on && !schedule.prescribes_force_at(state.clock);
         let below = |fraction| counts && point.force_n.abs() < (1.0 - fraction) * state.peak;
         if schedule.stop_below_peak.is_some_and(below) {
             self.end = Some(End::BelowPeak);

@@ -227,7 +227,8 @@ fn ramp_hold_unload(compliance: f64) -> TestCurve {
 fn a_record_of_a_program_keeps_hold_and_unloading() {
     use crate::branch::BranchKind::{Hold, Loading, Unloading};
     let rigid = Machine::default();
-    let seen = InspectedCurve::of_program(&ramp_hold_unload(0.0), &rigid, 0.3, false);
+    let seen =
+        InspectedCurve::of_program(&ramp_hold_unload(0.0), &rigid, 0.3, CheckedProgram::default());
     assert_eq!(seen.findings, []);
     let branches: Vec<_> =
         seen.prepared.branches.iter().map(|b| (b.kind, b.readings.start)).collect();
@@ -237,7 +238,8 @@ fn a_record_of_a_program_keeps_hold_and_unloading() {
     }
     assert_eq!((seen.prepared.time_s[0], seen.prepared.time_s[20]), (0.0, 1.0));
     // without a peak, quantities of the peak cannot be computed
-    let peak = InspectedCurve::of_program(&ramp_hold_unload(0.0), &rigid, 0.3, true);
+    let with_peak = CheckedProgram { needs_peak: true, ..CheckedProgram::default() };
+    let peak = InspectedCurve::of_program(&ramp_hold_unload(0.0), &rigid, 0.3, with_peak);
     assert_eq!(
         peak.findings.iter().map(|f| (f.name, f.weight)).collect::<Vec<_>>(),
         [("no-quantities", Weight::Error)]
@@ -245,7 +247,12 @@ fn a_record_of_a_program_keeps_hold_and_unloading() {
     // a compliant machine: the specimen is compressed further during the hold, but the branch still
     // counts as a hold
     let machine = Machine { compliance_mm_per_n: 1e-4, force_offset_n: 0.0 };
-    let seen = InspectedCurve::of_program(&ramp_hold_unload(0.0), &machine, 0.3, false);
+    let seen = InspectedCurve::of_program(
+        &ramp_hold_unload(0.0),
+        &machine,
+        0.3,
+        CheckedProgram::default(),
+    );
     let kinds: Vec<_> = seen.prepared.branches.iter().map(|b| b.kind).collect();
     assert_eq!(kinds, [Loading, Hold, Unloading]);
     assert_eq!(seen.prepared.displacement_mm, ramp_hold_unload(1e-4).displacement_mm);
@@ -254,7 +261,8 @@ fn a_record_of_a_program_keeps_hold_and_unloading() {
 #[test]
 fn a_program_needs_times_that_increase() {
     let name = |curve: &TestCurve| {
-        let seen = InspectedCurve::of_program(curve, &Machine::default(), 0.3, false);
+        let seen =
+            InspectedCurve::of_program(curve, &Machine::default(), 0.3, CheckedProgram::default());
         assert_eq!(seen.findings.len(), 1, "{:?}", seen.findings);
         (seen.findings[0].name, seen.findings[0].weight)
     };

@@ -98,6 +98,22 @@ impl<'a> PeakedCurve<'a> {
         all.skip_while(|branch| branch.kind != BranchKind::Loading).filter(move |b| b.kind == kind)
     }
 
+    /// Returns the longest branch of a kind, without branches before the first loading. Of several longest branches, the
+    /// first one is returned.
+    pub(super) fn longest(&self, kind: BranchKind) -> Option<&Branch> {
+        let times = &self.record.time_s;
+        let duration_s =
+            |branch: &Branch| times[branch.readings.end - 1] - times[branch.readings.start];
+        let mut longest: Option<&Branch> = None;
+        for branch in self.branches(kind) {
+            // with the tolerance, a rounding error does not decide which of two branches is the longest
+            if longest.is_none_or(|most| duration_s(branch) > duration_s(most) * (1.0 + 1e-9)) {
+                longest = Some(branch);
+            }
+        }
+        longest
+    }
+
     /// Displacement at the peak force, mm; NaN if a curve of [`with_any_peak`](Self::with_any_peak) has no peak.
     pub fn peak_mm(&self) -> f64 {
         self.peak.as_ref().map_or(f64::NAN, |peak| peak.at_mm)
@@ -133,7 +149,7 @@ impl<'a> PeakedCurve<'a> {
         }
         let rates = self.peak.as_ref().map(|peak| peak.rates(u, force, force_n));
         let [peak_mm, peak_force_n] = rates.unwrap_or([f64::NAN; 2]);
-        Ok(CurveRates { force_n, record_n, peak_mm, peak_force_n })
+        Ok(CurveRates { force_n, record_n, record_mm: &[], peak_mm, peak_force_n })
     }
 }
 
@@ -143,13 +159,18 @@ fn unequal(displacement_mm: &[f64], name: &'static str, values: &[f64]) -> QoiEr
     QoiError::UnequalLengths { displacements, name, values }
 }
 
-/// Derivatives of a curve and its peak with respect to a parameter; the displacements of the readings are fixed.
+/// Derivatives of a curve and its peak with respect to a parameter. The displacements of the readings are fixed, except
+/// for [`record_mm`](Self::record_mm).
 #[derive(Clone, Copy, Debug)]
 pub struct CurveRates<'a> {
     /// Derivative of each force of [`PeakedCurve::curve`], N per unit of the parameter.
     pub force_n: &'a [f64],
     /// Derivative of each force of [`PeakedCurve::record`], N per unit of the parameter.
     pub record_n: &'a [f64],
+    /// Derivative of each displacement of [`PeakedCurve::record`], mm per unit of the parameter, if the machine controls
+    /// the force; empty if the displacements are fixed. [`Qois::rates_of`](crate::Qois::rates_of) then takes the derivatives of all
+    /// quantities from [`Qoi::shifted_rate`](crate::Qoi::shifted_rate).
+    pub record_mm: &'a [f64],
     /// Derivative of the displacement at peak, mm per unit of the parameter.
     pub peak_mm: f64,
     /// Derivative of the peak force, N per unit of the parameter.

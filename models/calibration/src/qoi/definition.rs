@@ -104,24 +104,48 @@ pub trait Qoi: Debug + Send + Sync + 'static {
 
     /// Computes the derivative of the quantity with respect to a parameter from the derivatives of the curve.
     ///
-    /// The default is a central difference of [`Qoi::value`]; its error is of second order in a step of 1e-5 times the
-    /// largest force.
+    /// The default is [`shifted_rate`](Self::shifted_rate).
     ///
     /// # Errors
     /// The errors of [`Qoi::value`].
     fn rate(&self, curve: &PeakedCurve<'_>, rates: &CurveRates<'_>) -> Result<f64, QoiError> {
+        self.shifted_rate(curve, rates)
+    }
+
+    /// Computes the derivative of the quantity with respect to a parameter by a central difference of [`Qoi::value`] for
+    /// curves with shifted forces and displacements. The error is of second order in the step: 1e-5 times the largest
+    /// force or the largest displacement.
+    ///
+    /// # Errors
+    /// The errors of [`Qoi::value`].
+    fn shifted_rate(
+        &self,
+        curve: &PeakedCurve<'_>,
+        rates: &CurveRates<'_>,
+    ) -> Result<f64, QoiError> {
         let record = curve.record();
-        let force_n = &record.force_n;
         let largest = |values: &[f64]| values.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-        let largest_rate = largest(rates.record_n);
-        if largest_rate == 0.0 {
+        let changes = [
+            largest(rates.record_n) / largest(&record.force_n),
+            largest(rates.record_mm) / largest(&record.displacement_mm),
+        ];
+        let fastest = changes.into_iter().filter(|change| change.is_finite()).fold(0.0, f64::max);
+        if fastest == 0.0 {
             return Ok(0.0);
         }
-        let step = STEP * largest(force_n) / largest_rate;
+        let step = STEP / fastest;
         let shifted = |side: f64| {
-            let forces = force_n.iter().zip(rates.record_n);
-            let force_n = forces.map(|(force, rate)| force + side * step * rate).collect();
-            let shifted = TestCurve { force_n, ..record.clone() };
+            let moved = |values: &[f64], rates: &[f64]| -> Vec<f64> {
+                if rates.is_empty() {
+                    return values.to_vec();
+                }
+                values.iter().zip(rates).map(|(value, rate)| value + side * step * rate).collect()
+            };
+            let shifted = TestCurve {
+                force_n: moved(&record.force_n, rates.record_n),
+                displacement_mm: moved(&record.displacement_mm, rates.record_mm),
+                ..record.clone()
+            };
             let shifted = PeakedCurve::with_any_peak(&shifted, curve.slope_fraction())?;
             if self.needs_peak() {
                 shifted.check_peak()?;

@@ -11,8 +11,10 @@ pub enum Extent {
     Displacement(f64),
     /// The curve up to this time in s.
     Time(f64),
-    /// A hold of the load program.
+    /// A hold of the displacement in the load program.
     Hold,
+    /// A hold of the force in the load program.
+    ForceHold,
     /// The first unloading of the load program, and the curve before it.
     Unloading,
 }

@@ -1,6 +1,6 @@
 //! Quantities of interest of one curve.
 
-use super::curve::PeakedCurve;
+use super::curve::{CurveRates, PeakedCurve};
 use super::definition::Qoi;
 use super::displacement_at_peak::DisplacementAtPeak;
 use super::energy_to_peak::EnergyToPeak;
@@ -142,15 +142,41 @@ impl Qois {
         quantities: &[Quantity],
         force_rates: &[f64],
     ) -> Result<Vec<f64>, QoiError> {
+        Self::rates_along(curve, slope_fraction, quantities, force_rates, &[])
+    }
+
+    /// Computes the derivatives as [`rates_of`](Self::rates_of), for a test in which the machine controls the force:
+    /// `displacement_rates` are the derivatives of the displacement at each point, mm per unit of the parameter. They are
+    /// zero if the slice is empty.
+    ///
+    /// # Errors
+    /// The errors of [`rates_of`](Self::rates_of).
+    pub fn rates_along(
+        curve: &TestCurve,
+        slope_fraction: f64,
+        quantities: &[Quantity],
+        force_rates: &[f64],
+        displacement_rates: &[f64],
+    ) -> Result<Vec<f64>, QoiError> {
         let curve = of_quantities(curve, slope_fraction, quantities)?;
         let points = curve.record().force_n.len();
         if force_rates.len() != points {
             let (name, values) = ("derivatives of the force", force_rates.len());
             return Err(QoiError::UnequalLengths { displacements: points, name, values });
         }
+        if !displacement_rates.is_empty() && displacement_rates.len() != points {
+            let (name, values) = ("derivatives of the displacement", displacement_rates.len());
+            return Err(QoiError::UnequalLengths { displacements: points, name, values });
+        }
         let on_loading = curve.on_loading(force_rates);
         let rates = curve.rates(&on_loading, force_rates)?;
-        quantities.iter().map(|quantity| quantity.rate(&curve, &rates)).collect()
+        let is_fixed = displacement_rates.iter().all(|rate| *rate == 0.0);
+        let of_quantity = |quantity: &Quantity| match is_fixed {
+            true => quantity.rate(&curve, &rates),
+            false => quantity
+                .shifted_rate(&curve, &CurveRates { record_mm: displacement_rates, ..rates }),
+        };
+        quantities.iter().map(of_quantity).collect()
     }
 }
 

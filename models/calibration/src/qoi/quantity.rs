@@ -7,11 +7,12 @@ use std::sync::{Arc, OnceLock};
 use serde::de::{Deserializer, Error};
 use serde::{Deserialize, Serialize, Serializer};
 
+use super::creep_displacement::CreepDisplacement;
 use super::definition::Qoi;
 use super::displacement_at_peak::DisplacementAtPeak;
 use super::energy_to_peak::EnergyToPeak;
 use super::force_at::ForceAt;
-use super::force_at_time::ForceAtTime;
+use super::force_at_time::{DisplacementAtTime, ForceAtTime};
 use super::hysteresis_energy::HysteresisEnergy;
 use super::peak_force::PeakForce;
 use super::post_peak_slope::PostPeakSlope;
@@ -163,11 +164,17 @@ impl QoiRegistry {
             .with_qoi(EnergyToPeak)
             .with_qoi(PostPeakSlope)
             .with_qoi(RelaxedFraction)
+            .with_qoi(CreepDisplacement)
             .with_qoi(UnloadingSlope)
             .with_qoi(HysteresisEnergy)
             .with_family("force-at-50-percent", RelativeForce::of_name, RelativeForce::of_column)
             .with_family("force-at-0.05-mm", ForceAt::of_name, ForceAt::of_column)
             .with_family("force-at-10-s", ForceAtTime::of_name, ForceAtTime::of_column)
+            .with_family(
+                "displacement-at-10-s",
+                DisplacementAtTime::of_name,
+                DisplacementAtTime::of_column,
+            )
             // the name of a column alone does not show that the column is such a quantity
             .with_family("column:deflection_mm", TableColumn::of_name, |_| None)
     }
@@ -226,9 +233,14 @@ mod tests {
     fn quantities_are_found_by_their_columns_and_by_their_names_in_a_case() {
         let scalars = ["slope", "peak-force", "displacement-at-peak", "energy-to-peak"];
         let shape = ["force-at-1-percent", "force-at-50-percent", "force-at-199-percent"];
-        let branches = ["relaxed-fraction", "unloading-slope", "hysteresis-energy"];
-        let times =
-            ["force-at-0.000001-s", "force-at-0.5-s", "force-at-10-s", "force-at-86400.25-s"];
+        let branches =
+            ["relaxed-fraction", "creep-displacement", "unloading-slope", "hysteresis-energy"];
+        let times = [
+            "force-at-0.000001-s",
+            "force-at-0.5-s",
+            "displacement-at-10-s",
+            "force-at-86400.25-s",
+        ];
         let forces = ["force-at-0.001-mm", "force-at-1.234-mm", "force-at-4294967.295-mm"];
         let with_peak = scalars.into_iter().chain(["post-peak-slope"]).chain(shape);
         for name in with_peak.chain(forces).chain(branches).chain(times) {
@@ -252,6 +264,7 @@ mod tests {
             "force_at_-1_mm_N",
             "force_at_NaN_mm_N",
             "force_at_0_s_N",
+            "displacement_at_0_s_mm",
             "force_at_0.0000001_s_N",
         ] {
             assert_eq!(Quantity::of_column(column), None, "{column}");

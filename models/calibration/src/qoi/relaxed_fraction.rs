@@ -8,7 +8,7 @@ use super::error::QoiError;
 use super::extent::Extent;
 use super::reading::{HALF_WIDTH, Reading};
 use super::unit::Unit;
-use crate::branch::{Branch, BranchKind};
+use crate::branch::BranchKind;
 
 /// Relaxed fraction of the force during the longest hold: 1 − F(end)/F(start).
 ///
@@ -22,20 +22,12 @@ impl RelaxedFraction {
     /// Reads `values` of the record at the start and the end of the longest hold.
     fn ends(&self, curve: &PeakedCurve<'_>, values: &[f64]) -> Result<[f64; 2], QoiError> {
         let times = &curve.record().time_s;
-        let duration_s = |hold: &Branch| times[hold.readings.end - 1] - times[hold.readings.start];
-        let mut longest: Option<&Branch> = None;
-        for hold in curve.branches(BranchKind::Hold) {
-            // the tolerance has the effect that a rounding error does not decide which of two holds
-            // is the longest
-            if longest.is_none_or(|most| duration_s(hold) > duration_s(most) * (1.0 + 1e-9)) {
-                longest = Some(hold);
-            }
-        }
         let no_hold = || QoiError::NoBranch { quantity: self.name().into_owned(), branch: "hold" };
-        let hold = longest.ok_or_else(no_hold)?;
+        let hold = curve.longest(BranchKind::Hold).ok_or_else(no_hold)?;
+        let duration_s = times[hold.readings.end - 1] - times[hold.readings.start];
         let readings = hold.readings.clone();
         let end_s = times[readings.end - 1];
-        let half_s = HALF_WIDTH * duration_s(hold);
+        let half_s = HALF_WIDTH * duration_s;
         let end = Reading::of(&times[readings.clone()], &values[readings.clone()], end_s, half_s);
         Ok([values[readings.start], end.ok_or_else(no_hold)?.value])
     }

@@ -173,7 +173,10 @@ impl CaseFile {
                 return Err(self.error("test.stop_below_peak", stop.to_string(), problem, help));
             }
         }
-        let program_end = test.load_program().ok().flatten().map(|program| program.largest_mm());
+        let program = test.load_program().ok().flatten();
+        // the displacement under a prescribed force is a result
+        let program = program.filter(|program| !program.prescribes_force());
+        let program_end = program.map(|program| program.largest_mm());
         let Some(end) = test.displacement_mm.or(program_end) else { return Ok(()) };
         let is_beyond = |quantity: &&Quantity| match quantity.extent() {
             Extent::Displacement(displacement_mm) => displacement_mm > end.abs(),

@@ -1,6 +1,7 @@
 //! Checks of a case: ranges, units and consistency of its keys.
 
 mod calibration;
+mod conditions;
 mod experiments;
 mod interface;
 mod machine;

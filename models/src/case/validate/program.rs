@@ -1,6 +1,6 @@
 //! Checks of `test.program`, and of the quantities that need a certain load program.
 
-use fem::{FemError, LoadProgram};
+use fem::{FemError, LoadProgram, ProgramPoint};
 
 use super::super::{Case, CaseFile, Mistakes, ProgramPointCase, Toe};
 use crate::error::InputError;
@@ -66,19 +66,29 @@ fn check_beside_program(file: &CaseFile) -> Result<(), InputError> {
 fn check_point(file: &CaseFile, k: usize, point: &ProgramPointCase) -> Result<(), InputError> {
     let key = |name: &str| format!("test.program[{k}].{name}");
     let ProgramPointCase { displacement_mm, force_n, steps, .. } = *point;
-    if let Some(force_n) = force_n {
-        let help = "Give displacement_mm in place of force_n. A load cell's force can be compared by a \
-                    quantity such as force-at-10-s.";
-        let problem = "states a force, and the platen is controlled by displacement only";
-        return Err(file.error(&key("force_n"), force_n.to_string(), problem, help));
+    match (displacement_mm, force_n) {
+        (Some(_), Some(force_n)) => {
+            let help =
+                "The platen is controlled by one of the two in each segment: remove the other.";
+            let problem = "is given beside displacement_mm";
+            return Err(file.error(&key("force_n"), force_n.to_string(), problem, help));
+        }
+        (None, None) => {
+            let help = "Add the displacement of the top platen at this time, or the force as force_n; the start is 0 mm \
+                        and 0 N at 0 s.";
+            return Err(file.error(&key("displacement_mm"), "", "is missing", help));
+        }
+        (Some(displacement_mm), None) => {
+            let most_mm = file.case.specimen.height_mm.map_or(1e3, |height_mm| 0.5 * height_mm);
+            let help = "It is how far the top platen has moved down: at most half the height.";
+            file.within(&key("displacement_mm"), displacement_mm, 0.0, most_mm, "mm", help)?;
+        }
+        (None, Some(force_n)) => {
+            let help =
+                "It is the force on the whole top platen: positive in compression, at least 0.";
+            file.within(&key("force_n"), force_n, 0.0, 1e9, "N", help)?;
+        }
     }
-    let Some(displacement_mm) = displacement_mm else {
-        let help = "Add the displacement of the top platen at this time; the start is 0 mm at 0 s.";
-        return Err(file.error(&key("displacement_mm"), "", "is missing", help));
-    };
-    let most_mm = file.case.specimen.height_mm.map_or(1e3, |height_mm| 0.5 * height_mm);
-    let help = "It is how far the top platen has moved down: at most half the height.";
-    file.within(&key("displacement_mm"), displacement_mm, 0.0, most_mm, "mm", help)?;
     let Some(steps) = steps else { return Ok(()) };
     let help = "It is the number of equal load steps up to this point.";
     file.within(&key("steps"), f64::from(steps), 1.0, 1e6, "steps", help)
@@ -124,6 +134,10 @@ pub(super) fn check_branches(file: &CaseFile) -> Result<(), InputError> {
                 let problem = format!("lies beyond the end of the test, {} s", test.duration_s());
                 return refuse(quantity, &problem, "Name a time that every run reaches.");
             }
+            Extent::ForceHold if !program.is_some_and(has_force_hold) => {
+                let help = "Add two points with the same force_n to test.program.";
+                return refuse(quantity, "needs a hold of the force, and the test has none", help);
+            }
             Extent::Hold if !program.is_some_and(has_hold) => {
                 let help = "Add two points with the same displacement_mm to test.program.";
                 return refuse(quantity, "needs a hold, and the test has none", help);
@@ -138,17 +152,35 @@ pub(super) fn check_branches(file: &CaseFile) -> Result<(), InputError> {
     Ok(())
 }
 
-fn changes(program: &LoadProgram) -> impl Iterator<Item = [f64; 2]> {
-    let ends = program.points().iter().map(|point| point.displacement_mm);
-    [0.0].into_iter().chain(ends.clone()).zip(ends).map(|(from, to)| [from, to])
+/// Start and end of each segment that prescribes the displacement (mm) from a point with a displacement on, or the force
+/// (N) from a point with a force on.
+fn changes(program: &LoadProgram, value: fn(&ProgramPoint) -> Option<f64>) -> Vec<[f64; 2]> {
+    let ends: Vec<Option<f64>> = program.points().iter().map(value).collect();
+    let starts = [Some(0.0)].into_iter().chain(ends.iter().copied());
+    starts.zip(&ends).filter_map(|(from, to)| Some([from?, (*to)?])).collect()
 }
 
 fn has_hold(program: &LoadProgram) -> bool {
-    changes(program).any(|[from, to]| from == to && from > 0.0)
+    let changes = changes(program, ProgramPoint::displacement_mm);
+    changes.iter().any(|[from, to]| from == to && *from > 0.0)
 }
 
+fn has_force_hold(program: &LoadProgram) -> bool {
+    let changes = changes(program, ProgramPoint::force_n);
+    changes.iter().any(|[from, to]| from == to && *from > 0.0)
+}
+
+/// Whether the program unloads. Whether a segment that changes from displacement to force, or from force to displacement,
+/// unloads is not known before the simulation; such a segment counts as unloading.
 fn has_unloading(program: &LoadProgram) -> bool {
-    changes(program).any(|[from, to]| to < from)
+    let falls = |value: fn(&ProgramPoint) -> Option<f64>| {
+        changes(program, value).iter().any(|[from, to]| to < from)
+    };
+    let changes_control =
+        |pair: &[ProgramPoint]| pair[0].force_n().is_some() != pair[1].force_n().is_some();
+    falls(ProgramPoint::displacement_mm)
+        || falls(ProgramPoint::force_n)
+        || program.points().windows(2).any(changes_control)
 }
 
 #[cfg(test)]
@@ -206,8 +238,15 @@ mod tests {
                 ["test.program[1].time_s = 0.1", "later than the point before"],
             ),
             (
-                format!("program = {}", point("{ time_s = 5.0, force_n = 10.0 }")),
-                ["test.program[1].force_n = 10", "displacement only"],
+                format!(
+                    "program = {}",
+                    point("{ time_s = 5.0, force_n = 10.0, displacement_mm = 0.05 }")
+                ),
+                ["test.program[1].force_n = 10", "beside displacement_mm"],
+            ),
+            (
+                format!("program = {}", point("{ time_s = 5.0, force_n = -10.0 }")),
+                ["test.program[1].force_n = -10", "positive in compression"],
             ),
             (
                 format!("program = {}", point("{ time_s = 5.0 }")),

@@ -2,9 +2,7 @@
 
 use fem::{FemError, Packing, PhaseField, Platens, Segmentation};
 
-use super::super::{
-    Case, CaseFile, ConditionsCase, MaterialCase, Mistakes, Property, SpecimenGeometry,
-};
+use super::super::{Case, CaseFile, MaterialCase, Mistakes, Property, SpecimenGeometry};
 use super::program::check_program;
 use crate::error::InputError;
 
@@ -298,7 +296,7 @@ impl CaseFile {
                 key,
                 "",
                 "cannot be combined with [conditions]",
-                "Conditions replace the platens, and are for single simulations: remove one of the two.",
+                "Conditions replace the platens: remove one of the two.",
             ))
         };
         match (&case.conditions, case.test.displacement_mm) {
@@ -320,42 +318,8 @@ impl CaseFile {
             ),
             (Some(_), Some(_)) => beside("test.displacement_mm"),
             (Some(_), _) if case.test.platens != Platens::Sliding => beside("test.platens"),
-            (Some(_), _) if case.prior.is_some() => beside("prior"),
             (Some(conditions), _) => self.check_conditions(conditions),
         }
-    }
-
-    fn check_conditions(&self, conditions: &ConditionsCase) -> Result<(), InputError> {
-        let finite = |key: String, values: &[f64], unit: &str| {
-            let help = "It is the value at the end of the test.";
-            values.iter().try_for_each(|&value| self.within(&key, value, -1e6, 1e6, unit, help))
-        };
-        for entry in &conditions.prescribe {
-            let key = |name: &str| format!("conditions.prescribe ({}).{name}", entry.surface);
-            let given = entry.components();
-            for (name, value) in ["x_mm", "y_mm", "z_mm"].into_iter().zip(given) {
-                finite(key(name), value.as_slice(), "mm")?;
-            }
-            if let Some(damage) = entry.damage {
-                let help = "1 is a crack, 0 sound material.";
-                self.within(&key("damage"), damage, 0.0, 1.0, "", help)?;
-            } else if given == [None; 3] {
-                return Err(self.error(
-                    &format!("conditions.prescribe ({})", entry.surface),
-                    "",
-                    "prescribes no value",
-                    "Give x_mm, y_mm, z_mm or damage; 0.0 holds a component.",
-                ));
-            }
-        }
-        for traction in &conditions.traction {
-            let key = format!("conditions.traction ({}).vector_mpa", traction.surface);
-            finite(key, &traction.vector_mpa, "MPa")?;
-        }
-        if let Some(force) = conditions.body_force_n_per_mm3 {
-            finite("conditions.body_force_n_per_mm3".into(), &force, "N/mm³")?;
-        }
-        finite("conditions.measure.direction".into(), &conditions.measure.direction, "")
     }
 
     fn check_stepping(&self) -> Result<(), InputError> {

@@ -1,4 +1,4 @@
-//! Matrix-free tangent of this rank's elements and of contact, in the memory of this process. The file also has the
+//! Matrix-free tangent of this rank's elements, of contact and of follower pressure, in the memory of this process. The file also has the
 //! transfer between all nodes of quadratic elements and the vertices.
 
 use std::sync::Arc;
@@ -13,7 +13,9 @@ use super::cycle::{FreeTangent, Level};
 use super::matrix::{Grid, Matrix, Relaxation};
 use crate::device::DeviceError;
 use crate::material::Inverted;
-use crate::operator::{Coupling, Increment, NodeBlock, Operator, Product, Tangent};
+use crate::operator::{
+    Coupling, Increment, NodeBlock, Operator, PairBlock, Product, Tangent, add_pair_products,
+};
 use crate::parallel::Part;
 
 /// Degree of the Chebyshev smoother of quadratic elements, on the processor and on devices.
@@ -25,6 +27,8 @@ pub(crate) struct ElementTangent {
     product: Box<dyn Product>,
     /// Contributions of contact to the tangent, at the nodes in contact.
     contact: Vec<NodeBlock>,
+    /// Contributions of forces that depend on the displacement of several nodes.
+    pairs: Vec<PairBlock>,
     free: Vec<[bool; 4]>,
     /// Marks the values of the vertices that are free on the level of linear elements; see [`Self::free_vertices`].
     free_vertices: Vec<[bool; 4]>,
@@ -57,6 +61,7 @@ impl ElementTangent {
             children: midpoints_of_vertices(&parents, vertices),
             product,
             contact: Vec::new(),
+            pairs: Vec::new(),
             free: Vec::new(),
             free_vertices: Vec::new(),
             part,
@@ -78,6 +83,7 @@ impl ElementTangent {
         free: &[[bool; 4]],
     ) -> Result<Vec<Nodal>, Inverted> {
         self.contact = increment.context.contact.to_vec();
+        self.pairs = increment.context.pairs.to_vec();
         self.unsymmetric = operator.domain().rule().extra.unsymmetric;
         self.free = free.to_vec();
         self.constrain_vertices();
@@ -159,6 +165,7 @@ impl ElementTangent {
                 y[i] += (0..3).map(|j| block[i][j] * x[j]).sum::<f64>();
             }
         }
+        add_pair_products(&self.pairs, x, y);
     }
 
     /// Adds the contributions of other ranks and of contact to the diagonal of this rank's elements.
@@ -166,6 +173,9 @@ impl ElementTangent {
         self.part.halo.complete(&mut diagonal);
         for (node, block) in &self.contact {
             (0..3).for_each(|k| diagonal[*node as usize][k] += block[k][k]);
+        }
+        for (row, _, block) in self.pairs.iter().filter(|(row, column, _)| row == column) {
+            (0..3).for_each(|k| diagonal[*row as usize][k] += block[k][k]);
         }
         diagonal
     }
@@ -180,12 +190,20 @@ impl ElementTangent {
         // with linear shape functions, the values at a midpoint are the mean of the values at the two vertices of its
         // edge
         let vertices = out.pattern.graph.nodes();
+        let ends = |node: u32| match (node as usize).checked_sub(vertices) {
+            None => vec![(node, 1.0)],
+            Some(midpoint) => self.parents[midpoint].map(|p| (p, 0.5)).to_vec(),
+        };
+        for (row, column, block) in &self.pairs {
+            for (a, share) in ends(*row) {
+                for (b, other) in ends(*column) {
+                    out.add_pair(&(a, b, block.map(|row| row.map(|entry| share * other * entry))));
+                }
+            }
+        }
         let halo = &self.part.halo;
         for (node, block) in self.contact.iter().filter(|(node, _)| halo.owns(*node)) {
-            let ends = match (*node as usize).checked_sub(vertices) {
-                None => vec![(*node, 1.0)],
-                Some(midpoint) => self.parents[midpoint].map(|p| (p, 0.5)).to_vec(),
-            };
+            let ends = ends(*node);
             for &(a, share) in &ends {
                 for &(b, other) in &ends {
                     let position = out.pattern.graph.position(a as usize, b);
@@ -203,7 +221,9 @@ impl ElementTangent {
     /// Whether the laws and the contributions of contact on this rank are symmetric.
     pub(crate) fn symmetric(&self) -> bool {
         let even = |b: &[[f64; 3]; 3]| (0..3).all(|i| (0..i).all(|j| b[i][j] == b[j][i]));
-        !self.unsymmetric && self.contact.iter().all(|(_, block)| even(block))
+        !self.unsymmetric
+            && self.pairs.is_empty()
+            && self.contact.iter().all(|(_, block)| even(block))
     }
 
     /// Creates the multigrid level of quadratic elements for the current tangent; `None` for linear elements. `weight`

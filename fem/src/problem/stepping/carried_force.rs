@@ -1,0 +1,134 @@
+//! Increments with a prescribed force of the platen.
+//!
+//! Newton's method solves for the fields and for the displacement of the platen. If it fails, the platen is moved with a
+//! prescribed displacement in the same time, farther and farther. Either the force reaches the prescribed force, and
+//! Newton's method starts again from there, or the force falls: then the specimen does not carry the prescribed force.
+
+use super::increment::Increments;
+use crate::error::StepFailure;
+use crate::fields::Fields;
+
+/// Largest number of displacements of the platen that are tried to reach a force.
+const MOST_MOVES: usize = 24;
+/// Factor by which the displacement of the platen grows from one try to the next.
+const GROWTH: f64 = 1.5;
+/// A force counts as falling if it is below the largest force of the increment by this fraction.
+const FALLS: f64 = 1e-6;
+
+impl Increments<'_> {
+    /// Solves an increment of `duration` s with the force `force_n` of the platen, from the guess in `fields`.
+    ///
+    /// # Errors
+    /// [`StepFailure::LimitLoad`] if the specimen does not carry the force.
+    pub(super) fn carry(
+        &mut self,
+        fields: &mut Fields,
+        force_n: f64,
+        duration: f64,
+    ) -> Result<(), StepFailure> {
+        let failure = match self.solve_with_force(fields, force_n, duration, Fallbacks::Omitted) {
+            Ok(()) => return Ok(()),
+            Err(failure) => failure,
+        };
+        self.solver.newton.effort.fallbacks += 1;
+        self.push(fields, force_n, duration, failure)?;
+        self.solve_with_force(fields, force_n, duration, Fallbacks::Tried)
+    }
+
+    /// Solves for the fields and for the displacement of the platen.
+    fn solve_with_force(
+        &mut self,
+        fields: &mut Fields,
+        force_n: f64,
+        duration: f64,
+        fallbacks: Fallbacks,
+    ) -> Result<(), StepFailure> {
+        self.solver.newton.prescribe_force(Some(force_n));
+        let context = self.state.memory.context(&self.state.fields.damage, duration);
+        let solved = match fallbacks {
+            Fallbacks::Omitted => self.solver.equilibrium_at_once(fields, context),
+            Fallbacks::Tried => self.solver.equilibrium(fields, context),
+        };
+        self.solver.newton.prescribe_force(None);
+        solved.map(drop)
+    }
+
+    /// Moves the platen by prescribed displacements until its force is at least `force_n`, or at most `force_n` if the
+    /// force decreases. On success, `fields` is the equilibrium at the last displacement.
+    fn push(
+        &mut self,
+        fields: &mut Fields,
+        force_n: f64,
+        duration: f64,
+        failure: StepFailure,
+    ) -> Result<(), StepFailure> {
+        let start = self.state.fields.without_state();
+        fields.copy_from(&start);
+        let mut reached_n = self.push_to(fields, start.platen_mm, duration).map_err(|_| failure)?;
+        let increases = reached_n < force_n;
+        let (mut largest_n, mut before_mm) = (reached_n, start.platen_mm);
+        let scale_mm = self.usual_move_mm(force_n - reached_n);
+        let mut move_mm = if increases { scale_mm } else { -scale_mm };
+        if scale_mm == 0.0 {
+            return Err(failure);
+        }
+        for _ in 0..MOST_MOVES {
+            let platen_mm = before_mm + move_mm;
+            reached_n = self.push_to(fields, platen_mm, duration).map_err(|_| failure)?;
+            if (reached_n >= force_n) == increases {
+                return Ok(());
+            }
+            if increases && reached_n < (1.0 - FALLS) * largest_n {
+                return Err(StepFailure::LimitLoad { prescribed_n: force_n, largest_n });
+            }
+            largest_n = largest_n.max(reached_n);
+            before_mm = platen_mm;
+            move_mm *= GROWTH;
+        }
+        Err(failure)
+    }
+
+    /// Solves the increment with a prescribed displacement of the platen, from the guess in `fields`. Returns the force of
+    /// the platen, N.
+    fn push_to(
+        &mut self,
+        fields: &mut Fields,
+        platen_mm: f64,
+        duration: f64,
+    ) -> Result<f64, StepFailure> {
+        let setup = self.setup;
+        let boundary = &setup.discretisation.boundary;
+        let context = self.state.memory.context(&self.state.fields.damage, duration);
+        let mut moved = fields.clone();
+        moved.platen_mm = platen_mm;
+        boundary.follow_platen(&mut moved);
+        if platen_mm != fields.platen_mm
+            && let Ok(predicted) = self.solver.predict(fields, &moved, context)
+        {
+            moved = predicted;
+        }
+        self.solver.equilibrium(&mut moved, context)?;
+        *fields = moved;
+        let newton = &self.solver.newton;
+        let reactions = newton.external.reactions(boundary, fields, &newton.residual);
+        Ok(boundary.measure(0.0, fields, &reactions)[1])
+    }
+
+    /// Returns the displacement by which the platen moves for a change of its force in an elastic specimen, mm. The
+    /// stiffness is estimated from the last equilibrium; zero for an unloaded specimen.
+    fn usual_move_mm(&self, change_n: f64) -> f64 {
+        let point = &self.state.point;
+        let stiffness = (point.force_n / point.displacement_mm).abs();
+        let move_mm = (change_n / stiffness).abs();
+        // a hundredth of the displacement so far bounds the move, so that a peak is not skipped
+        let most_mm = 0.01 * point.displacement_mm.abs();
+        if move_mm.is_finite() { move_mm.clamp(1e-3 * most_mm, most_mm) } else { most_mm }
+    }
+}
+
+/// Whether slower schemes are tried after a failure of the selected scheme.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Fallbacks {
+    Omitted,
+    Tried,
+}
