@@ -185,7 +185,7 @@ impl Evaluation<'_> {
         let domain = self.operator.domain();
         let displacement: Vec<_> = domain.nodes().iter().map(|&x| extension(x)).collect();
         let damage = vec![0.0; displacement.len()];
-        let fields = Fields { displacement, damage, state: LawState::default() };
+        let fields = Fields { displacement, damage, platen_mm: 0.0, state: LawState::default() };
         let mut extensions = Vec::new();
         domain.visit(&fields, &mut |point, _| {
             let rows = point.displacement_gradient;

@@ -22,7 +22,7 @@ impl CaseFile {
                 return Err(self.error(
                     &format!("conditions.prescribe ({})", entry.surface),
                     "",
-                    "prescribes nothing",
+                    "prescribes no value",
                     "Give x_mm, y_mm, z_mm or damage; 0.0 holds a component.",
                 ));
             }
