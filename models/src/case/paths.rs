@@ -30,7 +30,7 @@ pub(crate) const PROGRAM: &str = "simulator.command";
 const OVERLAYS: [&str; 3] = ["further_tests.candidate", "tests", "validation"];
 
 /// Calls `visit` for each path in the table of a case, with its key: the paths of [`FILES`], of lists, of the program of
-/// `[simulator]`, of tables of yield stresses, and of the keys of candidates, tests and validations. All functions that need
+/// `[simulator]`, of time tables and tables of yield stresses, and of the keys of candidates, tests and validations. All functions that need
 /// the files of a case use this function, so that no file is missing in one of them.
 pub(crate) fn visit_paths(table: &mut Table, visit: &mut dyn FnMut(&str, &mut String)) {
     visit_below(table, "", visit);
@@ -60,9 +60,10 @@ fn visit_below(table: &mut Table, prefix: &str, visit: &mut dyn FnMut(&str, &mut
     for (key, value) in conditions.into_iter().flatten() {
         match value {
             Value::Array(entries) if key != "table" => {
-                entries.iter_mut().for_each(|entry| absolute(case, entry.get_mut("table")));
+                let key = format!("conditions.{key}.table");
+                entries.iter_mut().for_each(|entry| visit_value(&key, entry.get_mut("table")));
             }
-            value if key == "table" => absolute(case, Some(value)),
+            value if key == "table" => visit_value("conditions.table", Some(value)),
             _ => {}
         }
     }

@@ -389,8 +389,8 @@ pub(super) fn jacobian(record: &RunRecord, qoi: &QoiComparison) -> Result<Vec<Ve
         // the force at the unloaded start does not depend on the parameters
         let rates = derivatives.force_n.iter().map(|row| row[parameter]);
         let rates: Vec<f64> = iter::once(0.0).chain(rates).collect();
-        let moved = found.displacement_mm.iter().map(|row| row[parameter]);
-        let moved: Vec<f64> = match found.displacement_mm.is_empty() {
+        let moved = derivatives.displacement_mm.iter().map(|row| row[parameter]);
+        let moved: Vec<f64> = match derivatives.displacement_mm.is_empty() {
             true => Vec::new(),
             false => iter::once(0.0).chain(moved).collect(),
         };
