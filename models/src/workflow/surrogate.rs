@@ -22,7 +22,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     )?;
     write_sobol(task, &fit)?;
     task.write_json("surrogate_error.json", &fit.report)?;
-    task.write_json("surrogate_uncertainty.json", &fit.open)?;
+    task.write_json("surrogate_uncertainty.json", &fit.coefficients)?;
     if let Some(specimens) = &fit.specimens {
         task.write_json("surrogate_specimens.json", specimens)?;
     }
@@ -39,7 +39,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
 /// 90 % interval. The ends are empty if there are too few runs.
 fn write_sobol(task: &Task<'_>, fit: &Fitted) -> Result<(), WorkflowError> {
     let indices = fit.pce.sobol();
-    let intervals = fit.open.sobol_intervals(PROBABILITY, SEED).ok();
+    let intervals = fit.coefficients.sobol_intervals(PROBABILITY, SEED).ok();
     let mut rows = Vec::new();
     for (m, quantity) in fit.pce.outputs().iter().enumerate() {
         for (i, input) in fit.pce.inputs().iter().enumerate() {

@@ -273,7 +273,7 @@ pub(super) fn sources_of_test(
         }
     }
     sources.extend(geometry.map(|geometry| ("geometry", geometry)));
-    sources.push(("specimens", of_each(&of_geometry)));
+    sources.push(("specimens", of_each(&remaining)));
 
     Ok(Some(TestSources { jacobian, sources, of_runs }))
 }
