@@ -104,7 +104,7 @@ fn leaning_specimen(middle: [f64; 3], size: [f64; 2], slope: f64) -> Scene {
 /// The sections of a leaning cylinder are ellipses, whose area exceeds the area of the cylinder's circle.
 #[test]
 fn a_cylinder_that_leans_by_25_degrees_is_located() {
-    let (size, slope) = ([16.0, 50.0], 25.0_f64.to_radians().tan());
+    let (size, slope) = ([20.0, 50.0], 25.0_f64.to_radians().tan());
     let found = run(&leaning_specimen([40.0, 40.0, 40.0], size, slope).image());
     let cylinder = found.cylinder;
     assert!((cylinder.lean[0] - slope).abs() < 0.005, "{cylinder:?}");
