@@ -134,6 +134,43 @@ fn segment_and_mesh_report_the_same_grain_fraction() {
     }
 }
 
+/// Labels of the user, and grey values, of a specimen that is smaller than the given size are refused: the volume outside
+/// the image would be meshed as matrix.
+#[test]
+fn a_size_larger_than_the_specimen_in_the_image_is_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    scan(&dir.path().join("scan.tif"));
+    let segment = |case: &str| {
+        std::fs::write(dir.path().join("case.toml"), case).unwrap();
+        let (code, _, err) = said(&breccia(dir.path(), &["segment", "case.toml", "--out", "out"]));
+        (code, err)
+    };
+    let with_labels =
+        CASE.replace("stack = \"scan.tif\"", "labels = \"labels.tif\"\nbackground = 9");
+    // a cylinder of matrix with one ball: radius 16 voxels, height 24 voxels
+    let voxels = (0..40_usize.pow(3)).map(|n| {
+        let [x, y, z] = [n % 40, n / 40 % 40, n / 1600].map(|c| c as f64 - 19.5);
+        let is_outside = x.hypot(y) > 16.0 || z.abs() > 12.0;
+        if is_outside { 9 } else { u32::from(x.hypot(y).hypot(z) < 7.0) }
+    });
+    let labels = Volume::new([40; 3], VOXEL, voxels.collect()).unwrap();
+    tiff::write_labels(&dir.path().join("labels.tif"), &labels).unwrap();
+    for (case, radius, height) in [(CASE, RADIUS, HEIGHT), (with_labels.as_str(), 0.8, 1.2)] {
+        for (size, key) in [
+            (format!("radius_mm = {}", radius + 0.15), "specimen.radius_mm = "),
+            (format!("height_mm = {}", height + 0.15), "specimen.height_mm = "),
+        ] {
+            let (code, err) = segment(&case.replace("[specimen]", &format!("[specimen]\n{size}")));
+            let is_refused =
+                err.contains(key) && err.contains("is larger than the specimen in the image");
+            assert!(code == Some(1) && is_refused, "{err}");
+        }
+        let size = format!("[specimen]\nradius_mm = {radius}\nheight_mm = {height}");
+        let (code, err) = segment(&case.replace("[specimen]", &size));
+        assert_eq!(code, Some(0), "{err}");
+    }
+}
+
 #[test]
 fn an_image_becomes_labels_mesh_and_curve() {
     let dir = tempfile::tempdir().unwrap();

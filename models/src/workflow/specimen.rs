@@ -115,12 +115,12 @@ impl Scanned {
                 let mask = self.mask(grey.voxel_mm)?;
                 let grains = self.segmentation.run_masked(&grey, mask.as_ref(), progress);
                 let grains = grains.map_err(failed)?;
-                if matches!(self.source, Source::Stack { .. }) {
-                    checked_size(&grains.cylinder, self.size_mm, grey.voxel_mm).map_err(failed)?;
-                }
                 (grey, SpecimenGrains::Grey(grains))
             }
         };
+        if self.source.path().is_some() {
+            checked_size(grains.cylinder(), self.size_mm, grey.voxel_mm).map_err(failed)?;
+        }
         resize(grains.cylinder_mut(), self.size_mm);
         Ok((grey, grains))
     }

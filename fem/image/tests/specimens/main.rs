@@ -6,3 +6,4 @@ mod location;
 mod scene;
 mod small_grains;
 mod uneven;
+mod warnings;
