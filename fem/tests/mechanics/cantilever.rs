@@ -144,7 +144,8 @@ impl Beam {
 
 /// The crack is found by its compliance alone: beams with slits of known length give the compliance as a function of the
 /// length. Two measures of the toughness result: the energy that is released while the crack grows, per area; and the
-/// energy release rate F²/2 dC/da. Without viscosity: a viscosity ξ adds about ξ v/ℓ₀ to both at the speed v of the crack.
+/// energy release rate F²/2 dC/da. The damage has no viscosity: a viscosity ξ would add of the order of ξ v to the
+/// toughness at the speed v of the crack.
 fn assert_toughness(beam: Beam) {
     let [energy, rate] = beam.measured_toughness();
     assert!((energy - 1.0).abs() < 0.05, "{beam:?}: {energy}");

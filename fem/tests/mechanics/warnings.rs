@@ -1,7 +1,9 @@
 //! Warnings about inaccurate results: elements that lock, and parts that are joined only by an edge or a node.
 
 use crate::support::block::{block, even};
-use fem::{Axis, Conditions, End, Material, Order, Problem, ProblemWarning, Schedule, TetMesh};
+use fem::{
+    Axis, Conditions, End, Material, Order, Plasticity, Problem, ProblemWarning, Schedule, TetMesh,
+};
 
 fn held(mesh: TetMesh, order: Order, poisson: f64, surface: &str) -> Problem {
     Problem::builder(mesh)
@@ -86,6 +88,23 @@ fn linear_elements_that_lock_cause_a_warning() {
     assert!(bending([1, 10], 10.0) < 0.3 && bending([4, 40], 10.0) < 0.85);
     assert!(named(bar(10), Order::Linear, 0.0).is_empty());
     assert!(named(bar(1), Order::Quadratic, 0.0).is_empty());
+}
+
+/// `thick_sphere` and `limit_load` measure how linear elements lock in plastic flow.
+#[test]
+fn plastic_regions_of_linear_elements_cause_a_warning() {
+    let warnings = |order, material: Material| {
+        let cells = even(0.0, 2.0, 6);
+        let problem = held(block([&cells, &cells, &cells]), order, 0.3, "bottom");
+        problem.with_materials(vec![material]).expect("valid").warnings()
+    };
+    let elastic = Material::hencky(1000.0, 0.3);
+    let plastic = elastic.clone().with_plasticity(Plasticity::new(1.0));
+    let region = "matrix".to_owned();
+    let locking = ProblemWarning::PlasticLocking { region };
+    assert_eq!(warnings(Order::Linear, plastic.clone()), [locking]);
+    assert_eq!(warnings(Order::Quadratic, plastic), []);
+    assert_eq!(warnings(Order::Linear, elastic), []);
 }
 
 /// Mesh of two tetrahedra with `common` common nodes.

@@ -3,7 +3,7 @@
 use super::definition::Definition;
 use super::setup::Setup;
 use crate::element::Order;
-use crate::material::Material;
+use crate::material::{Inelasticity, Material};
 use crate::problem::interface::Interface;
 
 /// Property of a problem that makes its results inaccurate without causing an error.
@@ -21,6 +21,17 @@ pub enum ProblemWarning {
         region: String,
         /// Poisson's ratio of the region at small strain.
         poisson: f64,
+    },
+    /// Volumetric locking beyond yield: plastic flow keeps the volume, and linear elements cannot change their shape at
+    /// constant volume.
+    #[error(
+        "forces beyond yield may be too large: linear tetrahedra lock in plastic flow, and region '{region}' is plastic \
+         (the collapse pressure of a thick sphere with four cells across its wall is 12 % too large); use quadratic \
+         elements"
+    )]
+    PlasticLocking {
+        /// Name of the region.
+        region: String,
     },
     /// Shear locking: linear elements are too stiff in bending.
     #[error(
@@ -115,6 +126,7 @@ pub(crate) fn warnings(setup: &Setup) -> Vec<ProblemWarning> {
     let mut warnings = Vec::new();
     if parts.order == Order::Linear {
         warnings.extend(volumetric_locking(parts));
+        warnings.extend(plastic_locking(parts));
         warnings.extend(bending_locking(parts));
     }
     warnings.extend(hinges(parts));
@@ -132,6 +144,14 @@ fn volumetric_locking(parts: &Definition) -> Option<ProblemWarning> {
         region: parts.mesh.regions[region].clone(),
         poisson: poisson(region),
     })
+}
+
+/// Warns about the first region that is plastic.
+fn plastic_locking(parts: &Definition) -> Option<ProblemWarning> {
+    let is_plastic =
+        |material: &Material| matches!(material.inelasticity, Some(Inelasticity::Plastic(_)));
+    let region = parts.materials.iter().position(is_plastic)?;
+    Some(ProblemWarning::PlasticLocking { region: parts.mesh.regions[region].clone() })
 }
 
 /// Warns about a slender body. The thickness is estimated as twice the volume divided by the surface area; this is exact
