@@ -144,9 +144,10 @@ pub(crate) fn pure_shear(law: Law) -> Result<Verdict, Box<dyn Error>> {
 /// Double cantilever beam; the energy release rate follows from the force, with the stress intensity of Wiederhorn, Shorb &
 /// Moses (J. Appl. Phys. 39 (1968) 1572).
 pub(crate) fn double_cantilever(law: Law) -> Result<Verdict, Box<dyn Error>> {
-    let (arm, tip) = (2.0f64, 8.0f64);
+    // the damaged band at the crack, some ℓ₀ wide, makes the arms thinner: they must be much higher than ℓ₀
+    let (width, arm, tip) = (48.0f64, 8.0f64, 24.0f64);
     // small elements in the arms, which bend
-    let plate = HalfPlate { largest_mm: 0.1 * arm, ..plate(law, 16.0, arm, tip) };
+    let plate = HalfPlate { largest_mm: 0.1 * arm, ..plate(law, width, arm, tip) };
     let Solid { young_mpa, toughness_n_per_mm, .. } = GLASS;
     let intensity =
         move |force: f64, crack: f64| force * (3.467 * crack + 2.315 * arm) / arm.powf(1.5);
@@ -155,7 +156,10 @@ pub(crate) fn double_cantilever(law: Law) -> Result<Verdict, Box<dyn Error>> {
     let conditions = plate
         .conditions(true)
         .node_set("end", NodeSet::matching(|[x, ..]| x < ROUNDING))
-        .node_set("corner", NodeSet::matching(|[x, _, z]| x > 16.0 - ROUNDING && z < ROUNDING))
+        .node_set(
+            "corner",
+            NodeSet::matching(move |[x, _, z]| x > width - ROUNDING && z < ROUNDING),
+        )
         .fix("corner", [Axis::X])
         .prescribe("end", [Axis::Z], move |_, time_s| {
             [0.0, 0.0, critical * load_factor(time_s).sqrt()]
