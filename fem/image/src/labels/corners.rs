@@ -20,7 +20,7 @@ pub(super) fn empty_corners(labels: &Volume<u32>, grains: usize) -> Option<Strin
     let is_corner: Vec<bool> = (0..nx * ny)
         .map(|n| relative(n % nx, nx).powi(2) + relative(n / nx, ny).powi(2) > 1.0)
         .collect();
-    let mut slices = labels.values.par_chunks_exact(nx * ny);
+    let slices = labels.values.par_chunks_exact(nx * ny);
     let has_grain = slices.any(|slice| {
         slice.iter().zip(&is_corner).any(|(label, is_corner)| *is_corner && *label != 0)
     });
