@@ -75,5 +75,5 @@ fn quadratic_elements_reach_the_limit_load_of_a_notched_strip() {
     // the error is proportional to the size of the cells
     assert!((2.0 * fine[0] - coarse[0]).abs() < 0.01, "{coarse:?} {fine:?}");
     let linear = measure(8, Order::Linear);
-    assert!(linear[0] > 0.1 && linear[1] > 0.01, "{linear:?}");
+    assert!(linear[0] > 0.2 && linear[1] > 0.02, "{linear:?}");
 }
