@@ -106,6 +106,33 @@ pub(super) fn missing_quantities(quantities: &[Quantity], rows: &[Vec<f64>]) -> 
     quantities.iter().enumerate().filter_map(warning).collect()
 }
 
+/// Returns an error if a quantity has the same value for all specimens, up to rounding. The covariance of the specimens is
+/// then singular, and the intervals would be too narrow. `values` has a row of quantities for each specimen.
+pub(super) fn check_scatter(
+    table: &Path,
+    quantities: &[Quantity],
+    values: &[Vec<f64>],
+) -> Option<InputError> {
+    // a specimen can lack a quantity, whose value is then NaN
+    let recorded = |m: usize| values.iter().map(move |row| row[m]).filter(|value| !value.is_nan());
+    let has_no_scatter = |m: &usize| {
+        let column = || recorded(*m);
+        let low = column().fold(f64::INFINITY, f64::min);
+        let high = column().fold(f64::NEG_INFINITY, f64::max);
+        column().count() > 1 && high - low <= NO_SCATTER * low.abs().max(high.abs())
+    };
+    let m = (0..quantities.len()).find(has_no_scatter)?;
+    let count = recorded(m).count();
+    let value = recorded(m).next()?;
+    let problem = format!(
+        "is the value of all {count} specimens up to rounding, so that their scatter cannot be estimated"
+    );
+    let help = "Check whether one test was entered several times. Otherwise state the values with more digits, remove the \
+                quantity from qoi.quantities, or, for virtual specimens, give them scatter or noise.";
+    let location = format!("column {}", quantities[m].column());
+    Some(InputError::new(table, location, value.to_string(), problem, help))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -144,38 +171,6 @@ mod tests {
             ]
         );
     }
-}
-
-/// Returns an error if a quantity has the same value for all specimens, up to rounding. The covariance of the specimens is
-/// then singular, and the intervals would be too narrow. `values` has a row of quantities for each specimen.
-pub(super) fn check_scatter(
-    table: &Path,
-    quantities: &[Quantity],
-    values: &[Vec<f64>],
-) -> Option<InputError> {
-    // a specimen can lack a quantity, whose value is then NaN
-    let recorded = |m: usize| values.iter().map(move |row| row[m]).filter(|value| !value.is_nan());
-    let has_no_scatter = |m: &usize| {
-        let column = || recorded(*m);
-        let low = column().fold(f64::INFINITY, f64::min);
-        let high = column().fold(f64::NEG_INFINITY, f64::max);
-        column().count() > 1 && high - low <= NO_SCATTER * low.abs().max(high.abs())
-    };
-    let m = (0..quantities.len()).find(has_no_scatter)?;
-    let count = recorded(m).count();
-    let value = recorded(m).next()?;
-    let problem = format!(
-        "is the value of all {count} specimens up to rounding, so that their scatter cannot be estimated"
-    );
-    let help = "Check whether one test was entered several times. Otherwise state the values with more digits, remove the \
-                quantity from qoi.quantities, or, for virtual specimens, give them scatter or noise.";
-    let location = format!("column {}", quantities[m].column());
-    Some(InputError::new(table, location, value.to_string(), problem, help))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
 
     fn quantity(name: &str) -> Quantity {
         toml::Value::from(name).try_into().unwrap()

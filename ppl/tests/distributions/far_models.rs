@@ -67,7 +67,7 @@ fn data_in_units_of_1e_12_have_the_posterior_of_data_in_units_of_1() {
         [&large, &small].map(|model| nuts.sample(model).expect("the model starts"));
     for name in ["level", "spread"] {
         let [(expected, error), (got, own)] = [&large_run, &small_run].map(|run| {
-            let values = run.values(name).expect("an unknown").data;
+            let values = &run.values(name).expect("an unknown").data;
             let chains: Vec<&[f64]> = values.chunks_exact(run.posterior.draws).collect();
             let mean = values.iter().sum::<f64>() / values.len() as f64;
             (mean, ppl::diagnostics::mcse_mean(&chains))
