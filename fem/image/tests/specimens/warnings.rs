@@ -72,7 +72,7 @@ fn bright_balls_rods_plates_and_sponges_are_not_reported_as_exchanged() {
     let block = Segmentation { specimen: SpecimenForm::Block, ..Segmentation::default() };
     let spacing = 16.0;
     // distance from the nearest line or plane of a lattice
-    let off = |c: f64| (c / spacing - (c / spacing).round()) * spacing;
+    let off = move |c: f64| (c / spacing - (c / spacing).round()) * spacing;
     type Body = Box<dyn Fn([f64; 3]) -> f64>;
     let bodies: [(&str, Body); 3] = [
         ("rods", Box::new(move |[x, y, _]| off(x + 3.0).hypot(off(y + 5.0)) - 4.5)),
