@@ -211,11 +211,14 @@ fn utf16_without_mark(bytes: &[u8]) -> Option<fn([u8; 2]) -> u16> {
     let pairs = bytes.len() / 2;
     let zeros = |place: usize| bytes.chunks_exact(2).filter(|pair| pair[place] == 0).count();
     let [big, little] = [zeros(0), zeros(1)];
-    match () {
-        () if pairs == 0 || bytes.len() % 2 == 1 => None,
-        () if 2 * little > pairs && big == 0 => Some(u16::from_le_bytes),
-        () if 2 * big > pairs && little == 0 => Some(u16::from_be_bytes),
-        () => None,
+    if bytes.len() % 2 == 1 {
+        None
+    } else if 2 * little > pairs && big == 0 {
+        Some(u16::from_le_bytes)
+    } else if 2 * big > pairs && little == 0 {
+        Some(u16::from_be_bytes)
+    } else {
+        None
     }
 }
 
