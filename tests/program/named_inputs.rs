@@ -7,14 +7,27 @@ const IMAGE: &str = "[specimen]\nspacing_mm = 0.7\n[specimen.image]\nstack = \"o
     young_mpa = 22000\npoisson = 0.25\n[test]\ndisplacement_mm = 0.2\n";
 
 #[test]
-fn a_table_of_yield_stresses_and_a_mask_are_not_replaced() {
+fn tables_and_a_mask_are_not_replaced() {
     let rows = "plastic_strain,yield_mpa\n0,5\n0.1,6\n";
     let plastic = "plastic = { yield_mpa = 5.0, hardening = { table = \"curve.csv\" } }";
     let named = format!("[material.matrix]\n{plastic}\n");
     let plain = SMALL.replace("[material.matrix]\n", &named);
+    let times = "time_s,factor\n0,0\n1,1\n";
+    let conditions = "[conditions]\nprescribe = [{ surface = \"bottom\", x_mm = 0.0, y_mm = 0.0, z_mm = 0.0 }, \
+        { surface = \"top\", z_mm = -0.1 }]\ntable = \"curve.csv\"\n\
+        measure = { surface = \"top\", direction = [0.0, 0.0, -1.0] }\n";
+    let loaded = format!(
+        "{}\n{conditions}",
+        IMAGE
+            .split("[specimen.image]")
+            .next()
+            .unwrap()
+            .replace("spacing_mm = 0.7", "spacing_mm = 1.5\nradius_mm = 2.5\nheight_mm = 4.4",)
+    ) + "[material.matrix]\nyoung_mpa = 275\npoisson = 0.25\n[test]\nduration_s = 1.0\nsteps = 2\n";
     let segment = &["segment", "mesh", "run", "simulate"][..];
     for (case, file, text, key, commands) in [
         (plain.as_str(), "curve.csv", rows, "matrix.plastic.hardening.table", &["simulate"][..]),
+        (loaded.as_str(), "curve.csv", times, "conditions.table", &["simulate"][..]),
         (IMAGE, "scan.tif", "of the user", "specimen.image.region.mask", segment),
     ] {
         let dir = tempfile::tempdir().unwrap();

@@ -4,7 +4,7 @@
     breccia init --own-data own && breccia run own/case.toml --out own-out
     python3 tests/python/check_figures.py breccia-out [own-out]
 
-Needs Python only. Reads summary.csv, map.csv, confirm.csv, uncertainty.csv and design.csv of the folder of the default case, and
+Needs Python only. Reads summary.csv, map.csv, confirm.csv, uncertainty.csv and next-test.csv of the folder of the default case, and
 summary.csv of the folder of the example of `breccia init --own-data`. A figure agrees if it is the rounded value. Prints each figure
 that differs, with its file; exits with 1 if a figure differs or if a page no longer has the figure.
 """
@@ -52,7 +52,7 @@ def default_case(pages, folder):
     summary, modes = table(folder, "summary.csv", "parameter"), table(folder, "map.csv", "parameter")
     confirm = table(folder, "confirm.csv", "qoi")
     shares = table(folder, "uncertainty.csv", "parameter", "source")
-    design = table(folder, "design.csv", "candidate", "parameter", "specimens")
+    design = table(folder, "next-test.csv", "candidate", "parameter", "specimens")
     tutorial = "docs/tutorials/default-case.md"
     for short, name in PARAMETERS.items():
         values = [float(summary[name][column]) for column in ("mean", "sd", "q05", "q95")]

@@ -233,6 +233,20 @@ impl Conditions {
         self.pressures.iter().any(|pressure| pressure.follows)
     }
 
+    /// Whether the measured displacement is prescribed, so that it does not depend on the material.
+    pub(crate) fn prescribes_measured_displacement(&self) -> bool {
+        let Some(probe) = &self.probe else { return true };
+        let is_fixed = |axis: Axis| {
+            let has_axis = |p: &Prescribed| p.surface == probe.surface && p.axes.contains(&axis);
+            probe.direction[axis as usize] == 0.0 || self.prescribed.iter().any(has_axis)
+        };
+        match probe.travel {
+            Travel::Known(_) | Travel::Platen => true,
+            Travel::Gauge(_) => false,
+            Travel::Mean => Axis::ALL.into_iter().all(is_fixed),
+        }
+    }
+
     /// Sets a body force per reference volume, N/mm³.
     pub fn body_force(
         mut self,

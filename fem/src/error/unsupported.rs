@@ -289,6 +289,11 @@ pub enum Unsupported {
     /// Derivatives of a test with a prescribed force between unilateral platens; only sliding platens are supported.
     #[error("derivatives with a prescribed force need sliding platens")]
     SensitivitiesOfForceByContact,
+    /// Sensitivities of a curve whose displacement is a result, such as that of an extensometer or a loaded surface.
+    #[error(
+        "sensitivities are derivatives at a fixed displacement, and the measured displacement is not prescribed"
+    )]
+    SensitivitiesOfMeasuredDisplacement,
     /// A reason given by a caller of the library, such as a job of an ensemble.
     #[error("{message}")]
     ByCaller {
@@ -415,6 +420,9 @@ impl Unsupported {
             }
             Self::SensitivitiesOfForceByContact => {
                 "use sliding platens, or do not request derivatives"
+            }
+            Self::SensitivitiesOfMeasuredDisplacement => {
+                "measure a surface whose displacement along the measured direction is prescribed, or do not request derivatives"
             }
             Self::ByCaller { help, .. } => help,
         }

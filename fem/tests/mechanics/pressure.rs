@@ -189,9 +189,24 @@ fn combinations_that_are_not_supported_are_refused() {
             .follower_pressure("top", |_, t| t)
             .measure("bottom", [0.0, 0.0, 1.0])
     };
-    let young = MaterialParameter::new("young", YOUNG, |x| vec![Material::hencky(x, POISSON)]);
-    let plain = problem(Order::Linear, LinearScheme::Direct, conditions(), 1);
-    let refused = plain.with_sensitivities(vec![young]).expect_err("refused");
-    let reason = Unsupported::SensitivitiesOfFollower;
-    assert!(matches!(&refused, FemError::Unsupported { reason: found, .. } if *found == reason));
+    let refusal_of = |conditions: Conditions| {
+        let young = MaterialParameter::new("young", YOUNG, |x| vec![Material::hencky(x, POISSON)]);
+        let plain = problem(Order::Linear, LinearScheme::Direct, conditions, 1);
+        match plain.with_sensitivities(vec![young]) {
+            Err(FemError::Unsupported { reason, .. }) => Some(reason),
+            _ => None,
+        }
+    };
+    assert_eq!(refusal_of(conditions()), Some(Unsupported::SensitivitiesOfFollower));
+
+    // the displacement of a loaded surface is a result, so that its derivative is not zero
+    let loaded = |surface: &str| {
+        Conditions::new()
+            .fix("bottom", Axis::ALL)
+            .traction("top", |_, t| [0.0, 0.0, t])
+            .measure(surface, [0.0, 0.0, 1.0])
+    };
+    let reason = Some(Unsupported::SensitivitiesOfMeasuredDisplacement);
+    assert_eq!(refusal_of(loaded("top")), reason);
+    assert_eq!(refusal_of(loaded("bottom")), None);
 }

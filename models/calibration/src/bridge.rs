@@ -145,7 +145,7 @@ fn bridge(
     };
     let inverse = |ln: f64, r: f64| 1.0 / (s1 * ratio(ln) + s2 * r);
     let n1 = sorted.len() as f64;
-    let mut r = 1.0;
+    let (mut r, mut is_converged) = (1.0, false);
     for _ in 0..MOST {
         let above = mean(&mut proposed.iter().map(|&ln| weight(ln, r)), n2);
         let below = mean(&mut sorted.iter().map(|&ln| inverse(ln, r)), n1);
@@ -156,8 +156,12 @@ fn bridge(
             return Err(BridgeError::Unreliable { error: f64::INFINITY });
         }
         if change < TOLERANCE {
+            is_converged = true;
             break;
         }
+    }
+    if !is_converged {
+        return Err(BridgeError::Unreliable { error: f64::INFINITY });
     }
     // with p = q/r: f₁ = p/(s₁ p + s₂ g) at draws of g, f₂ = g/(s₁ p + s₂ g) at draws of the density
     let of_proposed: Vec<f64> = proposed.iter().map(|&ln| weight(ln, r)).collect();

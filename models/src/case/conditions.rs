@@ -224,14 +224,22 @@ impl ConditionsCase {
 
     /// Replaces the names of files by the points in the files. Relative paths refer to `folder`.
     ///
-    /// # Errors
-    /// One error for each file that cannot be read.
-    pub(super) fn read_tables(&mut self, folder: &Path) -> Vec<InputError> {
+    /// Returns the key and the path of each file, and an error if the file cannot be read.
+    pub(super) fn read_tables(
+        &mut self,
+        folder: &Path,
+    ) -> Vec<(String, PathBuf, Result<(), InputError>)> {
+        let keys: Vec<String> = self.tables().into_iter().map(|(key, _)| key).collect();
         let prescribed = self.prescribe.iter_mut().filter_map(|p| p.table.as_mut());
         let tractions = self.traction.iter_mut().filter_map(|t| t.table.as_mut());
         let pressures = self.pressure.iter_mut().filter_map(|p| p.table.as_mut());
         let all = prescribed.chain(tractions).chain(pressures).chain(self.table.as_mut());
-        all.filter_map(|table| table.read(folder).err()).collect()
+        let read = |(key, table): (String, &mut TimeTable)| {
+            let TimeTable::File(file) = table else { return None };
+            let path = folder.join(&*file);
+            Some((key, path, table.read(folder)))
+        };
+        keys.into_iter().zip(all).filter_map(read).collect()
     }
 
     /// Times in s, inside the duration of the test, at which the rate of a displacement or load changes.

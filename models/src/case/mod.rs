@@ -275,6 +275,12 @@ impl Case {
         self.simulator.is_none() && self.design.import.is_none()
     }
 
+    /// Whether a surface has a pressure that follows the deformation.
+    pub(crate) fn has_follower_pressure(&self) -> bool {
+        let pressures = self.conditions.iter().flat_map(|conditions| &conditions.pressure);
+        pressures.into_iter().any(|pressure| pressure.kind == PressureKind::Follower)
+    }
+
     /// Adds the parameters of `[parameters]` to the calibrated parameters.
     fn add_free_parameters(&mut self) {
         if self.parameters.is_empty() {

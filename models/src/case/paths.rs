@@ -107,7 +107,7 @@ pub(crate) fn make_absolute(table: &mut Table, case: &Path) {
 
 /// All files and folders that a case names, with their keys. Relative paths refer to the folder of the case.
 pub(crate) fn named_paths(file: &CaseFile) -> Vec<(String, PathBuf)> {
-    let mut named = file.hardening_tables.clone();
+    let mut named = file.table_files.clone();
     let Ok(mut table) = Table::try_from(&file.case) else { return named };
     visit_paths(&mut table, &mut |key, path| {
         named.push((key.to_owned(), file.beside(Path::new(path))));

@@ -18,8 +18,8 @@ pub struct CaseFile {
     pub path: PathBuf,
     /// Contents of the case file.
     pub case: Case,
-    /// Keys and paths of the tables of yield stresses, whose rows replace their names in `case`.
-    pub hardening_tables: Vec<(String, PathBuf)>,
+    /// Keys and paths of the tables of yield stresses and the time tables, whose rows replace their names in `case`.
+    pub table_files: Vec<(String, PathBuf)>,
 }
 
 impl CaseFile {
@@ -60,11 +60,14 @@ impl CaseFile {
             read.errors.iter().map(|error| explain(error, text, path)).collect();
         let Some(mut case) = read.case.take() else { return (None, mistakes) };
         case.complete();
-        let mut file = Self { path: path.to_owned(), case, hardening_tables: Vec::new() };
+        let mut file = Self { path: path.to_owned(), case, table_files: Vec::new() };
         mistakes.extend(file.read_hardening().into_iter().map(|m| with_excerpt(m, text, path)));
         let folder = file.path.with_file_name("");
         let conditions = file.case.conditions.as_mut();
-        mistakes.extend(conditions.into_iter().flat_map(|all| all.read_tables(&folder)));
+        for (key, table, read) in conditions.into_iter().flat_map(|all| all.read_tables(&folder)) {
+            file.table_files.push((key, table));
+            mistakes.extend(read.err());
+        }
         let unexplained = file.validate().into_iter().filter(|mistake| !read.explains(mistake));
         mistakes.extend(unexplained.map(|mistake| with_excerpt(mistake, text, path)));
         (Some(file), mistakes)
@@ -78,7 +81,7 @@ impl CaseFile {
             let Some(plastic) = material.plastic.as_mut() else { continue };
             let Some(table) = plastic.table().map(|table| folder.join(table)) else { continue };
             let key = hardening_key(region);
-            self.hardening_tables.push((key.clone(), table.clone()));
+            self.table_files.push((key.clone(), table.clone()));
             if let Err([problem, help]) = plastic.read_table(&table) {
                 let value = table.display().to_string();
                 mistakes.push(InputError::new(&self.path, &key, value, problem, help));

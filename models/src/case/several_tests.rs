@@ -277,9 +277,14 @@ fn validations_of(file: &CaseFile, entry: &TestEntry) -> Vec<ValidationCase> {
         let later = (case.tests.len() + place) as u64;
         let seed = |seed: u64| Value::Integer((seed.wrapping_add(later) as i64) & i64::MAX);
         let specimens = case.experiments.as_ref().and_then(|own| own.virtual_specimens.as_ref());
-        let names_specimens = ["table", "values"]
-            .iter()
-            .any(|key| at(&validation.set, &format!("experiments.{key}")).is_some());
+        let names = |set: &Table| {
+            ["experiments.table", "experiments.values"].iter().any(|key| at(set, key).is_some())
+        };
+        let removes = |without: &[String]| without.iter().any(|key| key == "experiments.virtual");
+        let names_specimens = names(&validation.set)
+            || names(&entry.set)
+            || removes(&validation.without)
+            || removes(&entry.without);
         let seeds = [
             ("design.seed", Some(case.design.seed)),
             (

@@ -287,8 +287,8 @@ impl<'a> Workflow<'a> {
             validations.push((name, Self { is_held_out: true, ..workflow }));
         }
         let (path, case) = (dir.join("case.toml"), copies.case.clone());
-        // the case in the results folder has the rows of the tables of yield stresses
-        let file = CaseFile { path, case, hardening_tables: Vec::new() };
+        // the case in the results folder has the rows of its tables
+        let file = CaseFile { path, case, table_files: Vec::new() };
         Ok(Self {
             file,
             dir: dir.to_owned(),

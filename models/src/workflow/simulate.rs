@@ -88,6 +88,11 @@ pub fn simulate(
     let folder = ProductFolder::new(dir, &access.replace);
     // an error of one rank must stop all ranks before they communicate in the simulation
     let mesh = agreed(ranks, mesh_for(file, dir, &folder))?;
+    let device = match device {
+        // a follower pressure does not run on a device
+        DeviceChoice::Auto if file.case.has_follower_pressure() => DeviceChoice::Cpu,
+        chosen => chosen,
+    };
     let (device, solver) = device.device(file.case.solver, ranks)?;
     let setup = Setup { device: device.as_ref(), ranks: Some(ranks), solver, ..Setup::from(file) };
     if ranks.is_first() {

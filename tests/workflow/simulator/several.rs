@@ -103,7 +103,7 @@ fn the_joint_posterior_predicts_held_out_and_further_tests() {
     assert!((predicted - 9.0 * mean).abs() < 9.0 * 4.0 * sd / 12f64.sqrt(), "{predicted} {mean}");
     assert_eq!(row_of(&results, "verdict.csv", "k1")["verdict"], "identified");
 
-    let design = table(&results.join("tests/single/design.csv"));
+    let design = table(&results.join("tests/single/next-test.csv"));
     let contraction = |candidate: &str, specimens: &str| {
         let is_row = |row: &&std::collections::BTreeMap<String, String>| {
             row["candidate"] == candidate && row["specimens"] == specimens

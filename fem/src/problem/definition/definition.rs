@@ -112,6 +112,9 @@ impl Definition {
         if self.conditions.is_driven() && self.conditions.has_platens() {
             return refused(Unsupported::SensitivitiesOfForceByContact);
         }
+        if !self.conditions.prescribes_measured_displacement() {
+            return refused(Unsupported::SensitivitiesOfMeasuredDisplacement);
+        }
         for (k, parameter) in self.parameters.iter().enumerate() {
             let field = self.phase_field.as_ref();
             parameter.validate(&self.mesh.regions, &self.materials, &self.interfaces, field)?;

@@ -182,7 +182,7 @@ impl CaseFile {
         let SimulationParts { phase_field, test, machine, .. } = parts;
         let case = Case { phase_field, test, machine, ..self.case.clone() };
         let mut mistakes = Mistakes::default();
-        let file = Self { path: self.path.clone(), case, hardening_tables: Vec::new() };
+        let file = Self { path: self.path.clone(), case, table_files: Vec::new() };
         file.check_test(&mut mistakes);
         check_machine(&file, &mut mistakes);
         match mistakes.into_vec().into_iter().next() {
