@@ -1,4 +1,4 @@
-//! Newton's method with the displacement of the platen as an additional unknown, and the force of the platen as an
+//! Equations of Newton's method with the displacement of the platen as an additional unknown, and the force of the platen as an
 //! additional equation.
 //!
 //! With the residual R(x, d) at the fields x and the platen displacement d, and the force F(x, d) of the platen, the
@@ -7,16 +7,10 @@
 //! factor: a = K⁻¹ R and the response K⁻¹ b. The response is stored until the tangent changes.
 
 use super::linear::Nodal;
-use super::newton::Newton;
 use crate::boundary::{DrivenPlaten, ExternalForces};
-use crate::error::StepFailure;
 use crate::fields::Fields;
 use crate::operator::{NodeBlock, Residual};
 use crate::parallel::Halo;
-
-/// Relative residual of the linear solution for the response. The error of the response limits the convergence of
-/// Newton's method, because each step contains a multiple of the response.
-const RESPONSE_TOLERANCE: f64 = 1e-6;
 
 /// The force that a platen must exert, and the linearisation of this force.
 #[derive(Clone, Debug)]
@@ -168,44 +162,6 @@ impl ForceControl {
             let force = block.map(|row| -(0..3).map(|k| row[k] * direction[k]).sum::<f64>());
             (*node, force)
         })
-    }
-}
-
-impl Newton<'_> {
-    /// Prescribes the force of the platen, N, in the following increments, or its displacement for `None`. The fields
-    /// then contain the displacement.
-    pub(crate) fn prescribe_force(&mut self, force_n: Option<f64>) {
-        self.control.iter_mut().for_each(|control| control.prescribe(force_n));
-    }
-
-    /// Adds the displacement of the platen to the Newton step. `select` sets the equations that are not solved to zero.
-    pub(super) fn complete_step(
-        &mut self,
-        control: &mut ForceControl,
-        select: impl Fn(Vec<Nodal>) -> Vec<Nodal>,
-    ) -> Result<(), StepFailure> {
-        let operator = self.operator;
-        let halo = &operator.part().halo;
-        if control.needs_response() {
-            let of_motion = self.multiply(control.motion());
-            let border = select(control.border(of_motion.clone()));
-            let tolerance = RESPONSE_TOLERANCE.min(self.settings.linear_tolerance);
-            let response = self.solve_nodal(&border, tolerance)?;
-            let of_response = self.multiply(&response);
-            control.respond(response, &of_response, &of_motion, halo);
-        }
-        let mut step = std::mem::take(&mut self.step);
-        let product = self.multiply(&step);
-        let is_finite = control.complete(&mut step, &product, halo);
-        self.step = step;
-        if is_finite { Ok(()) } else { Err(StepFailure::Singular) }
-    }
-
-    /// Multiplies values by the stored tangent, with the rows and columns of constrained values.
-    fn multiply(&mut self, x: &[Nodal]) -> Vec<Nodal> {
-        let mut product = vec![[0.0; 4]; x.len()];
-        self.linear.multiply(x, &mut product);
-        product
     }
 }
 

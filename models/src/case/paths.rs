@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use toml::{Table, Value};
 
+use super::plastic::hardening_key;
 use super::{Case, CaseFile, ValidationCase};
 use crate::error::InputError;
 
@@ -89,11 +90,6 @@ fn at<'a>(table: &'a mut Table, path: &str) -> Option<&'a mut Value> {
     let mut keys = path.split('.');
     let first = keys.next().and_then(|key| table.get_mut(key));
     keys.fold(first, |value, key| value?.get_mut(key))
-}
-
-/// Key of the table of yield stresses of a region.
-pub(super) fn hardening_key(region: &str) -> String {
-    format!("material.{region}.plastic.hardening.table")
 }
 
 /// Makes all paths in the table of a case absolute; relative paths refer to the folder of the file `case`.

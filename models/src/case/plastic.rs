@@ -5,6 +5,11 @@ use std::path::{Path, PathBuf};
 use fem::{Hardening, HardeningPoint, PlasticRate, Plasticity, YieldCriterion};
 use serde::{Deserialize, Serialize};
 
+/// Key of the table of yield stresses of a region.
+pub(super) fn hardening_key(region: &str) -> String {
+    format!("material.{region}.plastic.hardening.table")
+}
+
 /// `plastic.…` of a region.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

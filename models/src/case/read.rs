@@ -8,7 +8,7 @@ use super::Case;
 use super::excerpt::{excerpt, with_excerpt};
 use super::image::IMAGE_KEYS;
 use super::mistakes::ReadCase;
-use super::paths::hardening_key;
+use super::plastic::hardening_key;
 use crate::error::{InputError, absence, closest};
 
 /// A case with the path of its file.
