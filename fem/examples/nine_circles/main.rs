@@ -9,7 +9,8 @@
 //! A name is a problem (`uniaxial`, `biaxial`, `torsion`, `pure-shear`, `double-cantilever`, `trousers`, `edge-notch`,
 //! `indentation`, `poker-chip`), or a problem and a law such as `torsion:at1` (laws: `at1`, `at2`, `strength`), or
 //! `viscosity`: the J-integral of growing cracks for several viscosities. Without names, all problems run with all laws.
-//! Printed as a Markdown table; the criteria are in `docs/explanation/nine-circles.md`.
+//! With the environment variable `PROGRESS`, most problems print every load step to the standard error output. Results are
+//! printed as a Markdown table; the criteria are in `docs/explanation/nine-circles.md`.
 
 mod circles;
 
