@@ -95,7 +95,7 @@ fn the_former_name_of_a_stage_runs_it_and_says_its_present_name() {
     let dir = tempfile::tempdir().unwrap();
     let [(code, _, former), (_, _, present)] =
         ["design", "next-test"].map(|name| said(&breccia(dir.path(), &[name, "none.toml"])));
-    let note = "note: the stage design is called next-test now\n";
+    let note = "      note the stage design is called next-test now\n";
     assert_eq!(code, Some(1));
     assert_eq!(former, format!("{note}{present}"));
     assert!(present.contains("none.toml"), "{present}");
@@ -154,7 +154,11 @@ fn mistakes_name_file_key_value_and_help_and_fail() {
             &["material.matrix.young_mpa = \"stiff\""],
         ),
         ("poisson = 0.25", String::new(), &["material.matrix.poisson", "is missing", "Add it."]),
-        ("[material.matrix]", "[material.matrx]".into(), &["material.matrix", "matrx meant"]),
+        (
+            "[material.matrix]",
+            "[material.matrx]".into(),
+            &["material.matrix", "Did you mean material.matrx"],
+        ),
         ("[test]", "[tset]".into(), &["unknown key \"tset\"", "mean \"test\""]),
         ("steps = 4", "steps = -4".into(), &["test.steps = -4"]),
         (

@@ -39,7 +39,7 @@ fn tables_and_a_mask_are_not_replaced() {
                 let command = [&[*command, "my.toml", "--out", "."], extra].concat();
                 let (code, _, err) = said(&breccia(dir.path(), &command));
                 assert_eq!(code, Some(1), "{command:?}: {err}");
-                for part in ["my.toml", key, file, "stands in the folder of the results", "--out"] {
+                for part in ["my.toml", key, file, "is in the results folder", "--out"] {
                     assert!(err.contains(part), "{command:?}: {part:?} is not in {err:?}");
                 }
             }

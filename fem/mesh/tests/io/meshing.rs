@@ -203,7 +203,7 @@ fn grains_finer_than_the_mesh_become_mixtures_of_their_volume() {
     let mode = GrainMode::Conforming;
     let lost = mesh(Meshing { mode, ..Meshing::new(0.3) }, &field).report;
     assert!(
-        lost.lost_grains() > 0 && lost.warnings().iter().any(|w| w.contains("missing")),
+        lost.lost_grains() > 0 && lost.warnings().iter().any(|w| w.contains("omitted")),
         "{lost}"
     );
 }

@@ -58,8 +58,8 @@ fn wrong_parameters_and_ranges_are_refused() {
         (Prior::new(LogNormal, &[280.0, 0.9]), "factor must be above 1"),
         (Prior::new(Normal, &[280.0, -1.0]), "sd must be positive"),
         (Prior::new(Normal, &[280.0]), "sd must be positive"),
-        (Prior::new(Beta, &[2.0, 6.0]).within(-0.1, 0.5), "0 or more"),
-        (Prior::new(Triangular, &[1.0, 2.0, 3.0]).within(1.5, 4.0), "3 or less"),
+        (Prior::new(Beta, &[2.0, 6.0]).within(-0.1, 0.5), "at least 0"),
+        (Prior::new(Triangular, &[1.0, 2.0, 3.0]).within(1.5, 4.0), "at most 3"),
         (Prior::new(Normal, &[0.0, 1.0]).within(2.0, 1.0), "below the upper end"),
         (Prior::uniform(3.0, f64::INFINITY), "finite"),
     ] {
