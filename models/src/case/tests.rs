@@ -580,7 +580,7 @@ fn conditions_replace_the_platens() {
         (
             "steps = 2",
             good.replace("x_mm = 0.1", "x_mm = 0.1, table = \"missing.csv\""),
-            ["missing.csv", "does not exist"],
+            ["missing.csv", "cannot be read"],
         ),
         (
             "steps = 2",
