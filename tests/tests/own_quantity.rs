@@ -129,7 +129,7 @@ fn a_quantity_and_a_parameter_from_outside_are_calibrated() {
     assert!(Registry::standard().with_qoi(SecantStiffness).with_target(StiffnessFactor).install());
     for (from, to, parts) in [
         ("stiffness_factor = {", "stifness_factor = {", ["stifness_factor", "stiffness_factor"]),
-        ("range = [0.9", "range = [-0.9", ["sample.stiffness_factor", "0 or more"]),
+        ("range = [0.9", "range = [-0.9", ["sample.stiffness_factor", "at least 0"]),
     ] {
         let wrong = CaseFile::parse(&CASE.replacen(from, to, 1), Path::new("case.toml"));
         let message = wrong.unwrap_err().to_string();

@@ -1,5 +1,4 @@
-//! Calibrations with `[conditions]` (triaxial compression, tension of a mesh file with an extensometer) and with a
-//! prescribed force (creep).
+//! Calibrations with `[conditions]`: triaxial compression.
 
 use std::path::Path;
 
@@ -80,83 +79,15 @@ prescribe = [
 measure = { surface = "top", direction = [0.0, 0.0, -1.0] }
 "#;
     let young = ["matrix.young_mpa = [220.0, 340.0]", "matrix.young_mpa = 275.0"];
-    let text = case(LATTICE, "", test, r#""force-at-1-s", "force-at-2-s""#, young);
-    let [mean, sd] = calibrated(dir.path(), &text, "force_at_1_s_N");
+    let text = case(LATTICE, "", test, r#""force-at-1.5-s", "force-at-2-s""#, young);
+    let [mean, sd] = calibrated(dir.path(), &text, "force_at_1.5_s_N");
     assert!(sd < 20.0 && (mean - 275.0).abs() < 4.0 * sd, "{mean} ± {sd}");
     let area = std::f64::consts::PI * 2.5 * 2.5;
     for row in table(&dir.path().join("results/runs.csv")) {
-        // the top is held while the pressure p rises: the axial stress is 2 ν p for any Young's modulus
-        let held = number(&row, "force_at_1_s_N") / (2.0 * 0.25 * 2.0 * area);
-        assert!((held - 1.0).abs() < 0.1, "{row:?}");
-        // axial compression adds E ε
-        let strain = 0.1 / 4.4;
-        let added = number(&row, "force_at_2_s_N") - number(&row, "force_at_1_s_N");
+        // axial compression adds E ε; half of it follows after 1.5 s
+        let strain = 0.05 / 4.4;
+        let added = number(&row, "force_at_2_s_N") - number(&row, "force_at_1.5_s_N");
         let exact = number(&row, "matrix.young_mpa") * strain * area;
         assert!((added / exact - 1.0).abs() < 0.15, "{row:?} {exact}");
-    }
-}
-
-/// A bar from a mesh file is pulled; an extensometer measures the middle half of its length.
-#[test]
-fn tension_of_a_mesh_file_is_calibrated_with_an_extensometer() {
-    let dir = tempfile::tempdir().unwrap();
-    let mut mesh = fem::Block::new([2.0, 2.0, 8.0], [2, 2, 6]).build().unwrap();
-    mesh.regions = vec!["matrix".into()];
-    fem::gmsh::write(dir.path().join("bar.msh"), &mesh).unwrap();
-    let specimen = r#"[specimen]
-mesh = "bar.msh"
-regions = { matrix = "matrix" }
-surfaces = { bottom = "bottom", top = "top", left = "left", front = "front" }
-order = 1
-"#;
-    let test = r#"
-steps = 8
-[conditions]
-symmetry = ["left", "front", "bottom"]
-prescribe = [{ surface = "top", z_mm = 0.16 }]
-measure = { surface = "top", direction = [0.0, 0.0, 1.0] }
-extensometer = { from_mm = [0.9, 0.9, 2.0], to_mm = [0.9, 0.9, 6.0] }
-"#;
-    let young = ["matrix.young_mpa = [220.0, 340.0]", "matrix.young_mpa = 275.0"];
-    let quantities = r#""force-at-0.05-mm", "displacement-at-1-s""#;
-    let text = case(specimen, "", test, quantities, young);
-    let [mean, sd] = calibrated(dir.path(), &text, "displacement_at_1_s_mm");
-    assert!(sd < 20.0 && (mean - 275.0).abs() < 4.0 * sd, "{mean} ± {sd}");
-    for row in table(&dir.path().join("results/runs.csv")) {
-        // half of the length has half of the elongation of 0.16 mm
-        assert!((number(&row, "displacement_at_1_s_mm") - 0.08).abs() < 1e-5, "{row:?}");
-        let strain = 0.05 / 4.0;
-        let exact = number(&row, "matrix.young_mpa") * strain * 4.0;
-        assert!((number(&row, "force_at_0.05_mm_N") / exact - 1.0).abs() < 0.03, "{row:?}");
-    }
-}
-
-/// A creep test identifies the viscous fraction of the shear modulus.
-#[test]
-fn creep_under_a_prescribed_force_is_calibrated() {
-    let dir = tempfile::tempdir().unwrap();
-    let material = "viscoelastic = { shear = [{ fraction = 0.4, time_s = 0.5 }] }";
-    let test = r#"
-program = [
-  { time_s = 0.1, force_n = 80.0, steps = 5 },
-  { time_s = 3.0, force_n = 80.0 },
-]
-steps = 20
-"#;
-    let quantities = r#""displacement-at-0.1-s", "creep-displacement", "displacement-at-1-s""#;
-    let young = ["matrix.young_mpa = [220.0, 340.0]", "matrix.young_mpa = 275.0"];
-    let text = case(LATTICE, material, test, quantities, young);
-    let [mean, sd] = calibrated(dir.path(), &text, "80 N at 0.1 s in 5 steps, 80 N at 3 s");
-    assert!(sd < 20.0 && (mean - 275.0).abs() < 4.0 * sd, "{mean} ± {sd}");
-    for row in table(&dir.path().join("results/runs.csv")) {
-        let curve = table(&dir.path().join(format!("results/curves/run-{:0>3}.csv", row["run"])));
-        assert!(
-            curve.iter().skip(4).all(|p| (number(p, "force_N") - 80.0).abs() < 1e-4),
-            "{row:?}"
-        );
-        let at = |k: usize| number(&curve[k], "displacement_mm");
-        let gained = at(curve.len() - 1) - at(4);
-        let found = number(&row, "creep_displacement_mm");
-        assert!(gained > 0.0 && (found / gained - 1.0).abs() < 1e-3, "{found} {gained}");
     }
 }

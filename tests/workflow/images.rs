@@ -80,7 +80,7 @@ fn the_stiffness_of_scanned_specimens_is_an_input_of_the_surrogate() {
     assert_eq!(code, Some(0), "{err}");
     let own = dir.path().join("own");
     let told =
-        "1 of 3 specimens have no image: the stiffness ratio of their grains is taken from 10 ";
+        "1 of 3 specimens have no image: the stiffness ratio of their grains is estimated from 10 ";
     assert!(err.contains(told), "{err}");
     let page = std::fs::read_to_string(own.join("report.html")).unwrap();
     assert!(page.contains(told) && page.contains("<th>stiffness ratio</th>"));
@@ -191,7 +191,8 @@ fn runs_are_spread_over_the_images_of_several_specimens() {
     let geometry = budget.iter().filter(|row| row["source"] == "geometry");
     let geometry: Vec<f64> = geometry.map(|row| number(row, "share")).collect();
     assert!(geometry.len() == 3 && geometry.iter().all(|share| *share > 0.0), "{budget:?}");
-    let warning = "The runs are on 4 images: how specimens scatter is poorly known from so few";
+    let warning =
+        "The runs are on 4 images only, so that the scatter between specimens is poorly known";
     let page = std::fs::read_to_string(out.join("report.html")).unwrap();
     assert!(err.contains(warning) && page.contains(warning), "{err}");
     assert!((2..=4).all(|image| page.contains(&format!("image {image}, V-0{image}.tif"))));
@@ -282,7 +283,8 @@ fn runs_share_fewer_packings() {
     std::fs::write(dir.path().join("one.toml"), scans).unwrap();
     let (code, _, err) = breccia(dir.path(), &["run", "one.toml", "--out", "one"]);
     assert_eq!(code, Some(0), "{err}");
-    let warning = "All runs are on one image: the posterior does not know how specimens scatter";
+    let warning =
+        "All runs are on one image, so that the scatter between microstructures is unknown";
     let page = std::fs::read_to_string(dir.path().join("one/report.html")).unwrap();
     assert!(err.contains(warning) && page.contains(warning), "{err}");
     assert!(!dir.path().join("one/surrogate_specimens.json").exists());

@@ -175,9 +175,17 @@ fn a_table_of_specimens_has_a_column_test() {
     std::fs::write(dir.path().join("two.toml"), text).unwrap();
     copy(&specimens.join("curves"), &dir.path().join("curves"));
     std::fs::copy(dir.path().join("curves/V-01.csv"), dir.path().join("curves/V-04.csv")).unwrap();
-    // two specimens cannot have the same curve
+    // two specimens cannot have the readings of the same test
     edit(&dir.path().join("curves/V-04.csv"), |text| {
-        format!("{}\n", text.trim_end().rsplit_once('\n').unwrap().0)
+        let (header, rows) = text.split_once('\n').unwrap();
+        let scaled = rows.lines().map(|row| {
+            let mut cells: Vec<&str> = row.split(',').collect();
+            let force_n = 1.01 * cells[1].parse::<f64>().unwrap();
+            let force_n = force_n.to_string();
+            cells[1] = &force_n;
+            cells.join(",") + "\n"
+        });
+        format!("{header}\n{}", scaled.collect::<String>())
     });
     let row = |id: &str, test: &str| format!("{id},4.4,2.5,50C,{test}\n");
     let rows = [("V-01", "one"), ("V-02", "one"), ("V-03", "two"), ("V-04", "two")];

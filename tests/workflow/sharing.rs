@@ -150,7 +150,7 @@ fn status_tells_what_is_done_stale_stopped_and_under_way_and_changes_nothing() {
         &curves,
         "<svg viewBox=",
         "Missing: segment, mesh, experiments, ensemble, surrogate, calibrate, confirm, validate, \
-         verdict, design.",
+         verdict, next-test.",
     ] {
         assert!(page().contains(part), "{part}");
     }
@@ -227,7 +227,7 @@ fn damaged_and_foreign_runs_are_told_from_good_ones() {
     for sharing in [&[][..], &["--share"], &["--slurm-script", "script.sh"]] {
         let (code, _, err) = breccia(dir.path(), &[&ensemble, sharing].concat());
         assert_eq!(code, Some(1), "{err}");
-        for part in ["another version", "breccia 0.0.9", own, "--out", "delete this one"] {
+        for part in ["another version", "breccia 0.0.9", own, "--out", "delete this folder"] {
             assert!(err.contains(part), "{part} is not in {err}");
         }
     }

@@ -233,7 +233,8 @@ impl Conditions {
         self.pressures.iter().any(|pressure| pressure.follows)
     }
 
-    /// Whether the measured displacement is prescribed, so that it does not depend on the material.
+    /// Whether the measured displacement is prescribed by conditions or by a platen, so that it does not depend on the
+    /// material.
     pub(crate) fn prescribes_measured_displacement(&self) -> bool {
         let Some(probe) = &self.probe else { return true };
         let is_fixed = |axis: Axis| {
@@ -243,7 +244,10 @@ impl Conditions {
         match probe.travel {
             Travel::Known(_) | Travel::Platen => true,
             Travel::Gauge(_) => false,
-            Travel::Mean => Axis::ALL.into_iter().all(is_fixed),
+            Travel::Mean => {
+                self.platens.iter().any(|(surface, _)| *surface == probe.surface)
+                    || Axis::ALL.into_iter().all(is_fixed)
+            }
         }
     }
 

@@ -8,39 +8,23 @@ const DIFFERENT: f64 = 0.02;
 const OUTSIDE: f64 = 0.2;
 /// Smallest number of readings that are compared.
 const LEAST: usize = 5;
-/// Largest rounding of displacements that is considered, relative to the largest displacement: for values that are rounded to
-/// decimals in mm, and for other values.
-const DISPLACEMENT: [f64; 2] = [1e-2, 0.0];
-/// Largest rounding of forces that is considered, relative to the largest force: for values that are rounded to decimals in N,
-/// and for other values.
-const FORCE: [f64; 2] = [2e-3, 2e-3];
-/// Share of different values below which rounding has merged values.
-const MERGED: f64 = 0.9;
 /// Relative round-off of a conversion of units.
 const ROUND_OFF: f64 = 1e-9;
 
-/// Whether two curves have the readings of the same test, up to rounding, omitted readings, resampling and a few edited
-/// readings. Times are not compared.
+/// Whether two curves have the readings of the same test, up to a conversion of units, omitted readings, resampling and a few
+/// edited readings. Times are not compared. A copy that is rounded to other digits counts as another test.
 ///
 /// The readings of the curve with fewer readings must occur in the other curve, in the same order. A reading occurs if the
-/// other curve has a reading whose displacement and force are equal up to the rounding of both files, or if the force that is
-/// interpolated between two readings is equal. Interpolation is allowed only between readings whose displacements differ by
-/// more than the rounding: readings that are denser have the noise of another test within the same displacement. The
-/// rounding of a file is estimated from its numbers. It is at most 0.2 % of the largest force, which is far below the
-/// scatter between specimens.
+/// other curve has a reading with this displacement and force, or if the force that is interpolated between two readings is
+/// equal.
 pub fn is_same_test(a: &TestCurve, b: &TestCurve) -> bool {
     let (few, many) = if a.force_n.len() <= b.force_n.len() { (a, b) } else { (b, a) };
     if few.force_n.len() < LEAST {
         return a == b;
     }
-    let rounding = |values: fn(&TestCurve) -> &[f64], most: [f64; 2]| {
-        let largest = [a, b].map(|curve| largest(values(curve)));
-        let of_files = [a, b].map(|curve| rounding(values(curve), most));
-        0.5 * (of_files[0] + of_files[1]) + ROUND_OFF * largest[0].max(largest[1])
-    };
     let tolerance = Tolerance {
-        displacement_mm: rounding(|curve| &curve.displacement_mm, DISPLACEMENT),
-        force_n: rounding(|curve| &curve.force_n, FORCE),
+        displacement_mm: ROUND_OFF * largest(&a.displacement_mm).max(largest(&b.displacement_mm)),
+        force_n: ROUND_OFF * largest(&a.force_n).max(largest(&b.force_n)),
     };
     let (low, high) = range(&many.displacement_mm);
     let within = (low - tolerance.displacement_mm)..=(high + tolerance.displacement_mm);
@@ -103,33 +87,6 @@ impl Tolerance {
     }
 }
 
-/// Unit in which the values of a file are rounded: the largest power of ten of which all values are multiples. If there is
-/// none, or if rounding has merged values: the smallest difference between two values.
-fn rounding(values: &[f64], [most, other_unit]: [f64; 2]) -> f64 {
-    let largest = largest(values);
-    let is_multiple = |value: f64, unit: f64| {
-        let ratio = value / unit;
-        (ratio - ratio.round()).abs() * unit <= ROUND_OFF * largest
-    };
-    let decimals = (-3..=6).map(|digits| 10f64.powi(-digits));
-    let decimals = decimals.filter(|unit| *unit > 10.0 * ROUND_OFF * largest);
-    let unit = { decimals }.find(|&unit| values.iter().all(|&value| is_multiple(value, unit)));
-    let mut sorted = values.to_vec();
-    sorted.sort_unstable_by(f64::total_cmp);
-    let differences = sorted.windows(2).map(|pair| pair[1] - pair[0]);
-    let differences: Vec<f64> = differences.filter(|d| *d > ROUND_OFF * largest).collect();
-    let smallest = differences.iter().copied().fold(f64::INFINITY, f64::min);
-    let are_merged = (differences.len() as f64) < MERGED * values.len() as f64;
-    match unit {
-        // the unit of a conversion can be a multiple of a decimal unit, as 0.01 mil is of 1e-6 mm
-        Some(unit) if are_merged => unit.max(smallest).min(most * largest),
-        Some(unit) => unit.min(most * largest),
-        None if are_merged => smallest.min(most * largest),
-        // differences of evenly spaced displacements are no sign of rounding
-        None => smallest.min(other_unit * largest),
-    }
-}
-
 fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |largest, value| value.abs().max(largest))
 }
@@ -184,17 +141,17 @@ mod tests {
                 edited.force_n[readings / 2] += 9.0;
             }
             let timed = TestCurve { time_s: all().map(|i| i as f64).collect(), ..curve.clone() };
-            let in_lbf = rounded(&curve, [1e-4, 0.05 * 4.448_221_615_260_5]);
+            let in_kn = curve.force_n.iter().map(|force| 1e-3 * force * 1e3).collect();
+            let in_kn = TestCurve::new(curve.displacement_mm.clone(), in_kn);
             for (what, other) in [
                 ("equal", curve.clone()),
                 ("timed", timed),
-                ("rounded", rounded(&curve, [1e-3, 0.1])),
-                ("in lbf", in_lbf),
+                ("in kN", in_kn),
                 ("without the first reading", without(0)),
                 ("without a reading", without(readings / 3)),
                 ("cut", cut),
                 ("edited", edited),
-                ("thinned and rounded", rounded(&every(&curve, 3), [1e-4, 0.1])),
+                ("thinned", every(&curve, 3)),
             ] {
                 for pair in [[&curve, &other], [&other, &curve]] {
                     assert!(is_same_test(pair[0], pair[1]), "{what}: {readings}, {noise_n} N");
