@@ -1,7 +1,6 @@
 //! Classification of voxels as air, matrix and grain.
 
 pub(crate) mod blurred;
-pub(crate) mod curvature;
 pub(crate) mod dark;
 pub(crate) mod hardening;
 pub(crate) mod level;

@@ -1,14 +1,10 @@
 //! Warnings about doubtful results of a segmentation.
 
+use crate::Region;
 use crate::grains::statistics::SpecimenStatistics;
-use crate::{Contrast, Region};
 
-/// Share of the specimen's volume above which voids cause a warning about the mesh.
+/// Share of the specimen's volume above which voids cause a warning.
 const VOIDS: f64 = 0.02;
-/// Share of the specimen's volume above which voids cause a warning about the grain fraction.
-const THIN_VOIDS: f64 = 0.001;
-/// Relative curvature of the interface below which the brighter material is hollow.
-const HOLLOW: f64 = -0.15;
 /// The measured volume of a grain below this volume (voxels) is uncertain.
 const SMALL: f64 = 65.0;
 /// A warning is added if grains smaller than [`SMALL`] have more than this share of the volume of all grains.
@@ -18,61 +14,12 @@ const SMALL_SHARE: f64 = 0.05;
 const FRACTION_DIFFERENCE: f64 = 0.05;
 
 /// Returns a warning about voids in the specimen.
-pub(super) fn void_in_words(fraction: f64, contrast: Contrast) -> Option<String> {
-    let beside = match contrast {
-        Contrast::Bright => {
-            "the grain fraction is too small by several per cent, because blur mixes air into the grains beside thin voids, so that \
-             grain there counts as matrix"
-        }
-        Contrast::Dark => {
-            "the grain fraction is uncertain by several per cent, because blur gives the rims of voids the grey values of dark grains"
-        }
-    };
-    let percent = 100.0 * fraction;
-    if fraction > VOIDS {
-        return Some(format!(
-            "{percent:.1} % of the specimen is as dark as air (cracks, pores, a chipped edge) and is meshed as matrix: the grain fraction refers to the cylinder including its voids (share of voids: void_fraction in segment.csv); {beside}",
-        ));
-    }
-    (fraction > THIN_VOIDS).then(|| {
+pub(super) fn void_in_words(fraction: f64) -> Option<String> {
+    (fraction > VOIDS).then(|| {
         format!(
-            "{beside}: {percent:.2} % of the specimen is as dark as air (cracks, pores; share of voids: void_fraction in segment.csv)"
+            "{:.1} % of the specimen is as dark as air (cracks, pores, a chipped edge) and is meshed as matrix: the grain fraction refers to the cylinder including its voids (share of voids: void_fraction in segment.csv)",
+            100.0 * fraction
         )
-    })
-}
-
-/// Returns a warning if the material that counts as grain is hollow. `curvature` is the relative curvature of the
-/// interface, positive where the material that counts as grain is convex. `is_inverted` is true for an image in which air
-/// is the brightest material.
-pub(super) fn exchanged_in_words(
-    curvature: Option<f64>,
-    contrast: Contrast,
-    is_inverted: bool,
-) -> Option<String> {
-    let curvature = curvature.filter(|&curvature| curvature < HOLLOW)?;
-    let (counted, other, remedy) = match (contrast, is_inverted) {
-        (Contrast::Bright, _) => {
-            ("brighter", "dark", "set contrast = \"dark\" in [specimen.image]")
-        }
-        (Contrast::Dark, false) => {
-            ("darker", "bright", "set contrast = \"bright\" in [specimen.image]")
-        }
-        (Contrast::Dark, true) => ("darker", "bright", "invert the grey values of the image"),
-    };
-    Some(format!(
-        "grains and matrix are exchanged if grains are the {other} material: the {counted} material counts as grain but is \
-         hollow, as between {other} grains (relative curvature of the interface {curvature:.2}; separate grains: up to 0.67): \
-         {remedy}"
-    ))
-}
-
-/// Returns a warning if the model of two materials and blur could not be fitted.
-pub(super) fn unfitted_in_words(is_fitted: bool) -> Option<String> {
-    (!is_fitted).then(|| {
-        "grain volumes are uncertain by more than 10 %, because no model of the two blurred materials could be fitted: too few voxels \
-         of matrix or grain are away from the wall and from voids; a smaller voxel size, or a specimen with more grains, gives \
-         accurate volumes"
-            .to_owned()
     })
 }
 

@@ -218,7 +218,7 @@ fn repeated(pairs: &[Pair]) -> Option<String> {
     })
 }
 
-/// Iterates over the pairs before and after pair `k`.
+/// Returns the numbers (from 0) of the pairs before and after pair `k`.
 fn neighbours(pairs: &[Pair], k: usize) -> impl Iterator<Item = &Pair> {
     [k.checked_sub(1), Some(k + 1)].into_iter().flatten().filter_map(|k| pairs.get(k))
 }

@@ -6,4 +6,3 @@ mod location;
 mod scene;
 mod small_grains;
 mod uneven;
-mod warnings;

@@ -46,23 +46,6 @@ fn small_grains_have_the_correct_volume() {
     }
 }
 
-/// In a thin cylinder with many grains, hardly any voxel of the matrix is away from grains and wall.
-#[test]
-fn a_thin_cylinder_with_many_grains_has_its_radius_and_its_fraction() {
-    let thin = Pillar::amid(SHAPE, 13.0, 60.0);
-    let scene = Scene::specimen(SHAPE, thin, 4.0, 0.26);
-    let found = run(&scene.image(), None);
-    let radius = found.cylinder.radius_mm / VOXEL_MM;
-    let ratio = found.statistics.grain_fraction / scene.fraction(thin.volume());
-    println!(
-        "{} grains, radius {radius}, ratio {ratio}, {:?}",
-        scene.volumes.len(),
-        found.warnings
-    );
-    assert!((radius - 13.0).abs() < 0.15, "{radius}");
-    assert!((ratio - 1.0).abs() < 0.08, "{ratio}");
-}
-
 /// The reported threshold is the grey value half way between the materials. If the user gives this value as
 /// `grain_threshold`, the grains are the same.
 #[test]

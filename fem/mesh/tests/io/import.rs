@@ -115,7 +115,7 @@ fn folded_elements_are_straightened_and_reported() {
         "{message}"
     );
 
-    // the message lists twenty of many straightened tetrahedra
+    // the message lists five of many straightened tetrahedra
     let mut mesh =
         CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 }.build().unwrap();
     let all: BTreeMap<[u32; 2], Point> = (mesh.tets.iter())
@@ -126,8 +126,7 @@ fn folded_elements_are_straightened_and_reported() {
         .collect();
     let read_back = read(&second_order(&mesh.nodes, &mesh.tets, &all)).unwrap();
     let [ImportNote::Straightened { tets, .. }] = &read_back.notes[..] else { panic!("a note") };
-    let further = format!(" and {} others;", tets.len() - 20);
-    assert!(tets.len() > 100 && read_back.notes[0].to_string().contains(&further));
+    assert!(tets.len() > 100 && read_back.notes[0].to_string().contains(" and others;"));
     assert!((read_back.mesh.volume() / mesh.volume() - 1.0).abs() < 1e-12);
 
     // without the repair, the validation reports all folded tetrahedra
