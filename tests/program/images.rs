@@ -145,7 +145,8 @@ fn a_size_larger_than_the_specimen_in_the_image_is_refused() {
         let (code, _, err) = said(&breccia(dir.path(), &["segment", "case.toml", "--out", "out"]));
         (code, err)
     };
-    let with_labels = CASE.replace("stack = \"scan.tif\"", "labels = \"labels.tif\"\nbackground = 9");
+    let with_labels =
+        CASE.replace("stack = \"scan.tif\"", "labels = \"labels.tif\"\nbackground = 9");
     // a cylinder of matrix with one ball: radius 16 voxels, height 24 voxels
     let voxels = (0..40_usize.pow(3)).map(|n| {
         let [x, y, z] = [n % 40, n / 40 % 40, n / 1600].map(|c| c as f64 - 19.5);
@@ -160,7 +161,8 @@ fn a_size_larger_than_the_specimen_in_the_image_is_refused() {
             (format!("height_mm = {}", height + 0.15), "specimen.height_mm = "),
         ] {
             let (code, err) = segment(&case.replace("[specimen]", &format!("[specimen]\n{size}")));
-            let is_refused = err.contains(key) && err.contains("is larger than the specimen in the image");
+            let is_refused =
+                err.contains(key) && err.contains("is larger than the specimen in the image");
             assert!(code == Some(1) && is_refused, "{err}");
         }
         let size = format!("[specimen]\nradius_mm = {radius}\nheight_mm = {height}");

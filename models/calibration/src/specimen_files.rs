@@ -165,7 +165,7 @@ impl SpecimenFiles {
         if let Some(same) = self.table.specimens.iter().find(is_same) {
             let problem = match same.curve == curve {
                 true => format!("is equal to the curve of {}", same.id),
-                false => format!("is equal to the curve of {} up to rounding", same.id),
+                false => format!("has the readings of {}", same.id),
             };
             let help = "The same test would count twice: replace the wrong file, or remove one of the two \
                         lines from the table.";

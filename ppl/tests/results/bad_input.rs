@@ -89,13 +89,16 @@ fn the_datum_at_fault_is_named() {
         assert!(!said.contains("impute"), "{said}");
     }
     for said in refusal(&paired(&[[0.1, 0.2], [0.3, f64::NAN]], &[])) {
-        assert!(said.contains("fail is `pair[1]` = [0.3, NaN]"), "{said}");
+        assert!(
+            said.contains("the first rejected observation is `pair[1]` = [0.3, NaN]"),
+            "{said}"
+        );
     }
     for said in refusal(&paired(&[], &[5, 0, 6])) {
-        assert!(said.contains("fail is `counts[2]` = 6"), "{said}");
+        assert!(said.contains("the first rejected observation is `counts[2]` = 6"), "{said}");
     }
     for said in refusal(&one(f64::NAN)) {
-        assert!(said.contains("fail is `y` = NaN"), "{said}");
+        assert!(said.contains("the first rejected observation is `y` = NaN"), "{said}");
         assert!(said.contains("pass them as `Option<f64>` and write `y.impute() ~ …`"), "{said}");
     }
 }

@@ -186,7 +186,7 @@ fn one_curve_for_two_specimens_is_refused() {
     let in_kn = "displacement_mm,force_kN,time_min\n0,0,0\n0.05,0.08,1\n0.1,0.14,2\n0.12,0.147,3\n0.15,0.129,4\n";
     std::fs::write(dir.path().join("curves/S-2.csv"), in_kn).unwrap();
     let error = SpecimenTable::read(&file).unwrap_err().to_string();
-    assert!(error.contains("is equal to the curve of S-1 up to rounding"), "{error}");
+    assert!(error.contains("has the readings of S-1"), "{error}");
 }
 
 /// The rate is 0.12 mm in 240 s. The format of the export is described. Two curve files for one specimen are an
