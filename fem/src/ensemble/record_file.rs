@@ -8,6 +8,7 @@ use super::RunRecord;
 use crate::problem::Fingerprint;
 
 /// Content of the file of a run.
+#[allow(clippy::large_enum_variant)]
 pub(super) enum StoredRun {
     /// There is no file.
     Nothing,

@@ -110,6 +110,7 @@ impl<'a> Newton<'a> {
         }
     }
 
+    #[allow(clippy::too_many_arguments)]
     pub(crate) fn new(
         operator: &'a dyn Operator,
         unknowns: &Unknowns,

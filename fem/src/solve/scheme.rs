@@ -31,6 +31,7 @@ struct Schemes {
 
 impl<'a> Solver<'a> {
     /// Creates a solver without tangents, factors and counters of earlier increments.
+    #[allow(clippy::too_many_arguments)]
     pub(crate) fn new(
         operator: &'a dyn Operator,
         unknowns: &Unknowns,

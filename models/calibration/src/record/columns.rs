@@ -173,7 +173,8 @@ impl Role<'_> {
             _ => "",
         };
         // a column of times may have the name of its unit, such as Seconds
-        let by_name = || (dimension == Dimension::Time).then(|| name.as_str()).filter(is_time_unit);
+        let by_name =
+            || (dimension == Dimension::Time).then_some(name.as_str()).filter(is_time_unit);
         let Some(text) = self.unit.or(written).or_else(by_name) else {
             let help = format!(
                 "Write {0}_unit = \"{1}\" under [experiments.read], or another of: {2}.{no_time}",
