@@ -47,6 +47,7 @@ verdict, next-test, report.
 `breccia help STAGE` describes a stage and the files that it writes.";
 
 #[derive(Subcommand)]
+#[allow(clippy::large_enum_variant)]
 pub(super) enum Command {
     /// Run all stages of a case that are not finished yet
     #[command(after_help = "Example:\n  breccia run my.toml --out results --threads 2")]
