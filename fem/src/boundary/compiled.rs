@@ -9,8 +9,8 @@ use super::conditions::{Axis, Conditions, Driven, Prescribed, PressureOn, Probe,
 use super::constraint::{ConstrainedDof, Constraints, Value};
 use super::contact::Contact;
 use super::function::Function;
+use super::gauge::gauge_of;
 use super::loads::{self, Loads, Traction};
-use super::measured::gauge_of;
 use super::node_set::triangles;
 use super::pressure::{Follower, Pressure};
 use super::reaction::{self, Claims, Support};

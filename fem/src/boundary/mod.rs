@@ -7,6 +7,7 @@ mod contact;
 mod driven;
 mod external;
 mod function;
+mod gauge;
 mod loads;
 mod measured;
 mod node_set;
