@@ -8,7 +8,7 @@ use toml::Value;
 ///
 /// # Example
 /// ```
-/// use models::{BetweenTestsCase, TrendCase, TrendVariable};
+/// use models::case::{BetweenTestsCase, TrendCase, TrendVariable};
 ///
 /// let table: toml::Table = "relation = { trend = \"temperature\", deviation-percent = 2.0 }".parse()?;
 /// let relation: BetweenTestsCase = table["relation"].clone().try_into()?;
