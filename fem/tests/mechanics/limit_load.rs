@@ -53,7 +53,7 @@ fn stresses(n: usize, order: Order, steps: u32) -> Vec<f64> {
     stresses
 }
 
-/// The limit load of a deep notch is that of Prandtl's punch: (2 + π)/√3 = 2.97 times the yield stress on the ligament.
+/// The limit load of a deep notch equals the limit load of Prandtl's punch: (2 + π)/√3 = 2.97 times the yield stress on the ligament.
 /// Elements that lock have no limit load (Nagtegaal, Parks & Rice, Comput. Methods Appl. Mech. Engrg. 4 (1974) 153).
 #[test]
 fn quadratic_elements_reach_the_limit_load_of_a_notched_strip() {
