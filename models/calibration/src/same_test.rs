@@ -128,6 +128,18 @@ mod tests {
         curve.picked(&(0..curve.force_n.len()).step_by(step).collect::<Vec<_>>())
     }
 
+    /// Interpolates a curve with constant spacing linearly at `readings` displacements.
+    fn resampled(curve: &TestCurve, readings: usize) -> TestCurve {
+        let segments = (curve.force_n.len() - 1) as f64;
+        let at = |values: &[f64], i: usize| {
+            let position = segments * i as f64 / (readings - 1) as f64;
+            let start = (position as usize).min(values.len() - 2);
+            values[start] + (position - start as f64) * (values[start + 1] - values[start])
+        };
+        let all = |values: &[f64]| (0..readings).map(|i| at(values, i)).collect();
+        TestCurve::new(all(&curve.displacement_mm), all(&curve.force_n))
+    }
+
     #[test]
     fn the_same_test_is_recognised_however_it_was_exported() {
         for (readings, noise_n) in [(45, 0.0), (45, 1.5), (400, 0.3), (4000, 0.0), (4000, 1.5)] {
@@ -158,9 +170,11 @@ mod tests {
                 }
             }
         }
-        // resampled at other displacements
-        let smooth = test(1, 150.0, 0.0, 900);
-        assert!(is_same_test(&smooth, &test(1, 150.0, 0.0, 97)));
+        for noise_n in [0.0, 1.5] {
+            let curve = test(1, 150.0, noise_n, 900);
+            let other = resampled(&curve, 97);
+            assert!(is_same_test(&curve, &other) && is_same_test(&other, &curve), "{noise_n} N");
+        }
     }
 
     /// Specimens that scatter by 1 % only, or whose curves differ by their noise only, are different tests, also in coarsely

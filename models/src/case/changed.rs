@@ -77,8 +77,9 @@ mod tests {
     /// in the case, in the written case and in the validations, whose `qoi.quantities` still have an effect.
     #[test]
     fn the_likelihood_of_curves_changes_no_other_key() {
-        let template =
-            Case::TEMPLATE.replacen("likelihood = \"quantities\"", "likelihood = \"curve\"", 1);
+        let template = Case::TEMPLATE
+            .replacen("likelihood = \"quantities\"", "likelihood = \"curve\"", 1)
+            .replacen("percent = { slope = 1.5, ", "percent = { ", 1);
         let read = |set: &str| {
             let specimens = "set.experiments.virtual.specimens = 3";
             let validation = format!("[[validation]]\nname = \"other\"\n{specimens}\n{set}");

@@ -85,7 +85,11 @@ fn every_bad_value_is_named_with_its_key_and_what_to_do() {
             "[sequential]\nbatches = 20\n[design]  ",
             &["sequential", "batches", "mean \"batch\"?"],
         ),
-        ("[material.grain]", "[material.grian]", &["material.grain", "material.grian", "meant"]),
+        (
+            "[material.grain]",
+            "[material.grian]",
+            &["material.grain: is missing", "mean material.grian?"],
+        ),
         (
             "[phase_field] ",
             "[material.grian]\nyoung_mpa = 1.0\npoisson = 0.2\n[phase_field] ",
