@@ -12,16 +12,14 @@
 //! 7. `state`: state of a run, checkpoints
 //! 8. `sensitivity`: derivatives of the force from increment to increment
 //! 9. `stepping`: increments, and the loop over load steps
-//! 10. `evaluation`: stress, energy and forces of fields
-//! 11. `energy_release`: J-integral of fields
-//! 12. `problem`: builder, problem, runs
-//! 13. `compression_test`, `tension_test`: the unconfined compression test, the tension test of a round bar
+//! 10. `evaluation`: stress, energy, forces and J-integral of fields
+//! 11. `problem`: builder, problem, runs
+//! 12. `compression_test`, `tension_test`: the unconfined compression test, the tension test of a round bar
 
 mod compression_test;
 mod control;
 mod curve;
 mod definition;
-mod energy_release;
 mod evaluation;
 mod interface;
 mod memory;
@@ -42,8 +40,7 @@ pub use control::{
 };
 pub use curve::{CurvePoint, CurveWriter, End, Outcome, Sensitivities, read_curve, write_curve};
 pub use definition::ProblemWarning;
-pub use energy_release::CrackExtension;
-pub use evaluation::Evaluation;
+pub use evaluation::{CrackExtension, Evaluation};
 pub use interface::Interface;
 pub use parameter::MaterialParameter;
 pub use problem::{Problem, ProblemBuilder};

@@ -6,7 +6,7 @@
 //! 2. `linear`: linear systems
 //! 3. `norms`: norms of residuals
 //! 4. `force_control`: equations of a platen with a prescribed force
-//! 5. `newton`, `force_step`: Newton's method with line search and bounds, and its step with a prescribed force
+//! 5. `newton`: Newton's method with line search and bounds
 //! 6. `alternate`, `flow`, `arc_length`, `predict`, `contact_passes`: methods that call Newton's method
 //! 7. `directions`, `sensitivity`: derivatives of an equilibrium with respect to parameters
 //! 8. `scheme`: solution of an increment by the selected scheme
@@ -18,7 +18,6 @@ mod directions;
 mod effort;
 mod flow;
 mod force_control;
-mod force_step;
 mod linear;
 mod newton;
 mod norms;

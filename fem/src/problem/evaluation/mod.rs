@@ -1,15 +1,19 @@
-//! Stress, energy and forces of given fields.
+//! Stress, energy, forces and J-integral of given fields.
+
+mod energy_release;
 
 use std::path::Path;
 
 use nalgebra::Vector3;
 
-use super::definition::Setup;
 use crate::element::{Domain, PointValues};
 use crate::error::FemError;
 use crate::fields::{Fields, LawState};
 use crate::operator::{CellStress, Increment, Operator, Residual, StepContext, state_len};
+use crate::problem::definition::Setup;
 use fem_mesh::vtu;
+
+pub use energy_release::CrackExtension;
 
 /// Fields of a problem, from which stresses, energies and forces are computed; created by
 /// [`Problem::evaluate`](crate::Problem::evaluate).

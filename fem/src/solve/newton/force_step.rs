@@ -1,9 +1,9 @@
 //! Newton step with a prescribed force of the platen.
 
-use super::force_control::ForceControl;
-use super::linear::Nodal;
-use super::newton::Newton;
+use super::Newton;
 use crate::error::StepFailure;
+use crate::solve::force_control::ForceControl;
+use crate::solve::linear::Nodal;
 
 /// Relative residual of the linear solution for the response. The error of the response limits the convergence of
 /// Newton's method, because each step contains a multiple of the response.

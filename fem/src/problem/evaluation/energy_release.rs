@@ -20,7 +20,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::evaluation::Evaluation;
+use super::Evaluation;
 use crate::error::{FemError, Unsupported};
 use crate::fields::{Fields, LawState};
 

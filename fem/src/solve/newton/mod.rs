@@ -4,17 +4,19 @@
 //! residual at least to a tenth. The reason is that the assembly and factorisation of a new tangent cost more than an
 //! additional solve.
 
+mod force_step;
+
 use rayon::prelude::*;
 
-use super::effort::Effort;
-use super::force_control::ForceControl;
-use super::linear::{CHUNK, LinearSolver, Nodal, Singular};
-use super::norms::{Equations, Norms, Rounding, Scales};
 use crate::boundary::ExternalForces;
 use crate::error::StepFailure;
 use crate::fields::Fields;
 use crate::material::PointMaterial;
 use crate::operator::{Coupling, Increment, NONE, Operator, Residual, StepContext, Unknowns};
+use crate::solve::effort::Effort;
+use crate::solve::force_control::ForceControl;
+use crate::solve::linear::{CHUNK, LinearSolver, Nodal, Singular};
+use crate::solve::norms::{Equations, Norms, Rounding, Scales};
 
 /// Settings of Newton's method.
 #[derive(Clone, Copy, Debug)]
