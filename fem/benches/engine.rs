@@ -70,7 +70,7 @@ fn measure() -> Result<(), Failure> {
             let begin = processor_seconds();
             let test = test(spacing_mm, order, damage, linear)?;
             line(&format!("{name}_setup"), processor_seconds() - begin, "s");
-            parts(name, &test, 10)?;
+            newton_costs(name, &test, 10)?;
         }
     }
     if std::env::var_os("BRECCIA_LARGE").is_some() {
@@ -118,20 +118,20 @@ fn test(
 }
 
 /// Prints the costs of the parts of a Newton iteration.
-fn parts(name: &str, test: &Problem, repetitions: u32) -> Result<(), Failure> {
+fn newton_costs(name: &str, test: &Problem, repetitions: u32) -> Result<(), Failure> {
     let tets = test.mesh().tets.len() as f64;
     let unknowns = test.unknowns() as f64;
     line(&format!("{name}_tetrahedra"), tets, "1");
     line(&format!("{name}_unknowns"), unknowns, "1");
     line(&format!("{name}_factor_entries"), test.factor_entries() as f64, "1");
     let clock = &processor_seconds;
-    let mut parts = NewtonParts::new(test);
-    let residual_s = least(clock, repetitions, || parts.residual())?;
-    let tangent_s = least(clock, repetitions, || parts.linearise())?;
+    let mut iteration = NewtonParts::new(test);
+    let residual_s = least(clock, repetitions, || iteration.residual())?;
+    let tangent_s = least(clock, repetitions, || iteration.linearise())?;
     let begin = clock();
-    parts.solve()?;
+    iteration.solve()?;
     let first_s = clock() - begin;
-    let solve_s = least(clock, repetitions, || parts.solve())?;
+    let solve_s = least(clock, repetitions, || iteration.solve())?;
     let factorisation_s = first_s - solve_s;
     let both = residual_s + tangent_s;
     line(&format!("{name}_residual"), 1e6 * residual_s / tets, "us/tet");
@@ -149,17 +149,17 @@ fn product(name: &str, spacing_mm: f64, order: Order, damage: bool) -> Result<()
     let (tets, unknowns) = (test.mesh().tets.len() as f64, test.unknowns() as f64);
     line(&format!("{name}_tetrahedra"), tets, "1");
     line(&format!("{name}_unknowns"), unknowns, "1");
-    let mut parts = NewtonParts::new(&test);
-    parts.residual()?;
-    parts.store()?;
-    let store_s = least(&wall_seconds, 3, || parts.store())?;
+    let mut iteration = NewtonParts::new(&test);
+    iteration.residual()?;
+    iteration.store()?;
+    let store_s = least(&wall_seconds, 3, || iteration.store())?;
     let apply_s = least(&wall_seconds, 100, || {
-        parts.apply();
+        iteration.apply();
         Ok(())
     })?;
     line(&format!("{name}_linearise"), 1e6 * store_s / tets, "us/tet");
     line(name, 1e-6 * unknowns / apply_s, "million unknowns/s");
-    line(&format!("{name}_data"), 1e-9 * parts.bytes() as f64 / apply_s, "GB/s");
+    line(&format!("{name}_data"), 1e-9 * iteration.bytes() as f64 / apply_s, "GB/s");
     Ok(())
 }
 

@@ -64,10 +64,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mesh = specimen(spacing_mm)?;
     println!("{} quadratic tetrahedra", mesh.tets.len());
     for count in [2, 8, 64, 512] {
-        let parts = bench::parts(&mesh, count);
+        let sizes = bench::sizes(&mesh, count);
         let sum =
-            |size: fn(&bench::PartSize) -> usize| parts.iter().map(size).sum::<usize>() as f64;
-        let most = parts.iter().map(|p| p.ghosts[0]).max().unwrap_or(0);
+            |size: fn(&bench::PartSize) -> usize| sizes.iter().map(size).sum::<usize>() as f64;
+        let most = sizes.iter().map(|p| p.ghosts[0]).max().unwrap_or(0);
         println!(
             "{count:4} parts: {:6.0} elements each, ghosts {:5.1} % of the nodes ({:5.1} % of the vertices), at \
              most {most}, {:4.1} neighbours, {:6.0} kB per product and part",

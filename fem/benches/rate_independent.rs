@@ -49,8 +49,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// Runs a row and returns its results as CSV.
 fn run(row: &str) -> Result<String, Box<dyn Error>> {
-    let parts: Vec<&str> = row.split(',').collect();
-    let &[mesh, split, stiffness] = parts.as_slice() else {
+    let fields: Vec<&str> = row.split(',').collect();
+    let &[mesh, split, stiffness] = fields.as_slice() else {
         return Err(format!("{row}: give MESH,SPLIT,RESIDUAL_STIFFNESS").into());
     };
     let split: Split = serde_json::from_value(split.into())?;

@@ -86,7 +86,7 @@ fn main() -> Result<(), Failure> {
 
 /// Prints mean and standard deviation of the ratios of the fine row to each other row over the prior's box, in %.
 fn compare(fine: &Row, rows: &[String], grains: &GrainList) -> Result<(), Failure> {
-    let points: Vec<[f64; 3]> = (1..=POINTS)
+    let parameter_points: Vec<[f64; 3]> = (1..=POINTS)
         .map(|n| {
             std::array::from_fn(|k| {
                 let [low, high] = PRIOR[k];
@@ -95,7 +95,7 @@ fn compare(fine: &Row, rows: &[String], grains: &GrainList) -> Result<(), Failur
         })
         .collect();
     let all = |row: &Row| -> Result<Vec<[f64; 3]>, Failure> {
-        points.iter().map(|&at| Ok(row.run(at, grains)?.quantities)).collect()
+        parameter_points.iter().map(|&at| Ok(row.run(at, grains)?.quantities)).collect()
     };
     let fine = all(fine)?;
     println!("{HEADER},slope_%,sd_%,peak_%,sd_%,displacement_%,sd_%");
@@ -147,8 +147,8 @@ struct Run {
 
 impl Row {
     fn parse(text: &str) -> Result<Self, Failure> {
-        let parts: Vec<&str> = text.split(',').collect();
-        let &[spacing, mode, order, rule] = parts.as_slice() else {
+        let fields: Vec<&str> = text.split(',').collect();
+        let &[spacing, mode, order, rule] = fields.as_slice() else {
             return Err(format!("{text}: give spacing,mode,order,rule").into());
         };
         Ok(Self {
@@ -219,9 +219,9 @@ fn measure(curve: &[CurvePoint]) -> [f64; 3] {
 /// 12/L³ ∫ (u − c) F du. The integral makes the slope a continuous function of the window.
 fn slope_around(curve: &[CurvePoint], centre: f64, half: f64) -> f64 {
     let unloaded = [(-centre, 0.0)].into_iter();
-    let points: Vec<(f64, f64)> =
+    let centred_curve: Vec<(f64, f64)> =
         unloaded.chain(curve.iter().map(|p| (p.displacement_mm - centre, p.force_n))).collect();
-    let moment: f64 = points
+    let moment: f64 = centred_curve
         .windows(2)
         .filter(|ends| ends[0].0 < half && ends[1].0 > -half)
         .map(|ends| {

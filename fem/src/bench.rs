@@ -141,5 +141,5 @@ impl<'a> NewtonParts<'a> {
 
 fn increment<'a>(problem: &'a Problem, fields: &'a Fields) -> Increment<'a> {
     let context = StepContext::new(&fields.damage, 0.01);
-    Increment { materials: &problem.setup.points, fields, context }
+    Increment { materials: &problem.setup.point_materials, fields, context }
 }

@@ -117,8 +117,8 @@ impl Boundary {
                     requirement,
                 ));
             }
-            if let Travel::Gauge(points) = probe.travel {
-                gauge = gauge_of(domain, points)?;
+            if let Travel::Gauge(gauge_points) = probe.travel {
+                gauge = gauge_of(domain, gauge_points)?;
             }
         }
         let mut tractions = Vec::new();

@@ -257,17 +257,21 @@ impl ExternalForces {
         fields: &Fields,
     ) -> BTreeMap<String, Vec<ContactPoint>> {
         let named_points = |(step, contact): (&ContactStep, &Contact)| {
-            let points = step.points(fields);
-            let points = if self.part.is_whole() { points } else { self.gathered(contact, points) };
-            (step.surface.clone(), points)
+            let contact_points = step.contact_points(fields);
+            let contact_points = if self.part.is_whole() {
+                contact_points
+            } else {
+                self.gathered(contact, contact_points)
+            };
+            (step.surface.clone(), contact_points)
         };
         self.contacts.iter().zip(&boundary.contacts).map(named_points).collect()
     }
 
     /// Gathers the contact points of all ranks, with the node numbers of the whole mesh.
-    fn gathered(&self, contact: &Contact, points: Vec<ContactPoint>) -> Vec<ContactPoint> {
+    fn gathered(&self, contact: &Contact, contact_points: Vec<ContactPoint>) -> Vec<ContactPoint> {
         let indices: Vec<u32> = contact.own_places().collect();
-        let owned: Vec<&ContactPoint> = contact.own_of(&points).collect();
+        let owned: Vec<&ContactPoint> = contact.own_of(&contact_points).collect();
         let nodes: Vec<u32> = owned.iter().map(|p| self.part.nodes[p.node as usize]).collect();
         let values = owned.iter().flat_map(|p| {
             let [x, y, z] = p.force_n;

@@ -7,10 +7,10 @@ use crate::error::{FemError, Unsupported};
 /// the second gauge point relative to the first gauge point.
 pub(super) fn gauge_of(
     domain: &dyn Domain,
-    points: [[f64; 3]; 2],
+    gauge_points: [[f64; 3]; 2],
 ) -> Result<Vec<(u32, f64)>, FemError> {
     let mut gauge = Vec::new();
-    for (x, sign) in points.into_iter().zip([-1.0, 1.0]) {
+    for (x, sign) in gauge_points.into_iter().zip([-1.0, 1.0]) {
         let reason = Unsupported::GaugeOutside(x);
         let at = domain.interpolation(x);
         let at = at.ok_or_else(|| FemError::unsupported("extensometer", reason))?;

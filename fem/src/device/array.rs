@@ -12,7 +12,7 @@ use super::machine::{Argument, DeviceError, Memory};
 pub struct Array<T> {
     memory: Box<dyn Memory>,
     len: usize,
-    numbers: PhantomData<T>,
+    element_type: PhantomData<T>,
 }
 
 impl<T> fmt::Debug for Array<T> {
@@ -26,19 +26,19 @@ impl<T: Pod + Zeroable> Array<T> {
     pub fn zeros(device: &ComputeDevice, len: usize) -> Result<Self, DeviceError> {
         // devices cannot allocate zero bytes
         let memory = device.allocate(len.max(1) * size_of::<T>())?;
-        Ok(Self { memory, len, numbers: PhantomData })
+        Ok(Self { memory, len, element_type: PhantomData })
     }
 
     /// Creates a placeholder for an array whose memory could not be allocated. Every transfer to or from the
     /// placeholder fails.
     pub fn lost(len: usize) -> Self {
-        Self { memory: Box::new(Lost), len, numbers: PhantomData }
+        Self { memory: Box::new(Lost), len, element_type: PhantomData }
     }
 
-    /// Creates an array with a copy of `numbers`.
-    pub fn of(device: &ComputeDevice, numbers: &[T]) -> Result<Self, DeviceError> {
-        let mut array = Self::zeros(device, numbers.len())?;
-        array.write(0, numbers)?;
+    /// Creates an array with a copy of `values`.
+    pub fn of(device: &ComputeDevice, values: &[T]) -> Result<Self, DeviceError> {
+        let mut array = Self::zeros(device, values.len())?;
+        array.write(0, values)?;
         Ok(array)
     }
 
@@ -47,22 +47,22 @@ impl<T: Pod + Zeroable> Array<T> {
         self.len
     }
 
-    /// Copies `numbers` to the device, starting at index `at`.
-    pub fn write(&mut self, at: usize, numbers: &[T]) -> Result<(), DeviceError> {
-        assert!(at + numbers.len() <= self.len, "the values do not fit into the array");
-        if numbers.is_empty() {
+    /// Copies `values` to the device, starting at index `at`.
+    pub fn write(&mut self, at: usize, values: &[T]) -> Result<(), DeviceError> {
+        assert!(at + values.len() <= self.len, "the values do not fit into the array");
+        if values.is_empty() {
             return Ok(());
         }
-        self.memory.write(at * size_of::<T>(), bytemuck::cast_slice(numbers))
+        self.memory.write(at * size_of::<T>(), bytemuck::cast_slice(values))
     }
 
-    /// Copies the first `numbers.len()` elements of the array to `numbers`.
-    pub fn read(&self, numbers: &mut [T]) -> Result<(), DeviceError> {
-        assert!(numbers.len() <= self.len, "the array has fewer elements than are read");
-        if numbers.is_empty() {
+    /// Copies the first `numbers.len()` elements of the array to `values`.
+    pub fn read(&self, values: &mut [T]) -> Result<(), DeviceError> {
+        assert!(values.len() <= self.len, "the array has fewer elements than are read");
+        if values.is_empty() {
             return Ok(());
         }
-        self.memory.read(bytemuck::cast_slice_mut(numbers))
+        self.memory.read(bytemuck::cast_slice_mut(values))
     }
 
     /// Returns the array as an argument of a kernel.

@@ -53,8 +53,8 @@ pub trait Domain {
     fn rule(&self) -> &Rule;
 
     /// Returns the number of elastic quadrature points of all elements.
-    fn points(&self) -> usize {
-        self.tets() * self.rule().points.len()
+    fn elastic_points(&self) -> usize {
+        self.tets() * self.rule().elastic_points.len()
     }
 
     /// Returns the integral of a nodal field over the regions whose entry in `regions` is true, and the volume (mm³) of
@@ -182,8 +182,8 @@ impl<const N: usize> Space<N> {
 }
 
 /// Returns the sum of `points`, weighted by `weights`.
-fn mix<const K: usize>(points: &[[f64; 3]; K], weights: &[f64; K]) -> [f64; 3] {
-    std::array::from_fn(|k| points.iter().zip(weights).map(|(x, w)| w * x[k]).sum())
+fn mix<const K: usize>(positions: &[[f64; 3]; K], weights: &[f64; K]) -> [f64; 3] {
+    std::array::from_fn(|k| positions.iter().zip(weights).map(|(x, w)| w * x[k]).sum())
 }
 
 impl<const N: usize> Domain for Space<N> {

@@ -37,7 +37,7 @@ pub struct Rule {
     /// Number of nodes of the element.
     pub nodes: usize,
     /// Elastic points q with weights w_q.
-    pub points: Vec<ElasticPoint>,
+    pub elastic_points: Vec<ElasticPoint>,
     /// Damage points p with weights w_p.
     pub damage: Vec<DamagePoint>,
     /// Coefficients C_qp of the coupling between elastic points and damage points: one row per elastic point q, one
@@ -94,7 +94,7 @@ impl Rule {
                 (at_points::<N, T>(&elastic), (0..elastic.len()).map(unit_row).collect())
             }
         };
-        let points = elastic
+        let elastic_points = elastic
             .into_iter()
             .map(|QuadraturePoint { at, weight }| {
                 let slopes = T::slopes(at).map(|d| [d[1] - d[0], d[2] - d[0], d[3] - d[0]]);
@@ -104,7 +104,7 @@ impl Rule {
         let alike = damage.windows(2).all(|p| p[0].weight == p[1].weight)
             && mixing.iter().all(|row: &Vec<f64>| row.windows(2).all(|c| c[0] == c[1]));
         let extra = ExtraTerms::default();
-        Self { nodes: N, points, damage, mixing, alike, extra }
+        Self { nodes: N, elastic_points, damage, mixing, alike, extra }
     }
 
     /// Returns the quadrature rule for linear elements with the same quadrature points, i.e. with the linear shape
@@ -113,7 +113,7 @@ impl Rule {
         let slopes = Linear::slopes([0.25; 4]).map(|d| [d[1] - d[0], d[2] - d[0], d[3] - d[0]]);
         let mut rule = self.clone();
         rule.nodes = 4;
-        rule.points.iter_mut().for_each(|point| point.slopes = slopes.to_vec());
+        rule.elastic_points.iter_mut().for_each(|point| point.slopes = slopes.to_vec());
         for point in &mut rule.damage {
             // the linear shape function of a vertex equals its quadratic shape function plus half of the quadratic
             // shape functions of the nodes on the edges at this vertex

@@ -70,8 +70,9 @@ impl<const N: usize> Space<N> {
         let mut first = vec![0];
         for (tet, curved) in tets.iter().zip(curved) {
             let x = tet.map(|node| nodes[node as usize]);
-            let points = if curved { &rule.points[..] } else { &rule.points[..1] };
-            geometry.extend(points.iter().map(|point| {
+            let evaluated_points =
+                if curved { &rule.elastic_points[..] } else { &rule.elastic_points[..1] };
+            geometry.extend(evaluated_points.iter().map(|point| {
                 if curved { Geometry::of(&x, &T::slopes(point.at)) } else { Geometry::straight(&x) }
             }));
             first.push(geometry.len() as u32);
@@ -173,7 +174,11 @@ impl<const N: usize> Space<N> {
     pub fn volume(&self, tet: usize) -> f64 {
         match self.geometry(tet) {
             [one] => one.volume,
-            points => points.iter().zip(&self.rule.points).map(|(g, q)| q.weight * g.volume).sum(),
+            geometries => geometries
+                .iter()
+                .zip(&self.rule.elastic_points)
+                .map(|(g, q)| q.weight * g.volume)
+                .sum(),
         }
     }
 

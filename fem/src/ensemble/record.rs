@@ -18,9 +18,9 @@ pub struct RunInput {
 
 impl RunInput {
     /// Creates one run for each point of a design, numbered from 0.
-    pub fn numbered(points: &[Vec<f64>]) -> Vec<RunInput> {
+    pub fn numbered(design: &[Vec<f64>]) -> Vec<RunInput> {
         let run = |(id, inputs): (usize, &Vec<f64>)| RunInput { id, inputs: inputs.clone() };
-        points.iter().enumerate().map(run).collect()
+        design.iter().enumerate().map(run).collect()
     }
 }
 

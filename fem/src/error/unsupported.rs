@@ -289,7 +289,8 @@ pub enum Unsupported {
     /// Derivatives of a test with a prescribed force between unilateral platens; only sliding platens are supported.
     #[error("derivatives with a prescribed force need sliding platens")]
     SensitivitiesOfForceByContact,
-    /// Sensitivities of a curve whose displacement is a result, such as that of an extensometer or a loaded surface.
+    /// Sensitivities of a curve whose displacement is a result, such as the displacement of an extensometer or of a loaded
+    /// surface.
     #[error(
         "sensitivities are derivatives at a fixed displacement, and the measured displacement is not prescribed"
     )]

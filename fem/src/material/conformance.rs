@@ -337,8 +337,8 @@ impl WithSimd for InLanes<'_> {
                 let (_, lanes, state) =
                     self.material.increment(&h, number.constant(g), number.constant(1.0), &rest);
                 let values: Vec<_> = lanes.components().into_iter().chain(state).collect();
-                let mut numbers = vec![[0.0; POINTS]; values.len()];
-                for (value, column) in values.iter().zip(&mut numbers) {
+                let mut lane_values = vec![[0.0; POINTS]; values.len()];
+                for (value, column) in values.iter().zip(&mut lane_values) {
                     value.store(column);
                 }
                 for (lane, state) in states.iter().enumerate() {
@@ -346,7 +346,7 @@ impl WithSimd for InLanes<'_> {
                     let single = [&single.response.components()[..], &single.state].concat();
                     let largest = single.iter().fold(0.0f64, |most, x| most.max(x.abs()));
                     let round_off = 1e-11 * (self.material.moduli.longitudinal() + largest);
-                    for (k, (column, x)) in numbers.iter().zip(single).enumerate() {
+                    for (k, (column, x)) in lane_values.iter().zip(single).enumerate() {
                         let y = column[lane];
                         assert!(
                             (x - y).abs() <= round_off,

@@ -297,8 +297,9 @@ impl Material {
         Ok(())
     }
 
-    /// Returns what the constants of a strength depend on, for damage with the given settings. `spacing_mm` is the mean
-    /// distance of neighbouring nodes of the mesh; a spacing that the strength states comes first.
+    /// Returns the data from which the constants of a strength are computed, for damage with the given settings.
+    /// `spacing_mm` is the mean distance of neighbouring nodes of the mesh. If the strength states a spacing, the stated
+    /// spacing replaces `spacing_mm`.
     pub fn strength_context(&self, field: &PhaseField, spacing_mm: f64) -> StrengthContext {
         let elasticity = &self.elasticity;
         let moduli = Moduli::new(elasticity.young_mpa(), elasticity.poisson());

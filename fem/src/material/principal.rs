@@ -183,15 +183,15 @@ fn symmetric_eigen<T: Scalar>(mut m: [[T; 3]; 3]) -> ([T; 3], [[T; 3]; 3]) {
     let limit = (off_diagonal(&m) + off_diagonal(&m) + diagonal)
         .mul_add(zero.constant(1e-33), zero.constant(f64::MIN_POSITIVE));
     if T::RECORDS {
-        let mut state = Jacobi { m, q, limit }.numbers();
+        let mut state = Jacobi { m, q, limit }.values();
         T::record_loop("jacobi", SWEEPS, &mut state, |state| {
-            let mut at = Jacobi::from_numbers(state);
+            let mut at = Jacobi::from_values(state);
             let settled = off_diagonal(&at.m).less_than(at.limit);
             sweep(&mut at.m, &mut at.q);
-            state.copy_from_slice(&at.numbers());
+            state.copy_from_slice(&at.values());
             settled
         });
-        Jacobi { m, q, .. } = Jacobi::from_numbers(&state);
+        Jacobi { m, q, .. } = Jacobi::from_values(&state);
         return ([m[0][0], m[1][1], m[2][2]], q);
     }
     for _ in 0..SWEEPS {
@@ -219,26 +219,26 @@ struct Jacobi<T> {
 }
 
 impl<T: Scalar> Jacobi<T> {
-    /// Row and column of the entries of `m` in [`numbers`](Self::numbers): the lower triangle of `m`, then `q`, then
+    /// Row and column of the entries of `m` in [`values`](Self::numbers): the lower triangle of `m`, then `q`, then
     /// `limit`.
     const PLACES: [(usize, usize); 6] = [(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2)];
 
-    fn numbers(&self) -> [T; 16] {
-        let mut numbers = [self.limit; 16];
-        for (number, (i, j)) in numbers.iter_mut().zip(Self::PLACES) {
+    fn values(&self) -> [T; 16] {
+        let mut values = [self.limit; 16];
+        for (number, (i, j)) in values.iter_mut().zip(Self::PLACES) {
             *number = self.m[i][j];
         }
-        numbers[6..15].copy_from_slice(self.q.as_flattened());
-        numbers
+        values[6..15].copy_from_slice(self.q.as_flattened());
+        values
     }
 
-    fn from_numbers(numbers: &[T]) -> Self {
-        let limit = numbers[15];
+    fn from_values(values: &[T]) -> Self {
+        let limit = values[15];
         let (mut m, mut q) = ([[limit; 3]; 3], [[limit; 3]; 3]);
-        for (number, (i, j)) in numbers.iter().zip(Self::PLACES) {
+        for (number, (i, j)) in values.iter().zip(Self::PLACES) {
             (m[i][j], m[j][i]) = (*number, *number);
         }
-        q.as_flattened_mut().copy_from_slice(&numbers[6..15]);
+        q.as_flattened_mut().copy_from_slice(&values[6..15]);
         Self { m, q, limit }
     }
 }

@@ -39,7 +39,7 @@ impl Layout {
         let per_chunk = PER_CHUNK[usize::from(rule.nodes == 10)];
         let batches = Batches::new(domain, per_chunk);
         let excess = rule
-            .points
+            .elastic_points
             .iter()
             .map(|point| {
                 let least = point.at.iter().copied().fold(1.0, f64::min);
@@ -86,13 +86,13 @@ impl Batches {
     /// Builds chunks of at most `per_chunk` elements. Plain elements (straight, no mixtures) and other elements are
     /// in separate chunks. Within both groups, the elements are ordered along a space-filling curve.
     pub(super) fn new(domain: &dyn Domain, per_chunk: usize) -> Self {
-        let (tets, points) = (domain.tets(), domain.nodes());
-        let curve = Curve::new(points);
+        let (tets, positions) = (domain.tets(), domain.nodes());
+        let curve = Curve::new(positions);
         let mut order: Vec<(bool, u64, u32)> = (0..tets)
             .map(|tet| {
                 let corners = &domain.nodes_of(tet)[..4];
                 let centre = std::array::from_fn(|k| {
-                    corners.iter().map(|&n| 0.25 * points[n as usize][k]).sum()
+                    corners.iter().map(|&n| 0.25 * positions[n as usize][k]).sum()
                 });
                 (!domain.is_plain(tet), curve.position(centre), tet as u32)
             })
@@ -100,7 +100,7 @@ impl Batches {
         order.sort_unstable();
         let nodes = domain.rule().nodes;
         let nodes_of_tet = |part: &(bool, u64, u32)| domain.nodes_of(part.2 as usize);
-        let mut local_of = vec![u32::MAX; points.len()];
+        let mut local_of = vec![u32::MAX; positions.len()];
         let mut chunks = Vec::new();
         let kinds = order.chunk_by(|a, b| a.0 == b.0);
         for part in kinds.flat_map(|kind| kind.chunks(per_chunk)) {
@@ -123,7 +123,7 @@ impl Batches {
             chunks.push(Chunk { tets, global, local, plain: !part[0].0 });
         }
         let nodes = chunks.iter().flat_map(|chunk| &chunk.global).copied();
-        let copies = Groups::new(points.len(), nodes.zip(0..));
+        let copies = Groups::new(positions.len(), nodes.zip(0..));
         Self { chunks, copies }
     }
 
@@ -143,17 +143,20 @@ impl Batches {
         work: impl Fn(usize, &mut Vec<Aligned>, &mut [Aligned]) + Sync,
     ) {
         copies.resize(self.copies.members.len(), Aligned([0.0; 4]));
-        let mut parts = Vec::with_capacity(self.chunks.len());
+        let mut chunk_copies = Vec::with_capacity(self.chunks.len());
         let mut rest = copies.as_mut_slice();
         for chunk in &self.chunks {
             let (part, next) = rest.split_at_mut(chunk.global.len());
-            parts.push(part);
+            chunk_copies.push(part);
             rest = next;
         }
-        parts.into_par_iter().enumerate().for_each_init(Vec::new, |buffer, (chunk, part)| {
-            part.fill(Aligned([0.0; 4]));
-            work(chunk, buffer, part);
-        });
+        chunk_copies.into_par_iter().enumerate().for_each_init(
+            Vec::new,
+            |buffer, (chunk, part)| {
+                part.fill(Aligned([0.0; 4]));
+                work(chunk, buffer, part);
+            },
+        );
         const NODES: usize = 2048;
         y.par_chunks_mut(NODES).enumerate().for_each(|(block, y)| {
             for (i, y) in y.iter_mut().enumerate() {
@@ -180,9 +183,9 @@ impl Curve {
     /// Number of bits per coordinate: the curve visits 2^BITS cells along the longest side of the box.
     const BITS: u32 = 20;
 
-    fn new(points: &[[f64; 3]]) -> Self {
+    fn new(positions: &[[f64; 3]]) -> Self {
         let bound = |k: usize, pick: fn(f64, f64) -> f64| {
-            points.iter().map(|p| p[k]).reduce(pick).unwrap_or(0.0)
+            positions.iter().map(|p| p[k]).reduce(pick).unwrap_or(0.0)
         };
         let corner = [0, 1, 2].map(|k| bound(k, f64::min));
         let size = [0, 1, 2].map(|k| bound(k, f64::max) - corner[k]);

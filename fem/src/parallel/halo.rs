@@ -5,7 +5,7 @@ use std::ops::{AddAssign, Range};
 use bytemuck::Pod;
 
 use super::communicator::received;
-use super::ranks::{Ranks, numbers};
+use super::ranks::{Ranks, decoded};
 
 /// A rank that shares nodes with this rank.
 #[derive(Clone, Debug, Default)]
@@ -65,8 +65,8 @@ impl Halo {
         neighbours.sort_by_key(|n| n.rank);
         let mut halo = Self::new(ranks.clone(), [0..owned, owned..owned], neighbours);
         let wanted = halo.neighbours.iter().map(|n| {
-            let numbers = n.ghosts.iter().map(|&g| ghosts[g as usize - owned]);
-            numbers.collect::<Vec<u32>>()
+            let ghost_ids = n.ghosts.iter().map(|&g| ghosts[g as usize - owned]);
+            ghost_ids.collect::<Vec<u32>>()
         });
         let lent = halo.exchange(wanted.collect());
         for (neighbour, lent) in halo.neighbours.iter_mut().zip(lent) {
@@ -110,7 +110,7 @@ impl Halo {
         let messages = self.neighbours.iter().zip(lists);
         let messages = messages.map(|(n, list)| (n.rank, bytemuck::cast_slice(&list).to_vec()));
         let messages = received(others.exchange(messages.collect()));
-        messages.iter().map(|bytes| numbers(bytes)).collect()
+        messages.iter().map(|bytes| decoded(bytes)).collect()
     }
 
     /// Overwrites the values of ghosts by the values of their owners.

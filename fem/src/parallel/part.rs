@@ -120,8 +120,8 @@ impl Part {
             return values.to_vec();
         }
         let owned = |all: &[T]| self.halo.own_of(all).copied().collect::<Vec<T>>();
-        let numbers: Vec<u32> = self.halo.own_of(&self.nodes).copied().collect();
-        self.ordered(&numbers, 1, &owned(values), self.all_nodes)
+        let node_ids: Vec<u32> = self.halo.own_of(&self.nodes).copied().collect();
+        self.ordered(&node_ids, 1, &owned(values), self.all_nodes)
     }
 
     /// Collects the element values of the whole mesh from all ranks.
@@ -136,18 +136,18 @@ impl Part {
     }
 
     /// Collects values of items (nodes or elements) from all ranks. This rank contributes `width` values for each item
-    /// in `numbers`, a list of numbers in the whole mesh. The result is ordered by item number, from 0 to `all` − 1.
+    /// in `ids`, a list of numbers in the whole mesh. The result is ordered by item number, from 0 to `all` − 1.
     pub(crate) fn ordered<T: Pod>(
         &self,
-        numbers: &[u32],
+        ids: &[u32],
         width: usize,
         values: &[T],
         all: usize,
     ) -> Vec<T> {
         let mut out = vec![T::zeroed(); all * width];
-        let numbers = self.ranks().gather(numbers);
-        for (numbers, values) in numbers.iter().zip(self.ranks().gather(values)) {
-            for (&number, value) in numbers.iter().zip(values.chunks_exact(width.max(1))) {
+        let ids = self.ranks().gather(ids);
+        for (ids, values) in ids.iter().zip(self.ranks().gather(values)) {
+            for (&number, value) in ids.iter().zip(values.chunks_exact(width.max(1))) {
                 out[number as usize * width..][..width].copy_from_slice(value);
             }
         }

@@ -128,7 +128,7 @@ impl Ranks {
 
     fn reduce(&self, values: &mut [f64], join: impl Fn(f64, f64) -> f64) {
         let Some(all) = self.gather_even(bytemuck::cast_slice(values)) else { return };
-        let all: Vec<f64> = numbers(&all);
+        let all: Vec<f64> = decoded(&all);
         let count = values.len();
         values.copy_from_slice(&all[..count]);
         for other in all[count..].chunks_exact(count.max(1)) {
@@ -142,13 +142,13 @@ impl Ranks {
             None => vec![values.to_vec()],
             Some(others) => {
                 let all = received(others.gather(bytemuck::cast_slice(values)));
-                all.iter().map(|message| numbers(message)).collect()
+                all.iter().map(|message| decoded(message)).collect()
             }
         }
     }
 }
 
 /// Converts the bytes of a message to values. The bytes need not be aligned in memory.
-pub(super) fn numbers<T: Pod>(message: &[u8]) -> Vec<T> {
+pub(super) fn decoded<T: Pod>(message: &[u8]) -> Vec<T> {
     message.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned).collect()
 }

@@ -34,8 +34,8 @@ impl Memory {
         let bounded = follows || field.is_some_and(|f| f.model == CrackDensity::At1);
         let bounds = bounded.then(|| damage_from(&vec![0.0; domain.nodes().len()]));
         let per_point = state_len(materials);
-        let points = vec![0.0; domain.points() * per_point];
-        Self { points, per_point, bounds, bound_follows_damage: follows }
+        let law_state = vec![0.0; domain.elastic_points() * per_point];
+        Self { law_state, per_point, bounds, bound_follows_damage: follows }
     }
 
     /// Returns the context of an increment that starts from this state.
@@ -44,7 +44,7 @@ impl Memory {
         damage_before: &'a [f64],
         duration: f64,
     ) -> StepContext<'a> {
-        let (state, bounds) = (&self.points[..], self.bounds.as_ref());
+        let (state, bounds) = (&self.law_state[..], self.bounds.as_ref());
         StepContext { state, bounds, ..StepContext::new(damage_before, duration) }
     }
 
@@ -56,16 +56,16 @@ impl Memory {
     }
 
     /// Returns the part of the state on this rank. `points` is the number of elastic quadrature points per element.
-    pub(crate) fn of_part(self, part: &Part, points: usize) -> Self {
+    pub(crate) fn of_part(self, part: &Part, elastic_points: usize) -> Self {
         let saved = Saved::from(self);
         let lower = saved.lower.map(|lower| part.pick_nodes(&lower));
-        let width = points * saved.per_point;
+        let width = elastic_points * saved.per_point;
         Saved { points: part.pick_tets(&saved.points, width), lower, ..saved }.into()
     }
 
     /// Returns the number of stored state values of the laws, for all points together.
     pub(crate) fn len(&self) -> usize {
-        self.points.len()
+        self.law_state.len()
     }
 
     /// Number of state values per point.
@@ -79,31 +79,31 @@ impl Memory {
     }
 
     /// Returns the state of the laws at the equilibrium `fields` of an increment that lasted `duration` seconds.
-    pub(crate) fn points_at(
+    pub(crate) fn law_state_at(
         &self,
         operator: &dyn Operator,
         materials: &[PointMaterial],
         fields: &Fields,
         duration: f64,
     ) -> Result<Vec<f64>, StepFailure> {
-        let mut points = vec![0.0; self.points.len()];
-        if !points.is_empty() {
+        let mut law_state = vec![0.0; self.law_state.len()];
+        if !law_state.is_empty() {
             let context = self.context(&fields.damage, duration);
-            operator.state(&Increment { materials, fields, context }, &mut points)?;
+            operator.state(&Increment { materials, fields, context }, &mut law_state)?;
         }
-        Ok(points)
+        Ok(law_state)
     }
 
-    /// Stores the state at the equilibrium `fields` of an increment that lasted `duration` seconds; `points` is the
-    /// result of [`points_at`](Self::points_at). Returns the state from which the laws compute the stress at `fields`.
+    /// Stores the state at the equilibrium `fields` of an increment that lasted `duration` seconds; `law_state` is the
+    /// result of [`law_state_at`](Self::points_at). Returns the state from which the laws compute the stress at `fields`.
     pub(crate) fn record(
         &mut self,
-        points: Vec<f64>,
+        law_state: Vec<f64>,
         materials: &[PointMaterial],
         fields: &Fields,
         duration: f64,
     ) -> LawState {
-        let start = std::mem::replace(&mut self.points, points);
+        let start = std::mem::replace(&mut self.law_state, law_state);
         if let (true, Some(bounds)) = (self.bound_follows_damage, &mut self.bounds) {
             bounds.lower.iter_mut().zip(&fields.damage).for_each(|(b, &phi)| b[3] = phi);
         }
@@ -134,7 +134,7 @@ struct Saved {
 }
 
 impl From<Memory> for Saved {
-    fn from(Memory { points, per_point, bounds, bound_follows_damage }: Memory) -> Self {
+    fn from(Memory { law_state: points, per_point, bounds, bound_follows_damage }: Memory) -> Self {
         let lower = bounds.map(|bounds| bounds.lower.iter().map(|b| b[3]).collect());
         Self { points, per_point, lower, bound_follows_damage }
     }
@@ -143,6 +143,6 @@ impl From<Memory> for Saved {
 impl From<Saved> for Memory {
     fn from(Saved { points, per_point, lower, bound_follows_damage }: Saved) -> Self {
         let bounds = lower.map(|lower| damage_from(&lower));
-        Self { points, per_point, bounds, bound_follows_damage }
+        Self { law_state: points, per_point, bounds, bound_follows_damage }
     }
 }

@@ -28,58 +28,58 @@ use fem_mesh::TetMesh;
 /// boundary conditions, and the default settings of the solver.
 #[derive(Clone, Debug)]
 pub struct ProblemBuilder {
-    parts: Definition,
+    definition: Definition,
     scheduled: bool,
 }
 
 impl ProblemBuilder {
     /// Sets the order of the elements.
     pub fn order(mut self, order: Order) -> Self {
-        self.parts.order = order;
+        self.definition.order = order;
         self
     }
 
     /// Sets one material for each of `mesh.regions`, in the same order.
     pub fn materials(mut self, materials: impl Into<Vec<Material>>) -> Self {
-        self.parts.materials = materials.into();
+        self.definition.materials = materials.into();
         self
     }
 
     /// Sets the rule that computes the moduli of a tetrahedron that contains matrix and grain from the moduli of both
     /// materials.
     pub fn homogenisation(mut self, rule: Homogenisation) -> Self {
-        self.parts.homogenisation = rule;
+        self.definition.homogenisation = rule;
         self
     }
 
     /// Sets the phase field of damage. Without a phase field the body is elastic and toughnesses are not used; with a
     /// phase field, regions without toughness are elastic.
     pub fn phase_field(mut self, field: impl Into<Option<PhaseField>>) -> Self {
-        self.parts.phase_field = field.into();
+        self.definition.phase_field = field.into();
         self
     }
 
     /// Sets interfaces between regions with their own toughness. Without a phase field, they are not used.
     pub fn interfaces(mut self, interfaces: impl Into<Vec<Interface>>) -> Self {
-        self.parts.interfaces = interfaces.into().into();
+        self.definition.interfaces = interfaces.into().into();
         self
     }
 
     /// Sets boundary conditions and loads.
     pub fn conditions(mut self, conditions: Conditions) -> Self {
-        self.parts.conditions = Arc::new(conditions);
+        self.definition.conditions = Arc::new(conditions);
         self
     }
 
     /// Sets the duration and the load steps.
     pub fn schedule(mut self, schedule: Schedule) -> Self {
-        (self.parts.schedule, self.scheduled) = (schedule, true);
+        (self.definition.schedule, self.scheduled) = (schedule, true);
         self
     }
 
     /// Sets the options of the solver.
     pub fn options(mut self, options: SolverOptions) -> Self {
-        self.parts.options = options;
+        self.definition.options = options;
         self
     }
 
@@ -88,7 +88,7 @@ impl ProblemBuilder {
     /// on the device and on the processor agree within the solver's tolerance. If a device fails, the processor
     /// continues, and [`LoadStepper::machine`](crate::LoadStepper::machine) reports the failure.
     pub fn device(mut self, device: impl Into<Option<ComputeDevice>>) -> Self {
-        self.parts.device = device.into();
+        self.definition.device = device.into();
         self
     }
 
@@ -99,7 +99,7 @@ impl ProblemBuilder {
     /// Systems are solved by multigrid. Sparse factorisation, devices and sensitivities are not supported with several
     /// ranks, and [`build`](Self::build) rejects them.
     pub fn ranks(mut self, ranks: Ranks) -> Self {
-        self.parts.ranks = ranks;
+        self.definition.ranks = ranks;
         self
     }
 
@@ -111,11 +111,11 @@ impl ProblemBuilder {
         if !self.scheduled {
             return Err(FemError::unsupported("problem", Unsupported::NoSchedule));
         }
-        if self.parts.phase_field.as_ref().is_some_and(|field| !field.is_variational()) {
+        if self.definition.phase_field.as_ref().is_some_and(|field| !field.is_variational()) {
             // Newton's method on both fields seeks a stationary point of an energy, but this problem has no energy
-            self.parts.options.scheme = Scheme::Alternate;
+            self.definition.options.scheme = Scheme::Alternate;
         }
-        Setup::new(self.parts).map(Problem::from_setup)
+        Setup::new(self.definition).map(Problem::from_setup)
     }
 }
 
@@ -162,7 +162,7 @@ pub struct Problem {
 impl Problem {
     /// Creates a builder for a problem on a mesh.
     pub fn builder(mesh: TetMesh) -> ProblemBuilder {
-        let parts = Definition {
+        let definition = Definition {
             mesh: Arc::new(mesh.with_pure_tetrahedra()),
             order: Order::Linear,
             materials: Vec::new(),
@@ -176,7 +176,7 @@ impl Problem {
             ranks: Ranks::default(),
             parameters: Arc::default(),
         };
-        ProblemBuilder { parts, scheduled: false }
+        ProblemBuilder { definition, scheduled: false }
     }
 
     fn from_setup(setup: Setup) -> Self {
@@ -190,8 +190,8 @@ impl Problem {
     /// The errors of [`ProblemBuilder::build`].
     pub fn with_materials(&self, materials: Vec<Material>) -> Result<Self, FemError> {
         let parameters = Arc::default();
-        let parts = Definition { materials, parameters, ..self.setup.parts.clone() };
-        self.setup.with_parts(parts).map(Self::from_setup)
+        let definition = Definition { materials, parameters, ..self.setup.definition.clone() };
+        self.setup.with_definition(definition).map(Self::from_setup)
     }
 
     /// Returns this problem with other interfaces and without sensitivities. Mesh, unknowns and the structure of the
@@ -201,8 +201,8 @@ impl Problem {
     /// The errors of [`ProblemBuilder::build`].
     pub fn with_interfaces(&self, interfaces: Vec<Interface>) -> Result<Self, FemError> {
         let (interfaces, parameters) = (interfaces.into(), Arc::default());
-        let parts = Definition { interfaces, parameters, ..self.setup.parts.clone() };
-        self.setup.with_parts(parts).map(Self::from_setup)
+        let definition = Definition { interfaces, parameters, ..self.setup.definition.clone() };
+        self.setup.with_definition(definition).map(Self::from_setup)
     }
 
     /// Returns this problem with sensitivities: its runs also compute the derivatives of the force with respect to
@@ -238,8 +238,9 @@ impl Problem {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn with_sensitivities(&self, parameters: Vec<MaterialParameter>) -> Result<Self, FemError> {
-        let parts = Definition { parameters: parameters.into(), ..self.setup.parts.clone() };
-        self.setup.with_parts(parts).map(Self::from_setup)
+        let definition =
+            Definition { parameters: parameters.into(), ..self.setup.definition.clone() };
+        self.setup.with_definition(definition).map(Self::from_setup)
     }
 
     /// Returns this problem with other boundary conditions. The mesh, the function space and the elimination order of
@@ -248,8 +249,9 @@ impl Problem {
     /// # Errors
     /// The errors of [`ProblemBuilder::build`].
     pub fn with_conditions(&self, conditions: Conditions) -> Result<Self, FemError> {
-        let parts = Definition { conditions: Arc::new(conditions), ..self.setup.parts.clone() };
-        self.setup.with_conditions(parts).map(Self::from_setup)
+        let definition =
+            Definition { conditions: Arc::new(conditions), ..self.setup.definition.clone() };
+        self.setup.with_conditions(definition).map(Self::from_setup)
     }
 
     /// Returns the properties of this problem that make its results inaccurate without causing an error: elements that
@@ -343,22 +345,22 @@ impl Problem {
 
     /// The mesh.
     pub fn mesh(&self) -> &TetMesh {
-        &self.setup.parts.mesh
+        &self.setup.definition.mesh
     }
 
     /// Returns the schedule: the duration and the load steps.
     pub fn schedule(&self) -> &Schedule {
-        &self.setup.parts.schedule
+        &self.setup.definition.schedule
     }
 
     /// The materials, by region.
     pub fn materials(&self) -> &[Material] {
-        &self.setup.parts.materials
+        &self.setup.definition.materials
     }
 
     /// Returns the interfaces between regions.
     pub fn interfaces(&self) -> &[Interface] {
-        &self.setup.parts.interfaces
+        &self.setup.definition.interfaces
     }
 
     /// Returns the reference positions (mm) of the nodes to which [`Fields`] refer.
@@ -388,7 +390,7 @@ impl Problem {
         if operator.part().is_whole() {
             return operator.as_ref();
         }
-        let make = || self.setup.discretisation.whole(&self.setup.parts);
+        let make = || self.setup.discretisation.whole(&self.setup.definition);
         self.whole.get_or_init(make).as_ref()
     }
 }

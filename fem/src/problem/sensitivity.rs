@@ -28,7 +28,7 @@ pub(super) fn carry_rates(
     }
     let mut adjoint = std::mem::take(&mut state.derivatives.adjoint);
     let Derivatives { values, earlier, .. } = &state.derivatives;
-    let duration = (target - state.clock) * setup.parts.schedule.duration_s;
+    let duration = (target - state.clock) * setup.definition.schedule.duration_s;
     let context = state.memory.context(&state.fields.damage, duration);
     let starts = values.iter().zip(earlier).zip(&state.derivatives.state);
     let known: Vec<Known> = setup
@@ -47,8 +47,12 @@ pub(super) fn carry_rates(
         fields,
         context,
         bound_follows_damage: state.memory.bound_follows_damage(),
-        is_variational: setup.parts.phase_field.as_ref().is_none_or(PhaseField::is_variational)
-            && setup.parts.materials.iter().all(|material| material.strength.is_none()),
+        is_variational: setup
+            .definition
+            .phase_field
+            .as_ref()
+            .is_none_or(PhaseField::is_variational)
+            && setup.definition.materials.iter().all(|material| material.strength.is_none()),
     };
     let platen = boundary.driven_platen(fields.damage.len());
     let motion = platen.as_ref().map(|platen| &platen.motion[..]);
@@ -70,7 +74,7 @@ pub(super) fn carry_rates(
         (rates, force_n, platen_mm)
     });
     let operator = setup.discretisation.operator.as_ref();
-    let increment = Increment { materials: &setup.points, fields, context };
+    let increment = Increment { materials: &setup.point_materials, fields, context };
     let rates = rates.and_then(|(rates, force_n, platen_mm)| {
         let states = known.iter().zip(&rates).map(|(known, rates)| {
             if context.state.is_empty() {
@@ -92,7 +96,7 @@ pub(super) fn carry_rates(
             return;
         }
     };
-    if setup.parts.schedule.is_corner(target) && !platen_mm.is_empty() {
+    if setup.definition.schedule.is_corner(target) && !platen_mm.is_empty() {
         let corner = platen_mm.iter().zip(&force_n).map(|(&platen, &force)| [platen, force]);
         derivatives.corner = corner.collect();
     }
@@ -119,7 +123,7 @@ fn follow_program(
     stiffness: f64,
     force_n: &mut [f64],
 ) -> Vec<f64> {
-    let schedule = &setup.parts.schedule;
+    let schedule = &setup.definition.schedule;
     let time_s = target * schedule.duration_s;
     let effect = schedule.force_program.as_ref().map_or(0.0, |p| p.effect_of_start(time_s));
     let prescribes_force = schedule.prescribes_force_at(target);

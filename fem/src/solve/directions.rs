@@ -144,10 +144,10 @@ impl Directions {
             return (0.0, Vec::new());
         }
         let SymmetricEigen { eigenvalues, eigenvectors } = products.symmetric_eigen();
-        let mut parts: Vec<(f64, usize)> =
+        let mut components: Vec<(f64, usize)> =
             eigenvalues.iter().map(|square| square.max(0.0).sqrt()).zip(0..).collect();
-        parts.sort_by(|(a, _), (b, _)| b.total_cmp(a));
-        let largest = parts.first().map_or(0.0, |(size, _)| *size);
+        components.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+        let largest = components.first().map_or(0.0, |(size, _)| *size);
         let combination = |axis: usize| {
             let mut sum = vec![[0.0; 4]; self.weight.len()];
             for (i, system) in unsolved.iter().enumerate() {
@@ -155,7 +155,7 @@ impl Directions {
             }
             sum
         };
-        let large = parts.iter().filter(|(size, _)| *size > SMALL.max(share * largest));
+        let large = components.iter().filter(|(size, _)| *size > SMALL.max(share * largest));
         (largest, large.map(|(_, axis)| combination(*axis)).collect())
     }
 
@@ -166,9 +166,9 @@ impl Directions {
         let whole: Vec<f64> = products.iter().map(|p| self.norm(p)).collect();
         let mut columns = vec![vec![0.0; count_before]; products.len()];
         for _ in 0..2 {
-            let parts =
+            let coefficients =
                 subtract_projections(&self.weight, &self.products, &mut slices(&mut products));
-            columns.iter_mut().zip(&parts).for_each(|(column, parts)| sum(column, parts));
+            columns.iter_mut().zip(&coefficients).for_each(|(column, added)| sum(column, added));
             if products.iter().zip(&whole).all(|(p, whole)| self.norm(p) > LOSS * whole) {
                 break;
             }
@@ -178,8 +178,8 @@ impl Directions {
             column.resize(self.count(), 0.0);
             for _ in 0..2 {
                 let others = &self.products[count_before..];
-                let parts = subtract_projections(&self.weight, others, &mut [&mut product]);
-                sum(&mut column[count_before..], &parts[0]);
+                let coefficients = subtract_projections(&self.weight, others, &mut [&mut product]);
+                sum(&mut column[count_before..], &coefficients[0]);
             }
             let norm = self.norm(&product);
             if norm > DEPENDENT * whole && norm.is_finite() {
@@ -197,10 +197,11 @@ impl Directions {
     pub(super) fn reduce(&self, from: usize, systems: &mut [System]) {
         let mut residuals: Vec<&mut [Nodal]> =
             systems.iter_mut().map(|system| &mut system.residual[..]).collect();
-        let parts = subtract_projections(&self.weight, &self.products[from..], &mut residuals);
-        for (system, parts) in systems.iter_mut().zip(parts) {
+        let coefficients =
+            subtract_projections(&self.weight, &self.products[from..], &mut residuals);
+        for (system, coefficients) in systems.iter_mut().zip(coefficients) {
             system.along.resize(self.count(), 0.0);
-            sum(&mut system.along[from..], &parts);
+            sum(&mut system.along[from..], &coefficients);
         }
     }
 
@@ -224,8 +225,8 @@ fn slices(vectors: &mut [Vec<Nodal>]) -> Vec<&mut [Nodal]> {
     vectors.iter_mut().map(Vec::as_mut_slice).collect()
 }
 
-fn sum(to: &mut [f64], parts: &[f64]) {
-    to.iter_mut().zip(parts).for_each(|(to, part)| *to += part);
+fn sum(to: &mut [f64], terms: &[f64]) {
+    to.iter_mut().zip(terms).for_each(|(to, part)| *to += part);
 }
 
 /// Subtracts from each column its projections on the orthonormal vectors `basis`. Returns the coefficients of the
@@ -239,12 +240,12 @@ fn subtract_projections(
     if sums.is_empty() {
         return vec![Vec::new(); columns.len()];
     }
-    let parts: Vec<Vec<f64>> = {
+    let coefficients_of_chunks: Vec<Vec<f64>> = {
         let columns: Vec<&[Nodal]> = columns.iter().map(|column| &**column).collect();
         let chunks = 0..weight.len().div_ceil(CHUNK);
         chunks.into_par_iter().map(|chunk| products(weight, basis, &columns, chunk)).collect()
     };
-    parts.iter().for_each(|part| sum(&mut sums, part));
+    coefficients_of_chunks.iter().for_each(|part| sum(&mut sums, part));
     let sums: Vec<Vec<f64>> = sums.chunks_exact(basis.len()).map(<[f64]>::to_vec).collect();
     for (column, sums) in columns.iter_mut().zip(&sums) {
         column.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, column)| {

@@ -110,11 +110,11 @@ impl Norms {
             nodes.clone().step_by(CHUNK).map(move |first| first..nodes.end.min(first + CHUNK))
         });
         let pieces: Vec<Range<usize>> = pieces.collect();
-        let parts: Vec<([f64; 4], f64)> = pieces.into_par_iter().map(part).collect();
+        let piece_norms: Vec<([f64; 4], f64)> = pieces.into_par_iter().map(part).collect();
         let [reaction, drive] = residual.external;
         let mut squares = [0.0, reaction, 0.0, drive];
-        parts.iter().for_each(|(part, _)| (0..4).for_each(|k| squares[k] += part[k]));
-        let mut largest = [parts.iter().map(|(_, largest)| *largest).fold(0.0, f64::max)];
+        piece_norms.iter().for_each(|(part, _)| (0..4).for_each(|k| squares[k] += part[k]));
+        let mut largest = [piece_norms.iter().map(|(_, largest)| *largest).fold(0.0, f64::max)];
         halo.ranks().sum(&mut squares);
         halo.ranks().max(&mut largest);
         let [force, reaction, damage, drive] = squares.map(f64::sqrt);

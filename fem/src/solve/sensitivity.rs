@@ -323,16 +323,16 @@ impl<'s> Systems<'s, '_> {
         while spent < rounds * systems.len() {
             // skip a component in this round if it is smaller than the residual that is expected after the correction
             // of the largest component
-            let (largest, parts) = directions.principal(systems, reduction);
-            if parts.is_empty() {
+            let (largest, components) = directions.principal(systems, reduction);
+            if components.is_empty() {
                 break;
             }
             if before > 0.0 {
                 reduction = (largest / before).clamp(LEAST_REDUCTION, MOST_REDUCTION);
             }
-            (before, spent) = (largest, spent + parts.len());
+            (before, spent) = (largest, spent + components.len());
             let count_before = directions.count();
-            let corrections = self.precondition(parts);
+            let corrections = self.precondition(components);
             self.add_directions(corrections, directions)?;
             directions.reduce(count_before, systems);
             if directions.count() == count_before {

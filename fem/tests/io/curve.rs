@@ -6,11 +6,11 @@ use fem::{CurvePoint, CurveWriter, read_curve};
 fn errors_name_the_line_and_the_column() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("curve.csv");
-    let refused = |text: &str, parts: [&str; 3]| {
+    let refused = |text: &str, fragments: [&str; 3]| {
         std::fs::write(&path, text).unwrap();
         let message = read_curve(&path).unwrap_err().to_string();
-        for part in parts {
-            assert!(message.contains(part), "'{part}' is not in: {message}");
+        for fragment in fragments {
+            assert!(message.contains(fragment), "'{fragment}' is not in: {message}");
         }
     };
     refused(
@@ -32,11 +32,11 @@ fn derivatives_are_the_last_columns() {
     let file = tempfile::NamedTempFile::new().unwrap();
     let names = ["young_mpa", "Gc, N/mm"].map(String::from);
     let mut writer = CurveWriter::with_parameters(file.path(), &names).unwrap();
-    let points = [1.0, 2.0, 3.0].map(|time_s| CurvePoint { time_s, ..CurvePoint::default() });
-    writer.push_differentiated(&points[0], &[0.1, 1.0 / 3.0]).unwrap();
-    writer.push_differentiated(&points[1], &[-2.5, 4.0]).unwrap();
+    let curve = [1.0, 2.0, 3.0].map(|time_s| CurvePoint { time_s, ..CurvePoint::default() });
+    writer.push_differentiated(&curve[0], &[0.1, 1.0 / 3.0]).unwrap();
+    writer.push_differentiated(&curve[1], &[-2.5, 4.0]).unwrap();
     // write a point without derivatives
-    writer.push(&points[2]).unwrap();
+    writer.push(&curve[2]).unwrap();
     drop(writer);
     let mut reader = csv::Reader::from_path(file.path()).unwrap();
     let header = reader.headers().unwrap().clone();
@@ -50,5 +50,5 @@ fn derivatives_are_the_last_columns() {
     let number = |k: usize, j: usize| cells[k][j].parse::<f64>().unwrap();
     assert_eq!([number(0, 0), number(0, 1), number(1, 0)], [0.1, 1.0 / 3.0, -2.5]);
     assert_eq!(cells[2], ["", ""]);
-    assert_eq!(read_curve(file.path()).unwrap(), points);
+    assert_eq!(read_curve(file.path()).unwrap(), curve);
 }

@@ -18,19 +18,19 @@ fn mesh() -> TetMesh {
 /// Returns quadratic tetrahedra: the nodes of the mesh, and the midpoints of the edges 01, 12, 20, 03, 13, 23 of each
 /// tetrahedron. Adjacent tetrahedra have separate midpoints, which is allowed in a file.
 fn quadratic(mesh: &TetMesh) -> (Vec<[f64; 3]>, Vec<[u32; 10]>) {
-    let mut points = mesh.nodes.clone();
+    let mut positions = mesh.nodes.clone();
     let tets = mesh.tets.iter().map(|tet| {
         let mut ten = [0; 10];
         ten[..4].copy_from_slice(tet);
         for (k, [a, b]) in [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]].iter().enumerate() {
             let [p, q] = [tet[*a], tet[*b]].map(|node| mesh.nodes[node as usize]);
-            ten[4 + k] = points.len() as u32;
-            points.push(std::array::from_fn(|k| 0.5 * (p[k] + q[k])));
+            ten[4 + k] = positions.len() as u32;
+            positions.push(std::array::from_fn(|k| 0.5 * (p[k] + q[k])));
         }
         ten
     });
     let tets = tets.collect();
-    (points, tets)
+    (positions, tets)
 }
 
 /// Returns the bytes of the array with the given name.
@@ -97,8 +97,8 @@ fn the_written_stress_and_energy_agree_with_the_closed_form() {
         problem.write_vtu(&path, &outcome.fields).unwrap();
         let text = std::fs::read_to_string(&path).unwrap();
         let reals = |name: &str| -> Vec<f64> {
-            let numbers = array(&text, name);
-            numbers.chunks(8).map(|b| f64::from_le_bytes(b.try_into().unwrap())).collect()
+            let bytes = array(&text, name);
+            bytes.chunks(8).map(|b| f64::from_le_bytes(b.try_into().unwrap())).collect()
         };
         let close = |a: f64, b: f64| (a - b).abs() < 1e-6 * young;
         let tensors = reals("stress_mpa");
@@ -178,12 +178,12 @@ fn the_stress_of_a_law_with_a_state_is_written_with_its_state() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("fields.vtu");
     problem.write_vtu(&path, &fields).unwrap();
-    let numbers = array(&std::fs::read_to_string(&path).unwrap(), "stress_mpa");
-    let numbers: Vec<f64> =
-        numbers.chunks(8).map(|b| f64::from_le_bytes(b.try_into().unwrap())).collect();
+    let bytes = array(&std::fs::read_to_string(&path).unwrap(), "stress_mpa");
+    let stresses: Vec<f64> =
+        bytes.chunks(8).map(|b| f64::from_le_bytes(b.try_into().unwrap())).collect();
     let [start, end] = [0.98_f64, 0.96].map(f64::ln);
     let pressure = K * end + H * start;
-    for six in numbers.chunks(6) {
+    for six in stresses.chunks(6) {
         let [x, z] = [pressure - 2.0 / 3.0 * MU * end, pressure + 4.0 / 3.0 * MU * end];
         for (stress, exact) in [(six[0], x), (six[1], x), (six[2], z)] {
             let exact = exact / 0.96;
@@ -209,10 +209,10 @@ fn the_shear_stress_of_a_sheared_bar_is_in_the_right_component() {
     let fields = fem::Fields { displacement, damage, ..fem::Fields::default() };
     problem.write_vtu(&path, &fields).unwrap();
     let text = std::fs::read_to_string(&path).unwrap();
-    let numbers = array(&text, "stress_mpa");
-    let numbers: Vec<f64> =
-        numbers.chunks(8).map(|b| f64::from_le_bytes(b.try_into().unwrap())).collect();
-    for six in numbers.chunks(6) {
+    let bytes = array(&text, "stress_mpa");
+    let stresses: Vec<f64> =
+        bytes.chunks(8).map(|b| f64::from_le_bytes(b.try_into().unwrap())).collect();
+    for six in stresses.chunks(6) {
         for (k, entry) in six.iter().enumerate() {
             let expected = if k == 5 { 4.0 * gamma } else { 0.0 };
             assert!((entry - expected).abs() < 10.0 * gamma * gamma, "{six:?}");
@@ -235,13 +235,13 @@ fn linear_tetrahedra_fill_the_body_for_both_orders() {
     let whole = mesh();
     assert_eq!(problem(Order::Linear).linear_tets(), whole.tets);
     let quadratic = problem(Order::Quadratic);
-    let parts = TetMesh {
+    let refined = TetMesh {
         nodes: quadratic.nodes().to_vec(),
         tets: quadratic.linear_tets(),
         ..TetMesh::default()
     };
-    assert_eq!(parts.tets.len(), 8 * whole.tets.len());
-    for (tet, eight) in parts.volumes().chunks(8).enumerate() {
+    assert_eq!(refined.tets.len(), 8 * whole.tets.len());
+    for (tet, eight) in refined.volumes().chunks(8).enumerate() {
         // if each of the eight tetrahedra has a positive volume of an eighth of the element, they fill the element
         // without overlap
         let part = whole.tet_volume(tet) / 8.0;
@@ -286,13 +286,13 @@ fn curved_meshes_are_written_with_quadratic_tetrahedra() {
     let reals = |name: &str| -> Vec<f64> {
         array(&text, name).chunks(8).map(|b| f64::from_le_bytes(b.try_into().unwrap())).collect()
     };
-    let points = reals("points_mm");
+    let positions = reals("points_mm");
     let nodes: Vec<usize> = array(&text, "connectivity")
         .chunks(8)
         .map(|b| i64::from_le_bytes(b.try_into().unwrap()) as usize)
         .collect();
     assert_eq!(array(&text, "types"), vec![24; mesh.tets.len()]);
-    let at = |node: usize| &points[3 * node..3 * node + 3];
+    let at = |node: usize| &positions[3 * node..3 * node + 3];
     for (tet, ten) in nodes.chunks(10).enumerate() {
         let corners = mesh.corners(tet);
         assert!((0..4).all(|k| at(ten[k]) == corners[k]));
@@ -302,7 +302,7 @@ fn curved_meshes_are_written_with_quadratic_tetrahedra() {
         assert!((0..6).all(|k| at(ten[4 + k]) == middles[k]), "tetrahedron {tet}");
     }
     let height = reals("height");
-    assert_eq!(height.len(), points.len() / 3);
+    assert_eq!(height.len(), positions.len() / 3);
     let fraction = reals("grain_fraction");
     assert!(fraction.iter().enumerate().all(|(tet, f)| *f == 0.25 * (tet % 3) as f64));
     assert_eq!(reals("interface_normal")[6..9], [0.0, f64::from(0.6_f32), f64::from(0.8_f32)]);
@@ -320,13 +320,13 @@ fn meshio_reads_the_files() {
         return;
     }
     let (dir, mesh) = (tempfile::tempdir().unwrap(), mesh());
-    let (points, tets) = quadratic(&mesh);
+    let (positions, tets) = quadratic(&mesh);
     let volume: Vec<f64> = (0..mesh.tets.len()).map(|tet| mesh.tet_volume(tet)).collect();
     let cells = [Field::scalar("volume_mm3", &volume)];
     vtu::write(dir.path().join("p1.vtu"), &mesh, &[Field::vector("x", &mesh.nodes)], &cells)
         .unwrap();
     let path = dir.path().join("p2.vtu");
-    vtu::write_quadratic(path, &mesh, &points, &tets, &[Field::vector("x", &points)], &cells)
+    vtu::write_quadratic(path, &mesh, &positions, &tets, &[Field::vector("x", &positions)], &cells)
         .unwrap();
     let curved = curved();
     vtu::write(dir.path().join("curved.vtu"), &curved, &[], &[]).unwrap();

@@ -170,11 +170,11 @@ fn supports_against_rigid_motions_carry_no_force() {
 
 #[test]
 fn invalid_conditions_are_rejected() {
-    let refused = |conditions: Conditions, parts: &[&str]| {
+    let refused = |conditions: Conditions, fragments: &[&str]| {
         let message =
             problem(block(2), Order::Linear, conditions, 1).expect_err("refused").to_string();
-        for part in parts {
-            assert!(message.contains(part), "'{part}' is not in: {message}");
+        for fragment in fragments {
+            assert!(message.contains(fragment), "'{fragment}' is not in: {message}");
         }
     };
     let held = || Conditions::new().fix("bottom", Axis::ALL);

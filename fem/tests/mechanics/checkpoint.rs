@@ -88,8 +88,8 @@ fn a_resumed_run_equals_the_uninterrupted_run_bit_for_bit() {
         let whole = Checkpoint { path: dir.path().join(format!("whole-{k}")), every: 4 };
         let reference = test.run_resumable(&whole, &mut ()).expect("no file is there");
         assert!(matches!(reference.end, End::Displacement), "{:?}", reference.end);
-        let parts = Checkpoint { path: dir.path().join(format!("parts-{k}")), every: 4 };
-        let (outcome, resumed_at) = interrupted_and_resumed(test, &parts);
+        let interrupted = Checkpoint { path: dir.path().join(format!("parts-{k}")), every: 4 };
+        let (outcome, resumed_at) = interrupted_and_resumed(test, &interrupted);
         assert_eq!(resumed_at, [0, 4, 8, 12, 16], "case {k}");
         assert_eq!(outcome.curve, reference.curve, "case {k}");
         assert_eq!(outcome.fields, reference.fields, "case {k}");
@@ -121,9 +121,9 @@ fn a_run_that_resumes_without_a_step_has_its_contact_points() {
         resumed.contact.keys().collect::<Vec<_>>(),
         saved.contact.keys().collect::<Vec<_>>()
     );
-    let points =
+    let contact_points =
         |outcome: &Outcome| outcome.contact.values().flatten().cloned().collect::<Vec<_>>();
-    let (resumed, saved) = (points(&resumed), points(&saved));
+    let (resumed, saved) = (contact_points(&resumed), contact_points(&saved));
     assert!(saved.iter().any(|point| point.pressure_mpa > 0.0), "{saved:?}");
     assert_eq!(resumed.len(), saved.len());
     for (a, b) in resumed.iter().zip(&saved) {
@@ -141,8 +141,9 @@ fn a_run_by_arc_length_steps_resumes_while_the_platen_moves_back() {
         let whole = Checkpoint { path: dir.path().join(format!("whole-{model:?}")), every: 3 };
         let reference = test.run_resumable(&whole, &mut ()).expect("no file is there");
         assert!(matches!(reference.end, End::BelowPeak), "{model:?}: {:?}", reference.end);
-        let parts = Checkpoint { path: dir.path().join(format!("parts-{model:?}")), every: 3 };
-        let (outcome, resumed_at) = interrupted_and_resumed(&test, &parts);
+        let interrupted =
+            Checkpoint { path: dir.path().join(format!("parts-{model:?}")), every: 3 };
+        let (outcome, resumed_at) = interrupted_and_resumed(&test, &interrupted);
         let back = |at: usize| {
             at > 0 && reference.curve[at].displacement_mm < reference.curve[at - 1].displacement_mm
         };

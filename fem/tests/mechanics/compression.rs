@@ -36,7 +36,7 @@ fn the_error_of_the_energy_balance_is_proportional_to_the_step() {
 
 #[test]
 fn forces_scale_with_the_parameters() {
-    // similarity (definitions 3.3): if E of both phases, Gc and ξ are multiplied by s, the force is multiplied by s
+    // similarity: if E of both phases, Gc and ξ are multiplied by s, the force is multiplied by s
     let s = 1.7;
     let scale = |m: Material| {
         let f = m.fracture.expect("the baseline breaks");

@@ -55,18 +55,22 @@ fn a_tilted_platen_has_no_contact_where_the_pressure_would_be_negative() {
         let force = outcome.curve[1].force_n;
         let exact = young * depth * edge / 2.0;
         assert!((force / exact - 1.0).abs() < 0.03, "{order:?}: {force} instead of {exact} N");
-        let points = &outcome.contact["top"];
-        let touching = points.iter().filter(|p| p.pressure_mpa > 0.0);
+        let contact_points = &outcome.contact["top"];
+        let touching = contact_points.iter().filter(|p| p.pressure_mpa > 0.0);
         let reach = touching.map(|p| problem.nodes()[p.node as usize][0]).fold(0.0, f64::max);
         assert!((reach - edge).abs() < 1.5, "{order:?}: contact ends at {reach} mm");
-        let total: f64 = points.iter().map(|p| p.area_mm2 * p.pressure_mpa).sum();
+        let total: f64 = contact_points.iter().map(|p| p.area_mm2 * p.pressure_mpa).sum();
         assert!((total / force - 1.0).abs() < 1e-5, "{order:?}: {total} against {force} N");
-        for p in points {
+        for p in contact_points {
             assert!(p.pressure_mpa >= 0.0 && p.gap_mm > -1e-9, "{order:?}: {p:?}");
             assert!(p.pressure_mpa == 0.0 || p.gap_mm < 1e-9, "{order:?}: {p:?}");
         }
-        let open = points.iter().filter(|p| p.gap_mm > 1e-4).count();
-        assert!(4 * open > points.len(), "{order:?}: {open} of {} lifted off", points.len());
+        let open = contact_points.iter().filter(|p| p.gap_mm > 1e-4).count();
+        assert!(
+            4 * open > contact_points.len(),
+            "{order:?}: {open} of {} lifted off",
+            contact_points.len()
+        );
     }
 }
 

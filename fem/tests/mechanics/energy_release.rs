@@ -18,9 +18,9 @@ const THICKNESS: f64 = 0.1;
 fn around(centre: f64, [from, to]: [f64; 2], h: f64, fine: usize) -> Vec<f64> {
     let below = graded(h, fine, 1.3, centre - from);
     let above = graded(h, fine, 1.3, to - centre);
-    let mut points: Vec<f64> = below.iter().skip(1).rev().map(|d| centre - d).collect();
-    points.extend(above.iter().map(|d| centre + d));
-    points
+    let mut coordinates: Vec<f64> = below.iter().skip(1).rev().map(|d| centre - d).collect();
+    coordinates.extend(above.iter().map(|d| centre + d));
+    coordinates
 }
 
 /// Upper half of a plate in the x–z plane; the crack lies on z = 0 for x below `tip`.

@@ -294,9 +294,9 @@ fn a_resumed_run_with_prescribed_force_equals_the_uninterrupted_run_bit_for_bit(
         let whole = Checkpoint { path: dir.path().join(format!("whole-{k}")), every: 3 };
         let reference = problem.run_resumable(&whole, &mut ()).expect("no file is there");
         assert!(matches!(reference.end, End::Displacement), "{:?}", reference.end);
-        let parts = Checkpoint { path: dir.path().join(format!("parts-{k}")), every: 3 };
+        let interrupted = Checkpoint { path: dir.path().join(format!("parts-{k}")), every: 3 };
         let outcome = loop {
-            let outcome = problem.run_resumable(&parts, &mut Kill(7)).expect("a sound state");
+            let outcome = problem.run_resumable(&interrupted, &mut Kill(7)).expect("a sound state");
             if !matches!(outcome.end, End::Interrupted) {
                 break outcome;
             }

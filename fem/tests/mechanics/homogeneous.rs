@@ -1,4 +1,4 @@
-//! Uniaxial compression between frictionless platens, compared with closed forms (definitions 3.4).
+//! Uniaxial compression between frictionless platens, compared with closed forms.
 //!
 //! The state is uniform on any prism. Therefore every element order and quadrature rule must reproduce the state within
 //! the tolerance of the solver. The reference solution (`Oracle`) has no finite elements: it is one scalar equation for

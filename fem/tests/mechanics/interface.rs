@@ -365,7 +365,7 @@ fn wrong_interfaces_are_refused() {
     let elastic = || Material::hencky(22_000.0, 0.25);
     let of = |regions: [&str; 2], toughness, width| Interface::new(regions, toughness, width);
     let own = ["matrix", "grain"];
-    for (interface, parts) in [
+    for (interface, fragments) in [
         (of(own, -0.1, 0.1), ["interface.matrix-grain: toughness_n_per_mm = -0.1", "1e-9 to 1e3"]),
         (of(own, 0.1, 0.0), ["interface.matrix-grain: width_mm = 0", "positive width"]),
         (of(own, 0.1, f64::NAN), ["interface.matrix-grain: width_mm = NaN", "positive width"]),
@@ -373,8 +373,8 @@ fn wrong_interfaces_are_refused() {
         (of(["matrix", "sand"], 0.1, 0.1), ["no region 'sand'", "matrix, grain"]),
     ] {
         let message = refused(interface, [matrix(), elastic()]);
-        for part in parts {
-            assert!(message.contains(part), "{part:?} is not in {message:?}");
+        for fragment in fragments {
+            assert!(message.contains(fragment), "{fragment:?} is not in {message:?}");
         }
     }
     let message = refused(of(own, 0.1, 20.0), [matrix(), elastic()]);

@@ -142,7 +142,7 @@ fn the_neck_of_simos_bar_agrees_with_an_independent_program() {
 /// tabulated hardening.
 #[test]
 fn the_force_of_a_clamped_bar_agrees_with_finite_volumes() {
-    let points = [
+    let hardening = [
         (0.0, 451.0),
         (0.006, 476.0),
         (0.019, 525.0),
@@ -152,12 +152,12 @@ fn the_force_of_a_clamped_bar_agrees_with_finite_volumes() {
         (0.5, 777.0),
         (1.0, 831.0),
     ];
-    let points = points.map(|(plastic_strain, yield_mpa)| HardeningPoint {
+    let hardening = hardening.map(|(plastic_strain, yield_mpa)| HardeningPoint {
         plastic_strain,
         hardening_mpa: yield_mpa - 451.0,
     });
     let pull = Pull {
-        material: plastic(200_000.0, 0.3, 451.0, points.to_vec()),
+        material: plastic(200_000.0, 0.3, 451.0, hardening.to_vec()),
         thinner: 1.0,
         clamped: true,
         travel_mm: 7.0,

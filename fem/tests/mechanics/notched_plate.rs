@@ -1,4 +1,4 @@
-//! The single-edge notched plate (Miehe, Hofacker & Welschinger 2010; definitions 3.6, case 7) in tension and in shear, on
+//! The single-edge notched plate (Miehe, Hofacker & Welschinger 2010) in tension and in shear, on
 //! coarse meshes. The benchmark computes converged values: `cargo bench -p fem --bench notched_plate`.
 
 use crate::support::notched_plate::{Mode, NotchedPlate, kilonewton};

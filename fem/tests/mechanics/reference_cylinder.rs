@@ -1,4 +1,4 @@
-//! The reference cylinder: 24 stiff spheres in a soft matrix, 19 443 tetrahedra (definitions 3.6, cases 4 to 6). The
+//! The reference cylinder: 24 stiff spheres in a soft matrix, 19 443 tetrahedra. The
 //! elastic reference values were computed by two independent codes, which agree to 12 digits.
 
 use crate::support::{by_region, grain, loading, matrix, phase_field, reference_cylinder, test};

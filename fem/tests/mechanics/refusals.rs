@@ -31,9 +31,9 @@ fn refusal(spoil: impl FnOnce(&mut Input)) -> String {
 
 #[test]
 fn invalid_input_is_rejected_with_the_entity_and_the_remedy() {
-    let check = |message: String, parts: &[&str]| {
-        for part in parts {
-            assert!(message.contains(part), "'{part}' is not in: {message}");
+    let check = |message: String, fragments: &[&str]| {
+        for fragment in fragments {
+            assert!(message.contains(fragment), "'{fragment}' is not in: {message}");
         }
     };
     check(refusal(|i| i.mesh.tets[5].swap(0, 1)), &["tetrahedron 5", "swap"]);

@@ -320,9 +320,13 @@ const CONTACT_RELATIVE_STEP: f64 = 5e-4;
 /// Checks that the derivatives agree with differences of runs in which some nodes of a surface are in contact and some
 /// are not.
 fn assert_contact(problem: &Problem, surface: &str, parameters: &[Named], what: &str) {
-    let points = &differentiated(problem, parameters).contact[surface];
-    let touching = points.iter().filter(|point| point.pressure_mpa > 0.0).count();
-    assert!(touching > 2 && touching < points.len(), "{what}: {touching} of {}", points.len());
+    let contact_points = &differentiated(problem, parameters).contact[surface];
+    let touching = contact_points.iter().filter(|point| point.pressure_mpa > 0.0).count();
+    assert!(
+        touching > 2 && touching < contact_points.len(),
+        "{what}: {touching} of {}",
+        contact_points.len()
+    );
     assert_differences_with_step(CONTACT_RELATIVE_STEP, problem, parameters, what);
 }
 
@@ -451,10 +455,10 @@ fn derivatives_end_at_a_singular_tangent_and_the_run_continues() {
 fn sensitivities_that_are_not_supported_are_rejected_with_the_remedy() {
     let problem = |field| case(Order::Linear, field).of_grains();
     let young = || all()[0].parameter();
-    let refused = |problem: &Problem, parameters: Vec<MaterialParameter>, parts: &[&str]| {
+    let refused = |problem: &Problem, parameters: Vec<MaterialParameter>, fragments: &[&str]| {
         let message = problem.with_sensitivities(parameters).expect_err("refused").to_string();
-        for part in parts {
-            assert!(message.contains(part), "'{part}' is not in: {message}");
+        for fragment in fragments {
+            assert!(message.contains(fragment), "'{fragment}' is not in: {message}");
         }
     };
     let plain = phase_field(Split::None);

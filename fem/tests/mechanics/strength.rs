@@ -92,11 +92,11 @@ fn refined(from: f64, fine: [f64; 2], to: f64) -> Vec<f64> {
         at.into_iter().map(move |x| start + (end - start).signum() * x)
     };
     let cells = ((fine[1] - fine[0]) / SIZE).round() as usize;
-    let mut points: Vec<f64> = outwards(fine[0], from).collect();
-    points.reverse();
-    points.extend(even(fine[0], fine[1], cells));
-    points.extend(outwards(fine[1], to));
-    points
+    let mut coordinates: Vec<f64> = outwards(fine[0], from).collect();
+    coordinates.reverse();
+    coordinates.extend(even(fine[0], fine[1], cells));
+    coordinates.extend(outwards(fine[1], to));
+    coordinates
 }
 
 /// A strip with a slit along its middle, from its left side, of the width of one element.

@@ -16,7 +16,7 @@ const YIELD_MPA: f64 = 0.2;
 /// projection of a side of a cube.
 fn octant(n: usize) -> TetMesh {
     let mut mesh = TetMesh { regions: vec!["shell".into()], ..TetMesh::default() };
-    let mut numbers = HashMap::new();
+    let mut node_ids = HashMap::new();
     for patch in 0..3 {
         for cell in 0..n * n * n {
             let (i, j, k) = (cell % n, cell / n % n, cell / n / n);
@@ -26,7 +26,7 @@ fn octant(n: usize) -> TetMesh {
                     on_cube[(patch + 1) % 3] = i + (c & 1);
                     on_cube[(patch + 2) % 3] = j + (c >> 1 & 1);
                     let layer = k + (c >> 2);
-                    *numbers.entry((on_cube, layer)).or_insert_with(|| {
+                    *node_ids.entry((on_cube, layer)).or_insert_with(|| {
                         let size = INNER_MM + (OUTER_MM - INNER_MM) * layer as f64 / n as f64;
                         mesh.nodes.push(on_cube.map(|x| size * x as f64 / n as f64));
                         mesh.nodes.len() as u32 - 1

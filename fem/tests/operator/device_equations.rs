@@ -37,8 +37,9 @@ fn compare<const N: usize, T: Element<N>>(
     };
     let before: Vec<f64> = fields.damage.iter().map(|phi| phi - 0.1).collect();
     // at about half of the points, the largest earlier driving energy exceeds the current driving energy
-    let points = if state_len(&materials) == 1 { here.domain().points() } else { 0 };
-    let state: Vec<f64> = (0..points).map(|_| 0.05 + random(0.05)).collect();
+    let elastic_points =
+        if state_len(&materials) == 1 { here.domain().elastic_points() } else { 0 };
+    let state: Vec<f64> = (0..elastic_points).map(|_| 0.05 + random(0.05)).collect();
     let context = StepContext { state: &state, ..StepContext::new(&before, 0.1) };
     let increment = Increment { materials: &materials, fields: &fields, context };
 

@@ -44,9 +44,9 @@ fn materials_for(rule: DamageRule, law: Law, field: PhaseField) -> Vec<PointMate
     all.map(|m| PointMaterial { damage: m.damage.filter(|_| !absent), ..m }).collect()
 }
 
-fn blocks_of<const N: usize>(rule: &Rule, plain: bool, numbers: &[f64]) -> Blocks<f64, N> {
+fn blocks_of<const N: usize>(rule: &Rule, plain: bool, tangent_data: &[f64]) -> Blocks<f64, N> {
     let mut blocks = [[[[0.0; 4]; 4]; N]; N];
-    write_blocks::<_, false, N>(rule, plain, numbers, &mut blocks);
+    write_blocks::<_, false, N>(rule, plain, tangent_data, &mut blocks);
     blocks
 }
 
@@ -125,9 +125,9 @@ fn assert_derivatives<const N: usize, T: Tetrahedron<N>>(
         let mut buffers = Buffers::new(());
         let element = gather.elements::<f64>((), [tet; LANES], &mut buffers);
         let residual = residual_of(&element, &mut []);
-        let mut numbers = vec![0.0; DataLayout::new(&space.rule, element.plain).width()];
-        assert_eq!(linearise::<_, _, false, N>(&element, true, &mut numbers, &mut []), 1.0);
-        let blocks = blocks_of::<N>(&space.rule, element.plain, &numbers);
+        let mut tangent_data = vec![0.0; DataLayout::new(&space.rule, element.plain).width()];
+        assert_eq!(linearise::<_, _, false, N>(&element, true, &mut tangent_data, &mut []), 1.0);
+        let blocks = blocks_of::<N>(&space.rule, element.plain, &tangent_data);
         let directions: [[[f64; 4]; N]; 2] = std::array::from_fn(|_| {
             std::array::from_fn(|_| std::array::from_fn(|_| rng.random_range(-1.0..1.0)))
         });
@@ -246,7 +246,7 @@ fn assert_as_alone<const N: usize, T: Element<N>>(
 ) {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(32);
     let space = Space::new::<T>(&form.shape(cube(2, &mut rng), &mut rng), rule);
-    let points = space.rule.points.len();
+    let elastic_points = space.rule.elastic_points.len();
     let (tets, nodes) = (space.tets.len(), space.nodes.len());
     let operator = T::operator(Assembly::new(space.clone()).homogenised(form.rule()));
     for size in [1.0, 1e-4, 1e-9] {
@@ -254,7 +254,7 @@ fn assert_as_alone<const N: usize, T: Element<N>>(
         // the energies are of second order in the strains, but they are computed as differences of terms of first order
         let stress = 2000.0 * 0.1 * size;
         let history: Vec<f64> =
-            (0..tets * points).map(|_| 3.0 * size * size * rng.random::<f64>()).collect();
+            (0..tets * elastic_points).map(|_| 3.0 * size * size * rng.random::<f64>()).collect();
         for irreversibility in [Irreversibility::None, Irreversibility::History] {
             let materials = materials_for(rule, law, PhaseField { irreversibility, ..field });
             let has_history = state_len(&materials) == 1;
@@ -285,8 +285,8 @@ fn assert_as_alone<const N: usize, T: Element<N>>(
                 if has_history {
                     let mut single = [0.0; MOST_POINTS];
                     assert_eq!(alone.update(&mut single), 1.0);
-                    let range = tet * points..(tet + 1) * points;
-                    let many = driving[range.clone()].iter().zip(&single[..points]);
+                    let range = tet * elastic_points..(tet + 1) * elastic_points;
+                    let many = driving[range.clone()].iter().zip(&single[..elastic_points]);
                     assert_near(many.map(|(x, y)| (*x, *y)), "driving energies", stress);
                     assert!(
                         driving[range.clone()].iter().zip(&history[range]).all(|(x, y)| x >= y)
@@ -308,19 +308,19 @@ fn assert_as_alone<const N: usize, T: Element<N>>(
                 .for_each(|pair| assert_near([pair].into_iter(), "energy", stress));
             let chosen: Vec<u32> = (0..tets as u32 - 3).collect();
             let plain = chosen.iter().all(|&tet| space.is_plain(tet as usize));
-            let mut compare = |batch: usize, numbers: &[[f64; LANES]]| {
+            let mut compare = |batch: usize, tangent_data: &[[f64; LANES]]| {
                 for lane in 0..LANES.min(chosen.len() - batch * LANES) {
                     let tets = [batch * LANES + lane; LANES];
                     let mut buffers = Buffers::new(());
                     let mut alone = gather.elements::<f64>((), tets, &mut buffers);
                     alone.plain = plain;
-                    let mut single = vec![0.0; numbers.len()];
+                    let mut single = vec![0.0; tangent_data.len()];
                     linearise::<_, _, false, N>(&alone, true, &mut single, &mut [0.0]);
                     // for equal principal strains, the order of the principal axes may differ: compare the tangent
                     // blocks, which do not depend on the order
-                    let side: Vec<f64> = numbers.iter().map(|number| number[lane]).collect();
-                    let [side, single]: [Blocks<f64, N>; 2] =
-                        [side, single].map(|numbers| blocks_of::<N>(&space.rule, plain, &numbers));
+                    let side: Vec<f64> = tangent_data.iter().map(|number| number[lane]).collect();
+                    let [side, single]: [Blocks<f64, N>; 2] = [side, single]
+                        .map(|tangent_data| blocks_of::<N>(&space.rule, plain, &tangent_data));
                     for part in
                         [|i, j| i < 3 && j < 3, |i, j| (i < 3) != (j < 3), |i, j| i + j == 6]
                     {

@@ -246,7 +246,7 @@ fn assert_threads_change_nothing<const N: usize, T: Element<N>>(n: usize) {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(11);
     let mesh = cube(n, &mut rng);
     let space = Space::new::<T>(&mesh, DamageRule::Vertex);
-    let (nodes, points) = (space.nodes.len(), space.points());
+    let (nodes, elastic_points) = (space.nodes.len(), space.elastic_points());
     let pattern = Arc::new(Pattern::new(&space.tets, nodes));
     let operator = T::operator(Assembly::new(space));
     let field = PhaseField { irreversibility: Irreversibility::History, ..PhaseField::new(0.3) };
@@ -265,7 +265,7 @@ fn assert_threads_change_nothing<const N: usize, T: Element<N>>(n: usize) {
         pool.install(|| {
             let mut residual = Residual::new(nodes);
             let mut tangent = Tangent::new(Arc::clone(&pattern));
-            let mut state = vec![0.0; points];
+            let mut state = vec![0.0; elastic_points];
             operator.residual(&increment, &mut residual).expect("no element is inverted");
             operator.tangent(&increment, Coupling::Full, &mut tangent).expect("as before");
             operator.state(&increment, &mut state).expect("as before");

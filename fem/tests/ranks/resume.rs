@@ -102,11 +102,11 @@ fn the_stress_of_a_law_with_a_state_does_not_depend_on_the_ranks() {
 
 fn assert_same_contact(alone: &Outcome, shared: &Outcome) {
     assert_eq!(alone.contact.len(), shared.contact.len());
-    for (surface, points) in &alone.contact {
+    for (surface, contact_points) in &alone.contact {
         let others = &shared.contact[surface];
-        assert_eq!(points.len(), others.len());
-        let most = points.iter().map(|p| p.pressure_mpa).fold(0.0, f64::max);
-        for (a, b) in points.iter().zip(others) {
+        assert_eq!(contact_points.len(), others.len());
+        let most = contact_points.iter().map(|p| p.pressure_mpa).fold(0.0, f64::max);
+        for (a, b) in contact_points.iter().zip(others) {
             assert_eq!((a.node, a.area_mm2), (b.node, b.area_mm2));
             assert!((a.pressure_mpa - b.pressure_mpa).abs() < 1e-4 * most, "{a:?} {b:?}");
         }

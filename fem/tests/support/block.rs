@@ -16,15 +16,15 @@ pub(crate) fn even(from: f64, to: f64, n: usize) -> Vec<f64> {
 
 /// Coordinates of planes from zero: `fine` cells of size `h`, then cells that grow by the factor `growth` up to `to`.
 pub(crate) fn graded(h: f64, fine: usize, growth: f64, to: f64) -> Vec<f64> {
-    let mut points: Vec<f64> = (0..=fine).map(|k| k as f64 * h).collect();
+    let mut coordinates: Vec<f64> = (0..=fine).map(|k| k as f64 * h).collect();
     let mut step = h;
     loop {
         step *= growth;
-        let last = points[points.len() - 1];
+        let last = coordinates[coordinates.len() - 1];
         if last + 1.5 * step >= to {
-            points.push(to);
-            return points;
+            coordinates.push(to);
+            return coordinates;
         }
-        points.push(last + step);
+        coordinates.push(last + step);
     }
 }

@@ -58,15 +58,15 @@ pub(crate) fn hertz(across: usize, order: Order) -> Hertz {
         .expect("valid input");
     let outcome = problem.run(&mut ());
     let last = outcome.curve.last().unwrap_or_else(|| panic!("{:?}", outcome.end));
-    let points = &outcome.contact["top"];
-    for point in points {
+    let contact_points = &outcome.contact["top"];
+    for point in contact_points {
         assert!(point.pressure_mpa >= 0.0 && point.gap_mm > -1e-8, "{point:?}");
         assert!(point.pressure_mpa * point.gap_mm.max(0.0) < 1e-6, "{point:?}");
     }
     // least-squares line through (r², p²) at the nodes with at least 30 % of the largest pressure
-    let most = points.iter().map(|p| p.pressure_mpa).fold(0.0, f64::max);
+    let most = contact_points.iter().map(|p| p.pressure_mpa).fold(0.0, f64::max);
     let [mut n, mut sx, mut sy, mut sxx, mut sxy] = [0.0; 5];
-    for point in points.iter().filter(|p| p.pressure_mpa > 0.3 * most) {
+    for point in contact_points.iter().filter(|p| p.pressure_mpa > 0.3 * most) {
         let at = problem.nodes()[point.node as usize];
         let (x, y) = (at[0].powi(2) + at[1].powi(2), point.pressure_mpa.powi(2));
         (n, sx, sy) = (n + 1.0, sx + x, sy + y);

@@ -112,8 +112,8 @@ pub(crate) fn with_options(
     loading: CompressionTest,
     options: SolverOptions,
 ) -> Result<Problem, FemError> {
-    let parts = loading.builder(mesh)?.order(order).materials(materials);
-    parts.phase_field(field).options(options).build()
+    let builder = loading.builder(mesh)?.order(order).materials(materials);
+    builder.phase_field(field).options(options).build()
 }
 
 /// Returns the test with other platens.

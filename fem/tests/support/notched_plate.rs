@@ -172,7 +172,7 @@ fn graded(centre: f64, fine: f64, h: f64) -> Vec<f64> {
     };
     let below = half(centre);
     let above = half(1.0 - centre);
-    let mut points: Vec<f64> = below.iter().skip(1).rev().map(|d| centre - d).collect();
-    points.extend(above.iter().map(|d| centre + d));
-    points
+    let mut coordinates: Vec<f64> = below.iter().skip(1).rev().map(|d| centre - d).collect();
+    coordinates.extend(above.iter().map(|d| centre + d));
+    coordinates
 }

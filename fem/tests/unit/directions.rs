@@ -110,16 +110,16 @@ fn principal_components_are_orthogonal_and_sorted_by_size() {
     let mut systems: Vec<System> = residuals.iter().map(system).collect();
     systems.push(directions.system(none.clone(), none.clone(), 1e-5));
     // each residual is 10⁵ times its allowed residual
-    let (largest, parts) = directions.principal(&systems, 1e-4);
+    let (largest, components) = directions.principal(&systems, 1e-4);
     assert!((largest / (1e5 * f64::sqrt(3.0)) - 1.0).abs() < 1e-5, "{largest:e}");
-    assert_eq!(parts.len(), 2);
+    assert_eq!(components.len(), 2);
     let size = |x: &[Nodal]| directions.norm(x);
     let cosine = |x: &[Nodal], y: &[Nodal]| weighted_dot(&weight, x, y) / (size(x) * size(y));
-    assert!((size(&parts[0]) / largest - 1.0).abs() < 1e-9);
-    assert!((cosine(&parts[0], &a).abs() - 1.0).abs() < 1e-6);
-    assert!((cosine(&parts[1], &b).abs() - 1.0).abs() < 1e-6);
+    assert!((size(&components[0]) / largest - 1.0).abs() < 1e-9);
+    assert!((cosine(&components[0], &a).abs() - 1.0).abs() < 1e-6);
+    assert!((cosine(&components[1], &b).abs() - 1.0).abs() < 1e-6);
     let expected = 1e5 * 1e-3 * f64::sqrt(2.0);
-    assert!((size(&parts[1]) / expected - 1.0).abs() < 1e-5, "{:e}", size(&parts[1]));
+    assert!((size(&components[1]) / expected - 1.0).abs() < 1e-5, "{:e}", size(&components[1]));
     assert_eq!(directions.principal(&systems, 0.1).1.len(), 1);
     assert_eq!(directions.principal(&systems[3..], 0.1), (0.0, Vec::new()));
     systems[0].residual[3][1] = f64::NAN;

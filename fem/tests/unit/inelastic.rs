@@ -128,9 +128,9 @@ fn a_held_shear_relaxes_by_the_prony_series() {
 /// The reference temperature is above absolute zero, and a part of each modulus remains.
 #[test]
 fn series_without_a_remaining_modulus_or_a_real_temperature_are_refused() {
-    let refused = |series: &Viscoelasticity, parts: [&str; 2]| {
+    let refused = |series: &Viscoelasticity, fragments: [&str; 2]| {
         let message = series.validate("material.matrix").expect_err("refused").to_string();
-        assert!(parts.iter().all(|part| message.contains(part)), "{message}");
+        assert!(fragments.iter().all(|fragment| message.contains(fragment)), "{message}");
     };
     for (shift, table) in [
         (TimeShift::Wlf { c1: 17.44, c2_kelvin: 51.6, reference_celsius: -280.0 }, "shift.wlf"),

@@ -13,7 +13,7 @@ use super::*;
 const YOUNG: f64 = 275.0;
 const POISSON: f64 = 0.25;
 
-/// The laws as in the published formulas (definitions 3.1 and 3.6).
+/// The laws as in the published formulas.
 #[derive(Clone, Copy, Debug)]
 enum Printed {
     Hencky,
@@ -39,14 +39,14 @@ impl Printed {
         let volumetric = trace * trace * (bulk / 2.0);
         let zero = trace.constant(0.0);
         let compressed = trace.less_than(zero);
-        let parts = |whole: T, in_compression: T| {
+        let split_energy = |whole: T, in_compression: T| {
             let spared = T::select(compressed, in_compression, zero);
             [whole - spared, spared]
         };
         match (self, split) {
             (Printed::Hencky, Split::None) => [deviatoric + volumetric, zero],
             (Printed::Hencky, Split::VolumetricDeviatoric) => {
-                parts(deviatoric + volumetric, volumetric)
+                split_energy(deviatoric + volumetric, volumetric)
             }
             (Printed::Hencky, Split::Spectral) => [1.0, -1.0].map(|sign| {
                 let trace = (trace * sign).max(zero);
@@ -60,7 +60,7 @@ impl Printed {
                     * (1.5 * shear)
                     + trace * trace * (lame / 2.0);
                 let splits = split == Split::VolumetricDeviatoric;
-                parts(whole, if splits { of_volume } else { zero })
+                split_energy(whole, if splits { of_volume } else { zero })
             }
         }
     }
@@ -259,10 +259,10 @@ fn the_parts_of_every_split_add_up_and_are_continuous_at_equal_and_zero_strains(
     for e in all {
         let mut whole = respond(Split::None, e, 1.0);
         for split in [Split::VolumetricDeviatoric, Split::Spectral] {
-            let parts = respond(split, e, 1.0);
-            (whole.driving, whole.stress_plus) = (parts.driving, parts.stress_plus);
-            whole.driving_stress = parts.driving_stress;
-            assert_same(&parts, &whole, 1e-13, &e);
+            let divided = respond(split, e, 1.0);
+            (whole.driving, whole.stress_plus) = (divided.driving, divided.stress_plus);
+            whole.driving_stress = divided.driving_stress;
+            assert_same(&divided, &whole, 1e-13, &e);
         }
     }
     // for strains of opposite sign close to zero, the shear term is between its limits on both sides of zero
@@ -331,7 +331,7 @@ impl WithSimd for Responses<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        let mut points = Vec::new();
+        let mut responses = Vec::new();
         let laws: Vec<RegionLaw> = self.materials.iter().map(PointMaterial::law).collect();
         for (batch, states) in self.states.chunks(SimdF64::<S>::COUNT).enumerate() {
             let mut h = [[SimdF64::splat(simd, 0.0); 3]; 3];
@@ -365,7 +365,7 @@ impl WithSimd for Responses<'_> {
                 column[lane]
             };
             for (k, _) in states.iter().enumerate() {
-                let numbers = [
+                let values = [
                     &[response.energy, response.driving][..],
                     &response.stress,
                     &response.stress_plus,
@@ -374,11 +374,11 @@ impl WithSimd for Responses<'_> {
                     &[response.driving_slope],
                 ];
                 let mut all = [0.0; 18];
-                all.iter_mut().zip(numbers.concat()).for_each(|(x, y)| *x = lane(y, k));
-                points.push((all, lane(principal.sound, k) == 1.0));
+                all.iter_mut().zip(values.concat()).for_each(|(x, y)| *x = lane(y, k));
+                responses.push((all, lane(principal.sound, k) == 1.0));
             }
         }
-        points
+        responses
     }
 }
 
@@ -415,7 +415,7 @@ fn points_in_simd_lanes_equal_single_points() {
             let wide = crate::operator::dispatch(responses());
             for many in [wide, pulp::Scalar::new().vectorize(responses())] {
                 assert_eq!(many.len(), all.len());
-                for (k, ((numbers, sound), state)) in many.into_iter().zip(&all).enumerate() {
+                for (k, ((values, sound), state)) in many.into_iter().zip(&all).enumerate() {
                     let material = &materials[k % materials.len()];
                     let alone = deform(material, state, 0.3);
                     assert!(sound);
@@ -424,7 +424,7 @@ fn points_in_simd_lanes_equal_single_points() {
                     let kink = log.into_iter().chain([log.iter().sum()]).any(|e| e.abs() < 1e-14);
                     let stiffness = material.moduli.bulk;
                     for (n, (x, y)) in
-                        numbers.into_iter().zip(alone.response.components()).enumerate()
+                        values.into_iter().zip(alone.response.components()).enumerate()
                     {
                         // the first eight numbers (energies and stresses) are proportional to the strains
                         let size = if n < 8 { state.norm() } else { 1.0 };

@@ -46,8 +46,8 @@ fn a_path_graph_is_divided_in_the_middle() {
     let nodes = 300u32;
     let edges: Vec<[u32; 2]> = (1..nodes).map(|i| [i - 1, i]).collect();
     let graph = Graph::new(&edges, nodes as usize);
-    let points: Vec<_> = (0..nodes).map(|i| [f64::from(i), 0.0, 0.0]).collect();
-    let order = nested_dissection(&graph, &points).expect("an order");
+    let positions: Vec<_> = (0..nodes).map(|i| [f64::from(i), 0.0, 0.0]).collect();
+    let order = nested_dissection(&graph, &positions).expect("an order");
     let last = order[nodes as usize - 1];
     assert!((100..200).contains(&last), "{last}");
     assert!(fill(&graph, &order) < 3 * nodes as usize);

@@ -10,7 +10,7 @@ fn check<const N: usize, T: Tetrahedron<N>>(kind: DamageRule) {
     }
     for (p, point) in rule.damage.iter().enumerate() {
         let seen: f64 =
-            rule.points.iter().zip(&rule.mixing).map(|(q, row)| q.weight * row[p]).sum();
+            rule.elastic_points.iter().zip(&rule.mixing).map(|(q, row)| q.weight * row[p]).sum();
         assert!((seen - point.weight).abs() < 1e-15, "{kind:?} point {p}");
     }
     assert!((rule.damage.iter().map(|p| p.weight).sum::<f64>() - 1.0).abs() < 1e-14);

@@ -10,18 +10,18 @@ pub(crate) const ROUNDING: f64 = 1e-7;
 /// Coordinates from 0 to `to`: cells of size `h` up to `fine`, then cells that grow by a factor of 1.35 up to the size
 /// `largest`.
 pub(crate) fn graded(h: f64, fine: f64, to: f64, largest: f64) -> Vec<f64> {
-    let mut points = vec![0.0];
+    let mut coordinates = vec![0.0];
     let mut step = h;
     loop {
-        let last = points[points.len() - 1];
+        let last = coordinates[coordinates.len() - 1];
         if last > fine - 0.5 * h {
             step = largest.min(1.35 * step);
         }
         if last + 1.4 * step >= to {
-            points.push(to);
-            return points;
+            coordinates.push(to);
+            return coordinates;
         }
-        points.push(last + step);
+        coordinates.push(last + step);
     }
 }
 
@@ -36,9 +36,9 @@ pub(crate) fn around(
 ) -> Vec<f64> {
     let below = graded(h, fine[0], centre - from, largest);
     let above = graded(h, fine[1], to - centre, largest);
-    let mut points: Vec<f64> = below.iter().skip(1).rev().map(|d| centre - d).collect();
-    points.extend(above.iter().map(|d| centre + d));
-    points
+    let mut coordinates: Vec<f64> = below.iter().skip(1).rev().map(|d| centre - d).collect();
+    coordinates.extend(above.iter().map(|d| centre + d));
+    coordinates
 }
 
 /// Upper half of a plate in the x–z plane with a crack on z = 0, up to x = `tip_mm`. The row of elements at the crack plane is

@@ -400,7 +400,7 @@ impl ContactStep {
     }
 
     /// Returns the contact state of every node.
-    pub(crate) fn points(&self, fields: &Fields) -> Vec<ContactPoint> {
+    pub(crate) fn contact_points(&self, fields: &Fields) -> Vec<ContactPoint> {
         let point = |node: &Node| ContactPoint {
             node: node.node,
             area_mm2: node.area,

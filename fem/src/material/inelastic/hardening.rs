@@ -88,9 +88,9 @@ impl Hardening {
                 let power = strain.powf(*exponent) * *factor_mpa;
                 [power - factor_mpa * offset.powf(*exponent), power * *exponent / strain]
             }
-            Self::Table(points) => {
+            Self::Table(table) => {
                 let (mut stress, mut slope, mut before) = (zero, zero, 0.0);
-                for ends in segments(points) {
+                for ends in segments(table) {
                     // the slope changes at the first point of each segment
                     let above = alpha - ends[0].plastic_strain;
                     let change = slope_of(ends) - before;
@@ -119,9 +119,9 @@ impl Hardening {
                 let powers = (alpha + *offset).powf(next) - offset.powf(next);
                 powers * (factor_mpa / next) - alpha * (factor_mpa * offset.powf(*exponent))
             }
-            Self::Table(points) => {
+            Self::Table(table) => {
                 let (mut work, mut before) = (zero, 0.0);
-                for ends in segments(points) {
+                for ends in segments(table) {
                     let above = (alpha - ends[0].plastic_strain).max(zero);
                     let change = slope_of(ends) - before;
                     before += change;
@@ -161,16 +161,16 @@ impl Hardening {
                 let allowed = *exponent > 0.0 && *exponent <= 1.0;
                 check(allowed, "exponent", *exponent, "in (0, 1]")
             }
-            Self::Table(points) => {
+            Self::Table(table) => {
                 let first =
-                    points.first().map_or([f64::NAN; 2], |p| [p.plastic_strain, p.hardening_mpa]);
+                    table.first().map_or([f64::NAN; 2], |p| [p.plastic_strain, p.hardening_mpa]);
                 check(
                     first == [0.0; 2],
                     "table",
                     first[0],
                     "a table whose first point has the plastic strain zero",
                 )?;
-                for ends in points.windows(2) {
+                for ends in table.windows(2) {
                     let strain = ends[1].plastic_strain;
                     check(
                         strain > ends[0].plastic_strain,
@@ -215,9 +215,9 @@ impl PlasticRate {
 
 /// Returns the two end points of each segment of a table. A last segment of zero width represents the constant
 /// hardening beyond the table.
-fn segments(points: &[HardeningPoint]) -> impl Iterator<Item = [HardeningPoint; 2]> + '_ {
-    let last = points.last().map(|&point| [point; 2]);
-    points.windows(2).map(|ends| [ends[0], ends[1]]).chain(last)
+fn segments(table: &[HardeningPoint]) -> impl Iterator<Item = [HardeningPoint; 2]> + '_ {
+    let last = table.last().map(|&point| [point; 2]);
+    table.windows(2).map(|ends| [ends[0], ends[1]]).chain(last)
 }
 
 /// Returns the slope of a segment, MPa; zero for the last segment of zero width.

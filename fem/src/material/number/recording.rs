@@ -317,7 +317,7 @@ pub fn statements(results: &[Term], given: &dyn Fn(usize) -> String) -> (String,
         results.iter().for_each(|term| needed[term.0 as usize] = true);
         for i in (0..nodes.len()).rev() {
             if needed[i] {
-                parts(nodes[i]).iter().flatten().for_each(|term| needed[term.0 as usize] = true);
+                operands(nodes[i]).iter().flatten().for_each(|term| needed[term.0 as usize] = true);
                 if let Node::LoopResult(index, _) = nodes[i] {
                     let state = &record.loops[index as usize].state;
                     state.iter().for_each(|term| needed[term.0 as usize] = true);
@@ -344,7 +344,7 @@ pub fn statements(results: &[Term], given: &dyn Fn(usize) -> String) -> (String,
             }
         };
         for i in (0..nodes.len()).filter(|&i| needed[i]) {
-            parts(nodes[i]).iter().flatten().for_each(|&term| read_given(term, &mut line));
+            operands(nodes[i]).iter().flatten().for_each(|&term| read_given(term, &mut line));
             match nodes[i] {
                 Node::Constant(_) | Node::Given(_) => {}
                 Node::LoopResult(index, k) => {
@@ -380,7 +380,7 @@ pub fn statements(results: &[Term], given: &dyn Fn(usize) -> String) -> (String,
     })
 }
 
-fn parts(node: Node) -> [Option<Term>; 3] {
+fn operands(node: Node) -> [Option<Term>; 3] {
     match node {
         Node::Constant(_) | Node::Given(_) | Node::LoopResult(..) => [None; 3],
         Node::Negate(a) | Node::Call(_, a) => [Some(a), None, None],

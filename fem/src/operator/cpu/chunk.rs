@@ -71,7 +71,7 @@ impl<T: Stored> ChunkProduct<'_, T> {
         let zero = T::splat(simd, 0.0);
         let lanes = T::lanes::<S>();
         let rule = &self.layout.rule;
-        let layout = DataLayout::for_kind(rule.points.len(), D, L, PLAIN);
+        let layout = DataLayout::for_kind(rule.elastic_points.len(), D, L, PLAIN);
         let width = layout.with_extra(!PLAIN && rule.extra.stored).width();
         // the nodal values of a linear element fit into registers, the nodal values of a quadratic element do not
         let rows_at_once = if N == 4 { lanes } else { LANES };

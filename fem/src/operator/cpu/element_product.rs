@@ -70,7 +70,7 @@ impl<T: Precision, S: Simd, const PLAIN: bool, const C: usize, const D: usize, c
 {
     #[inline(always)]
     fn data_layout(&self) -> DataLayout {
-        let layout = DataLayout::for_kind(self.layout.rule.points.len(), D, L, PLAIN);
+        let layout = DataLayout::for_kind(self.layout.rule.elastic_points.len(), D, L, PLAIN);
         layout.with_extra(!PLAIN && self.layout.rule.extra.stored)
     }
 
@@ -99,34 +99,37 @@ impl<T: Precision, S: Simd, const PLAIN: bool, const C: usize, const D: usize, c
         u: &[[T::Register<S>; C]; N],
     ) -> DamagePoints<T::Register<S>, D> {
         let zero = self.constant(0.0);
-        let mut points = DamagePoints { phi: [zero; D], change_of_g: [zero; D], drive: [zero; D] };
+        let mut at_damage_points =
+            DamagePoints { phi: [zero; D], change_of_g: [zero; D], drive: [zero; D] };
         if D == 0 {
-            return points;
+            return at_damage_points;
         }
         self.prefetch_after(0, D);
         let slopes = self.data_layout().degradation_slopes(self.data);
         for p in 0..D {
             if self.layout.nodal {
-                points.phi[p] = u[p % N][C - 1];
+                at_damage_points.phi[p] = u[p % N][C - 1];
             } else {
                 let shape = &self.layout.rule.damage[p].shape;
                 for b in 0..N {
-                    points.phi[p] = self.constant(shape[b]).mul_add(u[b][C - 1], points.phi[p]);
+                    at_damage_points.phi[p] =
+                        self.constant(shape[b]).mul_add(u[b][C - 1], at_damage_points.phi[p]);
                 }
             }
-            points.change_of_g[p] = self.loader().load(&slopes[p]) * points.phi[p];
+            at_damage_points.change_of_g[p] =
+                self.loader().load(&slopes[p]) * at_damage_points.phi[p];
         }
-        points
+        at_damage_points
     }
 
     /// Returns the flux at elastic point q for the differences `du` = ∂u/∂λ_k − ∂u/∂λ₀ of the fields, and adds the
-    /// driving energy to `points`.
+    /// driving energy to `at_damage_points`.
     #[inline(always)]
     fn flux(
         &self,
         q: usize,
         du: &[[T::Register<S>; C]; 3],
-        points: &mut DamagePoints<T::Register<S>, D>,
+        at_damage_points: &mut DamagePoints<T::Register<S>, D>,
     ) -> [[T::Register<S>; C]; 3] {
         let zero = self.constant(0.0);
         let layout = self.data_layout();
@@ -144,16 +147,17 @@ impl<T: Precision, S: Simd, const PLAIN: bool, const C: usize, const D: usize, c
             let mut change_of_g = zero;
             for p in 0..D {
                 let share = self.constant(mixing[p]);
-                change_of_g = first_or_add(p, share, points.change_of_g[p], change_of_g);
+                change_of_g = first_or_add(p, share, at_damage_points.change_of_g[p], change_of_g);
             }
             let driving = tangent.couple(change_of_g, &h, &mut f);
             for p in 0..D {
                 let share = self.constant(mixing[p]);
-                points.drive[p] = first_or_add(q, share, driving, points.drive[p]);
+                at_damage_points.drive[p] =
+                    first_or_add(q, share, driving, at_damage_points.drive[p]);
             }
             let mut shared = None;
             if PLAIN {
-                shared = Some((layout.shared_gradient(self.data), rule.points[q].weight));
+                shared = Some((layout.shared_gradient(self.data), rule.elastic_points[q].weight));
             }
             let change = [du[0][C - 1], du[1][C - 1], du[2][C - 1]];
             for k in 0..3 {
@@ -171,18 +175,19 @@ impl<T: Precision, S: Simd, const PLAIN: bool, const C: usize, const D: usize, c
     #[inline(always)]
     fn add_local<const N: usize>(
         &self,
-        points: &DamagePoints<T::Register<S>, D>,
+        at_damage_points: &DamagePoints<T::Register<S>, D>,
         r: &mut [[T::Register<S>; C]; N],
     ) {
         if D == 0 {
             return;
         }
         let (layout, loader) = (self.data_layout(), self.loader());
-        self.prefetch_after(layout.point_offset(self.layout.rule.points.len()), L);
+        self.prefetch_after(layout.point_offset(self.layout.rule.elastic_points.len()), L);
         let slopes = layout.degradation_slopes(self.data);
         for p in 0..D {
-            let drive = loader.load(&slopes[p]) * points.drive[p];
-            let value = loader.load(layout.local(p, self.data)).mul_add(points.phi[p], drive);
+            let drive = loader.load(&slopes[p]) * at_damage_points.drive[p];
+            let value =
+                loader.load(layout.local(p, self.data)).mul_add(at_damage_points.phi[p], drive);
             if self.layout.nodal {
                 r[p % N][C - 1] += value;
             } else {
@@ -207,8 +212,8 @@ impl<T: Precision, S: Simd, const PLAIN: bool, const C: usize, const D: usize, c
                 du[k][c] = u[k + 1][c] - u[0][c];
             }
         }
-        let mut points = self.damage_points(u);
-        let flux = self.flux(0, &du, &mut points);
+        let mut at_damage_points = self.damage_points(u);
+        let flux = self.flux(0, &du, &mut at_damage_points);
         let mut r = [[zero; C]; N];
         for c in 0..C {
             r[0][c] = -(flux[0][c] + flux[1][c] + flux[2][c]);
@@ -216,7 +221,7 @@ impl<T: Precision, S: Simd, const PLAIN: bool, const C: usize, const D: usize, c
                 r[k + 1][c] = flux[k][c];
             }
         }
-        self.add_local(&points, &mut r);
+        self.add_local(&at_damage_points, &mut r);
         r
     }
 
@@ -241,7 +246,7 @@ impl<T: Precision, S: Simd, const PLAIN: bool, const C: usize, const D: usize, c
                 sums[k][c] = four * sums[k][c];
             }
         }
-        let mut points = self.damage_points(u);
+        let mut at_damage_points = self.damage_points(u);
         let (mut total, mut common) = ([[zero; C]; 4], [[zero; C]; 4]);
         let mut nodal = [[zero; C]; N];
         for (q, (least, above)) in self.layout.excess.iter().enumerate() {
@@ -266,7 +271,7 @@ impl<T: Precision, S: Simd, const PLAIN: bool, const C: usize, const D: usize, c
                     du[k][c] = d[k + 1][c] - d[0][c];
                 }
             }
-            let flux = self.flux(q, &du, &mut points);
+            let flux = self.flux(q, &du, &mut at_damage_points);
             for c in 0..C {
                 d[0][c] = -(flux[0][c] + flux[1][c] + flux[2][c]);
                 for k in 0..3 {
@@ -304,7 +309,7 @@ impl<T: Precision, S: Simd, const PLAIN: bool, const C: usize, const D: usize, c
                 }
             }
         }
-        self.add_local(&points, &mut nodal);
+        self.add_local(&at_damage_points, &mut nodal);
         nodal
     }
 }

@@ -119,9 +119,9 @@ impl<'a, const N: usize> Gather<'a, N> {
         buffers: &mut Buffers<T>,
     ) {
         if curved {
-            let points = self.space.rule.points.len();
-            buffers.curved.resize(points, buffers.straight[0]);
-            for q in 0..points {
+            let geometry_count = self.space.rule.elastic_points.len();
+            buffers.curved.resize(geometry_count, buffers.straight[0]);
+            for q in 0..geometry_count {
                 buffers.curved[q] = self.geometry(token, tets, q);
             }
         } else {
@@ -151,7 +151,7 @@ impl<'a, const N: usize> Gather<'a, N> {
 
     /// Returns the number of state values per element.
     pub fn element_state_len(&self) -> usize {
-        self.regions.state_len() * self.space.rule.points.len()
+        self.regions.state_len() * self.space.rule.elastic_points.len()
     }
 
     /// Gathers the geometry of the elements `tets` at elastic point q.
@@ -159,8 +159,9 @@ impl<'a, const N: usize> Gather<'a, N> {
     fn geometry<T: Lanes>(&self, token: T::Token, tets: [usize; POINTS], q: usize) -> Geometry<T> {
         let mut columns = [[0.0; POINTS]; 10];
         for lane in 0..T::COUNT {
-            let points = self.space.geometry(tets[lane]);
-            let Geometry { barycentric, volume } = &points[if points.len() == 1 { 0 } else { q }];
+            let geometries = self.space.geometry(tets[lane]);
+            let Geometry { barycentric, volume } =
+                &geometries[if geometries.len() == 1 { 0 } else { q }];
             for k in 0..3 {
                 for x in 0..3 {
                     columns[3 * k + x][lane] = barycentric[k][x];
@@ -192,10 +193,10 @@ pub(crate) fn check<T: Lanes>(sound: T) -> Result<(), Inverted> {
 #[inline(always)]
 pub(crate) fn store_rows<S: Simd>(simd: S, columns: &[SimdF64<S>; 4], rows: &mut Rows<f64>) {
     for r in 0..REGISTERS {
-        let mut parts = [SimdF64::<S, 1>::splat(simd, 0.0); 4];
+        let mut registers = [SimdF64::<S, 1>::splat(simd, 0.0); 4];
         for c in 0..4 {
-            parts[c].registers[0] = columns[c].registers[r];
+            registers[c].registers[0] = columns[c].registers[r];
         }
-        f64::rows(simd, &parts, rows, r);
+        f64::rows(simd, &registers, rows, r);
     }
 }

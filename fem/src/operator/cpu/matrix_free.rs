@@ -79,7 +79,7 @@ impl<T: Stored> Product for MatrixFree<T> {
         let Self { layout, data, lane_of_row, .. } = self;
         data.par_iter_mut().zip(&layout.batches.chunks).try_for_each(|(data, chunk)| {
             let width = DataLayout::new(&layout.rule, chunk.plain).width();
-            let mut write = |batch: usize, numbers: &[[f64; LANES]]| {
+            let mut write = |batch: usize, tangent_data: &[[f64; LANES]]| {
                 let data = &mut data[batch * (LANES / T::WIDTH) * width..];
                 let tets = &chunk.tets[batch * LANES..];
                 for (row, (&lane, &tet)) in lane_of_row.iter().zip(tets).enumerate() {
@@ -87,7 +87,7 @@ impl<T: Stored> Product for MatrixFree<T> {
                         continue;
                     }
                     let packs = &mut data[lane / T::WIDTH * width..][..width];
-                    for (pack, rows) in packs.iter_mut().zip(numbers) {
+                    for (pack, rows) in packs.iter_mut().zip(tangent_data) {
                         pack.as_mut()[lane % T::WIDTH] = T::narrow(rows[row]);
                     }
                 }
@@ -169,17 +169,17 @@ struct Position {
 impl<T: Stored> ChunkData<'_, T> {
     /// Returns the number of parts of the chunk. A part contains as many elements as one SIMD number has
     /// lanes.
-    fn parts<S: Simd>(&self) -> usize {
+    fn part_count<S: Simd>(&self) -> usize {
         self.chunk.tets.len() / SimdF64::<S>::COUNT
     }
 
     /// Loads the stored tangent data of the elements of a part of the chunk.
     #[inline(always)]
-    fn load<S: Simd>(&self, simd: S, part: usize, numbers: &mut [SimdF64<S>]) {
+    fn load<S: Simd>(&self, simd: S, part: usize, tangent_data: &mut [SimdF64<S>]) {
         let first = part * SimdF64::<S>::COUNT;
-        let (batch, width) = (first / LANES, numbers.len());
+        let (batch, width) = (first / LANES, tangent_data.len());
         let data = &self.data[batch * (LANES / T::WIDTH) * width..];
-        for (number, out) in numbers.iter_mut().enumerate() {
+        for (number, out) in tangent_data.iter_mut().enumerate() {
             let mut column = [0.0; POINTS];
             for lane in 0..SimdF64::<S>::COUNT {
                 let lane_of_batch = first % LANES + lane;
@@ -218,10 +218,10 @@ impl<T: Stored, const N: usize> WithSimd for Diagonal<'_, T, N> {
         let Self { stored, add } = self;
         let plain = stored.chunk.plain;
         let width = DataLayout::new(stored.rule, plain).width();
-        let mut numbers = vec![SimdF64::<S>::splat(simd, 0.0); width];
-        for part in 0..stored.parts::<S>() {
-            stored.load(simd, part, &mut numbers);
-            let diagonal = diagonal::<SimdF64<S>, N>(stored.rule, plain, &numbers);
+        let mut tangent_data = vec![SimdF64::<S>::splat(simd, 0.0); width];
+        for part in 0..stored.part_count::<S>() {
+            stored.load(simd, part, &mut tangent_data);
+            let diagonal = diagonal::<SimdF64<S>, N>(stored.rule, plain, &tangent_data);
             for a in 0..N {
                 let mut columns = [[0.0; POINTS]; 4];
                 for k in 0..4 {
@@ -250,11 +250,11 @@ impl<T: Stored> WithSimd for LinearTangents<'_, T> {
         let Self { stored, elements } = self;
         let plain = stored.chunk.plain;
         let width = DataLayout::new(stored.rule, plain).width();
-        let mut numbers = vec![SimdF64::<S>::splat(simd, 0.0); width];
-        for part in 0..stored.parts::<S>() {
-            stored.load(simd, part, &mut numbers);
+        let mut tangent_data = vec![SimdF64::<S>::splat(simd, 0.0); width];
+        for part in 0..stored.part_count::<S>() {
+            stored.load(simd, part, &mut tangent_data);
             let mut blocks = [[[[SimdF64::<S>::splat(simd, 0.0); 4]; 4]; 4]; 4];
-            write_blocks::<SimdF64<S>, false, 4>(stored.rule, plain, &numbers, &mut blocks);
+            write_blocks::<SimdF64<S>, false, 4>(stored.rule, plain, &tangent_data, &mut blocks);
             let first = elements.len();
             let tets = stored
                 .elements::<S>(part)

@@ -163,12 +163,12 @@ impl Regions {
                 columns[k][lane] = row[k];
             }
         }
-        let mut numbers = [T::load(token, &columns[0]); CONSTANTS + 3];
+        let mut constants = [T::load(token, &columns[0]); CONSTANTS + 3];
         for k in 1..CONSTANTS + 3 {
-            numbers[k] = T::load(token, &columns[k]);
+            constants[k] = T::load(token, &columns[k]);
         }
         let [bulk, shear, soft, local, gradient, viscous, law, degradation, fraction, grain @ ..] =
-            numbers;
+            constants;
         let mut phases = None;
         if mixed {
             phases = Some(MixedPhases {

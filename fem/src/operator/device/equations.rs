@@ -228,8 +228,8 @@ impl Elements {
     /// Returns the inputs of the kernels for a kind of slots, in the order of `Inputs::PARAMETERS`.
     fn inputs(&self, kind: usize) -> Vec<Argument<'_>> {
         let (slots, kind) = (&self.slots.kinds[kind], &self.kinds[kind]);
-        let numbers = [self.slots.count, slots.first, slots.count];
-        let mut inputs: Vec<_> = numbers.map(|n| Argument::Index(n as u64)).into();
+        let slot_indices = [self.slots.count, slots.first, slots.count];
+        let mut inputs: Vec<_> = slot_indices.map(|n| Argument::Index(n as u64)).into();
         inputs.extend([self.slots.nodes.argument(), kind.geometry.argument()]);
         inputs.extend([kind.rows.argument(), kind.table.argument()]);
         inputs.extend([self.fields.argument(), self.before.argument()]);
@@ -296,17 +296,17 @@ impl KindInputs {
         elements: &[(usize, bool)],
         device: &ComputeDevice,
     ) -> Result<Self, DeviceError> {
-        let points = geometries(&space.rule, kind.plain);
-        let mut geometry = vec![0.0; GEOMETRY * points * kind.count];
+        let geometry_count = geometries(&space.rule, kind.plain);
+        let mut geometry = vec![0.0; GEOMETRY * geometry_count * kind.count];
         let mut row_of_constants = HashMap::new();
         let (mut rows, mut constants) = (Vec::with_capacity(kind.count), Vec::new());
         for (at, &(tet, _)) in elements.iter().enumerate() {
             let of_points = space.geometry(tet);
-            for q in 0..points {
+            for q in 0..elastic_points {
                 let Geometry { barycentric, volume } =
                     &of_points[if of_points.len() == 1 { 0 } else { q }];
-                let numbers = barycentric.as_flattened().iter().chain([volume]);
-                for (k, number) in numbers.enumerate() {
+                let entries = barycentric.as_flattened().iter().chain([volume]);
+                for (k, number) in entries.enumerate() {
                     geometry[(GEOMETRY * q + k) * kind.count + at] = *number;
                 }
             }
@@ -320,7 +320,7 @@ impl KindInputs {
             rows.push(row);
         }
         // a device may refuse an empty array
-        let state = (setting.state_len() * space.rule.points.len() * kind.count).max(1);
+        let state = (setting.state_len() * space.rule.elastic_points.len() * kind.count).max(1);
         Ok(Self {
             geometry: Array::of(device, &geometry)?,
             state: Array::zeros(device, state)?,

@@ -43,7 +43,7 @@ pub(crate) const ROW: usize = size_of::<Row>() / size_of::<f64>();
 
 /// Returns the number of geometries stored per element: 1 for plain elements, else one per elastic point.
 pub(crate) fn geometries(rule: &Rule, plain: bool) -> usize {
-    if plain { 1 } else { rule.points.len() }
+    if plain { 1 } else { rule.elastic_points.len() }
 }
 
 /// Records a computation on an element. The inputs are, in this order: u_x, u_y, u_z, φ of the element's nodes; φ_n
@@ -80,7 +80,8 @@ fn record<const N: usize, R>(
     let law = LaneLaw::new(&setting.laws, law, [bulk, shear], phases);
     let law = DrivingHistory { law, active: setting.history };
     let degradation = Degradation { soft, laws: &setting.degradations, law: degradation };
-    let state: Vec<Term> = (0..setting.state_len() * rule.points.len()).map(|_| given()).collect();
+    let state: Vec<Term> =
+        (0..setting.state_len() * rule.elastic_points.len()).map(|_| given()).collect();
     let element = ElementState {
         rule,
         constants: Constants { law, degradation, local, gradient, viscous },
@@ -130,7 +131,7 @@ impl Inputs {
         writeln!(begin, "    const double *row = table + {ROW} * (index)rows[at];")
             .expect("writing to a string cannot fail");
         let (nodes, geometry) = (rule.nodes, GEOMETRY * geometries(rule, plain));
-        Self { begin, nodes, geometry, state: setting.state_len() * rule.points.len() }
+        Self { begin, nodes, geometry, state: setting.state_len() * rule.elastic_points.len() }
     }
 
     /// Returns the C expression of an input, by its index.
@@ -221,10 +222,10 @@ pub(crate) fn tangent_kernel<const N: usize>(
 pub(crate) fn diagonal_kernel(rule: &Rule, plain: bool, stored: StoredType) -> Kernel {
     begin();
     let width = DataLayout::new(rule, plain).width();
-    let numbers: Vec<Term> = (0..width).map(Term::given).collect();
+    let tangent_data: Vec<Term> = (0..width).map(Term::given).collect();
     let of_nodes = match rule.nodes {
-        4 => diagonal::<Term, 4>(rule, plain, &numbers).to_vec(),
-        _ => diagonal::<Term, 10>(rule, plain, &numbers).to_vec(),
+        4 => diagonal::<Term, 4>(rule, plain, &tangent_data).to_vec(),
+        _ => diagonal::<Term, 10>(rule, plain, &tangent_data).to_vec(),
     };
     let (lines, results) = statements(of_nodes.as_flattened(), &|index| stored.entry(index));
     let mut body = stored.declare(stored.read, width) + &lines;

@@ -68,7 +68,7 @@ impl<'a, T: Scalar, const N: usize> Stored<'a, T, N> {
 
     #[inline(always)]
     fn slopes(&self, q: usize) -> &'a [[f64; 3]; N] {
-        self.rule.points[q].slopes.first_chunk().expect("a slope of each node")
+        self.rule.elastic_points[q].slopes.first_chunk().expect("a slope of each node")
     }
 
     #[inline(always)]
@@ -81,7 +81,7 @@ impl<'a, T: Scalar, const N: usize> Stored<'a, T, N> {
     fn gradient_term(&self, q: usize) -> [T; 6] {
         let mut term = [self.constant(0.0); 6];
         if self.plain {
-            let weight = self.constant(self.rule.points[q].weight);
+            let weight = self.constant(self.rule.elastic_points[q].weight);
             let shared = self.layout.shared_gradient(self.data);
             for entry in 0..6 {
                 term[entry] = weight * shared[entry];
@@ -158,7 +158,7 @@ pub fn write_blocks<T: Scalar, const AXES: bool, const N: usize>(
     blocks: &mut Blocks<T, N>,
 ) {
     let stored = Stored::<T, N>::new(rule, plain, data);
-    for q in 0..rule.points.len() {
+    for q in 0..rule.elastic_points.len() {
         add_stiffness(&stored, stored.slopes(q), &stored.unit_blocks::<AXES>(q), blocks);
         if stored.has_damage() {
             add_gradient(&stored, stored.slopes(q), &stored.gradient_term(q), blocks);
@@ -168,7 +168,7 @@ pub fn write_blocks<T: Scalar, const AXES: bool, const N: usize>(
     if !stored.has_damage() {
         return;
     }
-    for q in 0..rule.points.len() {
+    for q in 0..rule.elastic_points.len() {
         let (tangent, slopes) = (stored.tangent::<AXES>(q), stored.slopes(q));
         let [source, unit] = stored.unit_coupling::<AXES>(q);
         let degradation = stored.degradation_of_nodes(q);
@@ -324,7 +324,7 @@ pub(crate) fn diagonal<T: Scalar, const N: usize>(
 ) -> [[T; 4]; N] {
     let stored = Stored::<T, N>::new(rule, plain, data);
     let mut out = [[stored.constant(0.0); 4]; N];
-    for q in 0..rule.points.len() {
+    for q in 0..rule.elastic_points.len() {
         let tangent = stored.tangent::<false>(q);
         let (unit, slopes) = (stored.unit_blocks::<false>(q), stored.slopes(q));
         for a in 0..N {

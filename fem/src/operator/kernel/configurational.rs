@@ -15,7 +15,7 @@ pub(crate) fn configurational<T: Scalar, L: PointLaw<T>, const N: usize>(
     let (mut nodal, mut sound) = ([[zero; 4]; N], element.constant(1.0));
     let degradation = element.degradation_at_points(&element.damage_at_points());
     let is_oblique = element.constants.law.is_oblique();
-    for q in 0..element.rule.points.len() {
+    for q in 0..element.rule.elastic_points.len() {
         let at = element.at::<false>(q, &degradation, scratch);
         sound = sound.min(at.principal.sound);
         let oblique = is_oblique.then_some(&at.response.oblique.stress);

@@ -21,7 +21,7 @@ pub fn linearise<T: Scalar, L: PointLaw<T>, const AXES: bool, const N: usize>(
     let has_damage = !element.rule.damage.is_empty();
     let mut sound = element.constant(1.0);
     let mut driving = [zero; MOST_POINTS];
-    for q in 0..element.rule.points.len() {
+    for q in 0..element.rule.elastic_points.len() {
         let at = element.at::<true>(q, &degradation, scratch);
         let barycentric = &element.geometry(q).barycentric;
         sound = sound.min(at.principal.sound);

@@ -98,7 +98,7 @@ stored_point!(
 #[derive(Clone, Copy, Debug)]
 pub struct DataLayout {
     /// Number of elastic points.
-    points: usize,
+    elastic_points: usize,
     /// Number of damage points.
     damage: usize,
     /// Number of entries of the local part of the φ block (damage terms without gradients): one if the local part is
@@ -132,7 +132,7 @@ impl DataLayout {
     pub fn new(rule: &Rule, plain: bool) -> Self {
         let damage = rule.damage.len();
         let locals = if rule.alike { damage.min(1) } else { damage };
-        let layout = Self::for_kind(rule.points.len(), damage, locals, plain);
+        let layout = Self::for_kind(rule.elastic_points.len(), damage, locals, plain);
         // the tangent terms of inelastic laws need the second derivative in g, which plain elements
         // do not store
         Self { extra: rule.extra.stored && !plain, ..layout }
@@ -147,8 +147,13 @@ impl DataLayout {
 
     /// Creates the layout from the numbers of elastic points, damage points and entries of the local part.
     #[inline(always)]
-    pub const fn for_kind(points: usize, damage: usize, locals: usize, plain: bool) -> Self {
-        Self { points, damage, locals, plain, extra: false }
+    pub const fn for_kind(
+        elastic_points: usize,
+        damage: usize,
+        locals: usize,
+        plain: bool,
+    ) -> Self {
+        Self { elastic_points, damage, locals, plain, extra: false }
     }
 
     /// Returns the number of entries per elastic point.
@@ -171,7 +176,7 @@ impl DataLayout {
     /// Returns the number of entries of an element.
     #[inline(always)]
     pub fn width(self) -> usize {
-        let extra = if self.extra { EXTRA * self.points } else { 0 };
+        let extra = if self.extra { EXTRA * self.elastic_points } else { 0 };
         self.extra_offset(0) + extra
     }
 
@@ -179,7 +184,7 @@ impl DataLayout {
     /// the local part.
     #[inline(always)]
     const fn extra_offset(self, q: usize) -> usize {
-        self.point_offset(self.points) + self.locals + EXTRA * q
+        self.point_offset(self.elastic_points) + self.locals + EXTRA * q
     }
 
     /// Returns the tangent terms of inelastic laws at elastic point q; `None` if they are not
@@ -210,7 +215,7 @@ impl DataLayout {
 
     /// Returns the number of entries of an element if the principal axes are appended.
     pub fn width_with_axes(self) -> usize {
-        self.width() + AXES * self.points
+        self.width() + AXES * self.elastic_points
     }
 
     /// Returns g′ of the damage points.
@@ -249,12 +254,12 @@ impl DataLayout {
     /// Returns the local part of the φ block (the terms without gradients) at damage point p.
     #[inline(always)]
     pub fn local<P>(self, p: usize, data: &[P]) -> &P {
-        &data[self.point_offset(self.points)..][..self.locals][p % self.locals]
+        &data[self.point_offset(self.elastic_points)..][..self.locals][p % self.locals]
     }
 
     #[inline(always)]
     pub fn local_mut<P>(self, p: usize, data: &mut [P]) -> &mut P {
-        &mut data[self.point_offset(self.points)..][..self.locals][p % self.locals]
+        &mut data[self.point_offset(self.elastic_points)..][..self.locals][p % self.locals]
     }
 
     /// Returns the appended principal axes of elastic point q, one per row.

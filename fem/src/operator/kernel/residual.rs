@@ -35,7 +35,7 @@ pub fn residual<T: Scalar, L: PointLaw<T>, const N: usize>(
         damage[a] = [element.damage[a]];
     }
     let is_oblique = element.constants.law.is_oblique();
-    for q in 0..element.rule.points.len() {
+    for q in 0..element.rule.elastic_points.len() {
         let at = element.at::<false>(q, &degradation, scratch);
         let barycentric = &element.geometry(q).barycentric;
         sound = sound.min(at.principal.sound);

@@ -66,7 +66,7 @@ impl<T: Scalar, L: PointLaw<T>, const N: usize> ElementState<'_, T, L, N> {
     /// Returns the volume that elastic point q represents in integrals, mm³.
     #[inline(always)]
     pub(super) fn weight(&self, q: usize) -> T {
-        self.geometry(q).volume * self.constant(self.rule.points[q].weight)
+        self.geometry(q).volume * self.constant(self.rule.elastic_points[q].weight)
     }
 
     /// Returns the volume that damage point p represents in integrals, mm³: the sum of the volumes of the elastic
@@ -77,7 +77,7 @@ impl<T: Scalar, L: PointLaw<T>, const N: usize> ElementState<'_, T, L, N> {
             return self.geometry[0].volume * self.constant(self.rule.damage[p].weight);
         }
         let mut sum = self.constant(0.0);
-        for q in 0..self.rule.points.len() {
+        for q in 0..self.rule.elastic_points.len() {
             sum = self.constant(self.rule.mixing[q][p]).mul_add(self.weight(q), sum);
         }
         sum
@@ -86,7 +86,7 @@ impl<T: Scalar, L: PointLaw<T>, const N: usize> ElementState<'_, T, L, N> {
     /// Returns ∂U_k/∂u_a at elastic point q; row a, column k.
     #[inline(always)]
     pub(super) fn slopes(&self, q: usize) -> &[[f64; 3]; N] {
-        self.rule.points[q].slopes.first_chunk().expect("a slope of each node")
+        self.rule.elastic_points[q].slopes.first_chunk().expect("a slope of each node")
     }
 
     #[inline(always)]
@@ -233,7 +233,7 @@ impl<T: Scalar, L: PointLaw<T>, const N: usize> ElementState<'_, T, L, N> {
         let degradation = self.degradation_at_points(&self.damage_at_points());
         let mut sound = self.constant(1.0);
         let len = self.constants.law.state_len();
-        for q in 0..self.rule.points.len() {
+        for q in 0..self.rule.elastic_points.len() {
             let at = self.at::<false>(q, &degradation, &mut state[q * len..][..len]);
             sound = sound.min(at.principal.sound);
         }

@@ -19,7 +19,7 @@ pub(crate) fn stress_sums<T: Scalar, L: PointLaw<T>, const N: usize>(
     let (mut sums, mut sound) = ([element.constant(0.0); STRESS_SUMS], one);
     let degradation = element.degradation_at_points(&element.damage_at_points());
     let is_oblique = element.constants.law.is_oblique();
-    for q in 0..element.rule.points.len() {
+    for q in 0..element.rule.elastic_points.len() {
         let at = element.at::<false>(q, &degradation, scratch);
         sound = sound.min(at.principal.sound);
         // det F⁻¹ as the triple product of the rows of Qᵀ F⁻ᵀ

@@ -160,7 +160,7 @@ pub trait StepController: fmt::Debug + Send + Sync {
     /// point of the curve. The default implementation computes the position from [`marks`](Self::marks).
     fn next_mark(&self, run: &Progress) -> Option<f64> {
         let next = (run.curve.len() + 1) as f64;
-        self.marks().map(|points| next / f64::from(points))
+        self.marks().map(|marks| next / f64::from(marks))
     }
 
     /// Whether the controller uses steps that limit or prescribe the crack energy: [`Step::AdvanceWithin`] and

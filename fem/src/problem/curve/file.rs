@@ -92,7 +92,7 @@ impl CurveWriter {
         p: &CurvePoint,
         derivatives: &[f64],
     ) -> Result<(), FemError> {
-        let numbers = [
+        let cells = [
             p.time_s.to_string(),
             p.displacement_mm.to_string(),
             p.force_n.to_string(),
@@ -109,7 +109,7 @@ impl CurveWriter {
             p.residual.to_string(),
         ];
         let cell = |k: usize| derivatives.get(k).map_or(String::new(), f64::to_string);
-        self.write(numbers.into_iter().chain((0..self.parameters).map(cell)))
+        self.write(cells.into_iter().chain((0..self.parameters).map(cell)))
     }
 
     fn write(&mut self, line: impl Iterator<Item = String>) -> Result<(), FemError> {

@@ -38,48 +38,48 @@ pub(crate) struct Discretisation {
 
 impl Discretisation {
     /// Creates the discretisation with linear or quadratic elements.
-    pub(crate) fn new(parts: &Definition) -> Result<Self, FemError> {
-        parts.mesh.validate()?;
-        match parts.order {
+    pub(crate) fn new(definition: &Definition) -> Result<Self, FemError> {
+        definition.mesh.validate()?;
+        match definition.order {
             Order::Linear => {
                 // linear elements have straight edges, so the edges of the mesh must be straight
-                parts.mesh.validate_straight()?;
-                Self::with::<4, Linear>(parts)
+                definition.mesh.validate_straight()?;
+                Self::with::<4, Linear>(definition)
             }
-            Order::Quadratic => Self::with::<10, Quadratic>(parts),
+            Order::Quadratic => Self::with::<10, Quadratic>(definition),
         }
     }
 
     /// Creates the operator of the whole mesh, which all ranks together store in parts.
-    pub(crate) fn whole(&self, parts: &Definition) -> Arc<dyn Operator> {
-        let (mesh, rule) = (&parts.mesh, self.damage_rule);
+    pub(crate) fn whole(&self, definition: &Definition) -> Arc<dyn Operator> {
+        let (mesh, rule) = (&definition.mesh, self.damage_rule);
         let bands = self.bands.of_element().to_vec();
-        match parts.order {
+        match definition.order {
             Order::Linear => {
                 let mut space = Space::new::<Linear>(mesh, rule).with_bands(bands);
-                space.rule.extra = extra_terms(parts);
-                linear(Assembly::new(space).homogenised(parts.homogenisation))
+                space.rule.extra = extra_terms(definition);
+                linear(Assembly::new(space).homogenised(definition.homogenisation))
             }
             Order::Quadratic => {
                 let mut space = Space::new::<Quadratic>(mesh, rule).with_bands(bands);
-                space.rule.extra = extra_terms(parts);
-                quadratic(Assembly::new(space).homogenised(parts.homogenisation))
+                space.rule.extra = extra_terms(definition);
+                quadratic(Assembly::new(space).homogenised(definition.homogenisation))
             }
         }
     }
 
-    fn with<const N: usize, T: Tetrahedron<N>>(parts: &Definition) -> Result<Self, FemError> {
-        let damaged = parts.damaged();
-        let damage_rule = rule_of(parts)?;
-        let interfaces = match &parts.phase_field {
-            Some(_) => Arc::clone(&parts.interfaces),
+    fn with<const N: usize, T: Tetrahedron<N>>(definition: &Definition) -> Result<Self, FemError> {
+        let damaged = definition.damaged();
+        let damage_rule = rule_of(definition)?;
+        let interfaces = match &definition.phase_field {
+            Some(_) => Arc::clone(&definition.interfaces),
             None => Arc::default(),
         };
-        let bands = Bands::new(&parts.mesh, &interfaces, &damaged)?;
-        let space = Space::new::<T>(&parts.mesh, damage_rule);
+        let bands = Bands::new(&definition.mesh, &interfaces, &damaged)?;
+        let space = Space::new::<T>(&definition.mesh, damage_rule);
         let mut space = space.with_bands(bands.of_element().to_vec());
-        space.rule.extra = extra_terms(parts);
-        let mut boundary = boundary(&space, parts, damaged.clone())?;
+        space.rule.extra = extra_terms(definition);
+        let mut boundary = boundary(&space, definition, damaged.clone())?;
         let mut carries_damage = vec![false; space.nodes.len()];
         if damage_rule != DamageRule::Absent {
             for (tet, nodes) in space.tets.iter().enumerate() {
@@ -91,11 +91,12 @@ impl Discretisation {
         let order: Vec<u32> = (0..space.nodes.len() as u32).collect();
         let equations = Unknowns::new(&order, &carries_damage, boundary.constrained()).count;
         let mut part = Arc::default();
-        let mut linear = parts.options.linear;
-        if parts.ranks.size() > 1 {
-            let rank_of_tet = rank_of_tets(&space, parts.ranks.size());
-            let nodes = [space.nodes.len(), parts.mesh.nodes.len()];
-            part = Arc::new(Part::new(&parts.ranks, &rank_of_tet, |tet| &space.tets[tet], nodes));
+        let mut linear = definition.options.linear;
+        if definition.ranks.size() > 1 {
+            let rank_of_tet = rank_of_tets(&space, definition.ranks.size());
+            let nodes = [space.nodes.len(), definition.mesh.nodes.len()];
+            part =
+                Arc::new(Part::new(&definition.ranks, &rank_of_tet, |tet| &space.tets[tet], nodes));
             boundary = boundary.of_part(Arc::clone(&part), &space, &rank_of_tet);
             space = space.part(&part);
             carries_damage = part.pick_nodes(&carries_damage);
@@ -107,10 +108,10 @@ impl Discretisation {
             &carries_damage,
             boundary.constrained(),
             linear,
-            parts.device.as_ref(),
+            definition.device.as_ref(),
         )?;
-        let device = parts.device.clone().filter(|_| linear.is_on_device());
-        let assembly = Assembly::new(space).homogenised(parts.homogenisation);
+        let device = definition.device.clone().filter(|_| linear.is_on_device());
+        let assembly = Assembly::new(space).homogenised(definition.homogenisation);
         let operator = Arc::new(assembly.of_part(part).on_device(device));
         Ok(Self {
             operator,
@@ -122,26 +123,26 @@ impl Discretisation {
             damaged,
             damage_rule,
             bands,
-            interfaces: Arc::clone(&parts.interfaces),
+            interfaces: Arc::clone(&definition.interfaces),
         })
     }
 
     /// Returns whether other materials and interfaces have the same unknowns and bands, on the same mesh.
-    pub(crate) fn suits(&self, parts: &Definition) -> bool {
-        parts.damaged() == self.damaged
-            && self.operator.domain().rule().extra == extra_terms(parts)
-            && have_same_bands(&parts.interfaces, &self.interfaces)
+    pub(crate) fn suits(&self, definition: &Definition) -> bool {
+        definition.damaged() == self.damaged
+            && self.operator.domain().rule().extra == extra_terms(definition)
+            && have_same_bands(&definition.interfaces, &self.interfaces)
     }
 
     /// Returns the discretisation for other boundary conditions. The space and the structure of the linear solver are
     /// reused.
-    pub(crate) fn with_conditions(&self, parts: &Definition) -> Result<Self, FemError> {
-        if parts.ranks.size() > 1 {
+    pub(crate) fn with_conditions(&self, definition: &Definition) -> Result<Self, FemError> {
+        if definition.ranks.size() > 1 {
             // create a new discretisation, because boundary conditions can only be created on the whole mesh, and this
             // discretisation contains only a part of the mesh
-            return Self::new(parts);
+            return Self::new(definition);
         }
-        let boundary = boundary(self.operator.domain(), parts, self.damaged.clone())?;
+        let boundary = boundary(self.operator.domain(), definition, self.damaged.clone())?;
         let (linear, unknowns) =
             self.linear.with_constrained(&self.carries_damage, boundary.constrained())?;
         Ok(Self {
@@ -175,20 +176,20 @@ fn rank_of_tets<const N: usize>(space: &Space<N>, ranks: usize) -> Vec<u32> {
 }
 
 /// Returns the terms that viscoelastic and plastic laws, and strengths, of the materials add to the tangent.
-fn extra_terms(parts: &Definition) -> ExtraTerms {
-    let field = parts.phase_field.as_ref();
-    let points: Vec<_> = parts.materials.iter().map(|m| m.at_point(field)).collect();
-    let unsymmetric = points.iter().any(|point| !point.has_symmetric_tangent());
+fn extra_terms(definition: &Definition) -> ExtraTerms {
+    let field = definition.phase_field.as_ref();
+    let point_materials: Vec<_> = definition.materials.iter().map(|m| m.at_point(field)).collect();
+    let unsymmetric = point_materials.iter().any(|point| !point.has_symmetric_tangent());
     ExtraTerms {
-        stored: unsymmetric || points.iter().any(|point| point.inelastic.is_some()),
+        stored: unsymmetric || point_materials.iter().any(|point| point.inelastic.is_some()),
         unsymmetric,
     }
 }
 
-fn rule_of(parts: &Definition) -> Result<DamageRule, FemError> {
-    match &parts.phase_field {
-        Some(field) if parts.damaged().contains(&true) => {
-            selected_rule(field, parts.order, &parts.mesh)
+fn rule_of(definition: &Definition) -> Result<DamageRule, FemError> {
+    match &definition.phase_field {
+        Some(field) if definition.damaged().contains(&true) => {
+            selected_rule(field, definition.order, &definition.mesh)
         }
         _ => Ok(DamageRule::Absent),
     }
@@ -196,10 +197,16 @@ fn rule_of(parts: &Definition) -> Result<DamageRule, FemError> {
 
 fn boundary(
     domain: &dyn Domain,
-    parts: &Definition,
+    definition: &Definition,
     damaged: Vec<bool>,
 ) -> Result<Boundary, FemError> {
-    Boundary::new(domain, &parts.mesh, &parts.conditions, damaged, parts.schedule.duration_s)
+    Boundary::new(
+        domain,
+        &definition.mesh,
+        &definition.conditions,
+        damaged,
+        definition.schedule.duration_s,
+    )
 }
 
 fn selected_rule(field: &PhaseField, order: Order, mesh: &TetMesh) -> Result<DamageRule, FemError> {

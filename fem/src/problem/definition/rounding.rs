@@ -8,10 +8,10 @@ use crate::solve::Rounding;
 /// Assumed relative rounding error of a nodal force, in units of `f64::EPSILON`.
 const SAFETY: f64 = 4.0;
 
-/// Estimates the residuals that rounding errors cause on the mesh of `parts`. `materials` has one entry per region.
-pub(super) fn rounding(parts: &Definition, materials: &[PointMaterial]) -> Rounding {
-    let mesh = &parts.mesh;
-    let nodes = match parts.order {
+/// Estimates the residuals that rounding errors cause on the mesh of `definition`. `materials` has one entry per region.
+pub(super) fn rounding(definition: &Definition, materials: &[PointMaterial]) -> Rounding {
+    let mesh = &definition.mesh;
+    let nodes = match definition.order {
         Order::Linear => 4.0,
         Order::Quadratic => 10.0,
     };

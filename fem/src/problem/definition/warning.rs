@@ -122,42 +122,43 @@ const STRENGTH_ERROR: f64 = 0.05;
 
 /// Returns the properties of a problem that make its results inaccurate without causing an error.
 pub(crate) fn warnings(setup: &Setup) -> Vec<ProblemWarning> {
-    let parts = &setup.parts;
+    let definition = &setup.definition;
     let mut warnings = Vec::new();
-    if parts.order == Order::Linear {
-        warnings.extend(volumetric_locking(parts));
-        warnings.extend(plastic_locking(parts));
-        warnings.extend(bending_locking(parts));
+    if definition.order == Order::Linear {
+        warnings.extend(volumetric_locking(definition));
+        warnings.extend(plastic_locking(definition));
+        warnings.extend(bending_locking(definition));
     }
-    warnings.extend(hinges(parts));
+    warnings.extend(hinges(definition));
     warnings.extend(widened_interfaces(setup));
     warnings.extend(wide_interfaces(setup));
-    warnings.extend(compressive_strengths(parts));
+    warnings.extend(compressive_strengths(definition));
     warnings
 }
 
 /// Warns about the region with the largest Poisson's ratio, if it is nearly incompressible.
-fn volumetric_locking(parts: &Definition) -> Option<ProblemWarning> {
-    let poisson = |k: usize| parts.materials[k].elasticity.poisson();
-    let region = (0..parts.materials.len()).max_by(|&a, &b| poisson(a).total_cmp(&poisson(b)))?;
+fn volumetric_locking(definition: &Definition) -> Option<ProblemWarning> {
+    let poisson = |k: usize| definition.materials[k].elasticity.poisson();
+    let region =
+        (0..definition.materials.len()).max_by(|&a, &b| poisson(a).total_cmp(&poisson(b)))?;
     (poisson(region) >= INCOMPRESSIBLE).then(|| ProblemWarning::VolumetricLocking {
-        region: parts.mesh.regions[region].clone(),
+        region: definition.mesh.regions[region].clone(),
         poisson: poisson(region),
     })
 }
 
 /// Warns about the first region that is plastic.
-fn plastic_locking(parts: &Definition) -> Option<ProblemWarning> {
+fn plastic_locking(definition: &Definition) -> Option<ProblemWarning> {
     let is_plastic =
         |material: &Material| matches!(material.inelasticity, Some(Inelasticity::Plastic(_)));
-    let region = parts.materials.iter().position(is_plastic)?;
-    Some(ProblemWarning::PlasticLocking { region: parts.mesh.regions[region].clone() })
+    let region = definition.materials.iter().position(is_plastic)?;
+    Some(ProblemWarning::PlasticLocking { region: definition.mesh.regions[region].clone() })
 }
 
 /// Warns about a slender body. The thickness is estimated as twice the volume divided by the surface area; this is exact
 /// for a plate, and half the thickness of a square bar.
-fn bending_locking(parts: &Definition) -> Option<ProblemWarning> {
-    let mesh = &parts.mesh;
+fn bending_locking(definition: &Definition) -> Option<ProblemWarning> {
+    let mesh = &definition.mesh;
     let thickness_mm = 2.0 * mesh.volume() / mesh.boundary_area();
     let size_mm = mesh.largest_extent();
     let across = thickness_mm / mesh.mean_edge();
@@ -167,7 +168,7 @@ fn bending_locking(parts: &Definition) -> Option<ProblemWarning> {
 
 /// Warns about interface bands that are narrower than the elements.
 fn widened_interfaces(setup: &Setup) -> Vec<ProblemWarning> {
-    let interfaces = &setup.parts.interfaces;
+    let interfaces = &setup.definition.interfaces;
     let widened = setup.discretisation.bands.widened(interfaces).into_iter();
     let warning = |(interface, stated_mm, width_mm)| ProblemWarning::WidenedInterface {
         interface,
@@ -179,16 +180,16 @@ fn widened_interfaces(setup: &Setup) -> Vec<ProblemWarning> {
 
 /// Warns about interface bands that fill most of their region.
 fn wide_interfaces(setup: &Setup) -> Vec<ProblemWarning> {
-    let parts = &setup.parts;
+    let definition = &setup.definition;
     let warning = |(interface, region, share, width_mm): (&Interface, usize, f64, f64)| {
         ProblemWarning::WideInterface {
             interface: interface.regions.join("-"),
-            region: parts.mesh.regions[region].clone(),
+            region: definition.mesh.regions[region].clone(),
             width_mm,
             percent: 100.0 * share,
         }
     };
-    setup.discretisation.bands.large(&parts.interfaces).map(warning).collect()
+    setup.discretisation.bands.large(&definition.interfaces).map(warning).collect()
 }
 
 /// Returns a clause about the compressive strength of the model, in MPa.
@@ -201,9 +202,9 @@ fn strength_in_words(mpa: f64) -> String {
 }
 
 /// Warns about regions whose compressive strength differs from the one specified.
-fn compressive_strengths(parts: &Definition) -> Vec<ProblemWarning> {
-    let Some(field) = &parts.phase_field else { return Vec::new() };
-    let spacing_mm = parts.strength_spacing_mm();
+fn compressive_strengths(definition: &Definition) -> Vec<ProblemWarning> {
+    let Some(field) = &definition.phase_field else { return Vec::new() };
+    let spacing_mm = definition.strength_spacing_mm();
     let warning = |(region, material): (&String, &Material)| {
         let strength = material.strength?;
         let context = material.strength_context(field, spacing_mm);
@@ -218,11 +219,11 @@ fn compressive_strengths(parts: &Definition) -> Vec<ProblemWarning> {
             length_mm,
         })
     };
-    parts.mesh.regions.iter().zip(&parts.materials).filter_map(warning).collect()
+    definition.mesh.regions.iter().zip(&definition.materials).filter_map(warning).collect()
 }
 
-fn hinges(parts: &Definition) -> Option<ProblemWarning> {
-    let part_of = parts.mesh.parts_by_faces();
+fn hinges(definition: &Definition) -> Option<ProblemWarning> {
+    let part_of = definition.mesh.parts_by_faces();
     let tet = part_of.iter().position(|&part| part != 0)?;
     let mut roots = part_of;
     roots.sort_unstable();

@@ -109,8 +109,8 @@ impl Evaluation<'_> {
         &self,
         extension: impl Fn([f64; 3]) -> [f64; 3],
     ) -> Result<f64, FemError> {
-        if let Some(k) = self.setup.parts.materials.iter().position(|m| m.state_len() > 0) {
-            let region = &self.setup.parts.mesh.regions[k];
+        if let Some(k) = self.setup.definition.materials.iter().position(|m| m.state_len() > 0) {
+            let region = &self.setup.definition.mesh.regions[k];
             let entity = format!("J-integral in region '{region}'");
             return Err(FemError::unsupported(entity, Unsupported::EnergyReleaseWithState));
         }
@@ -131,12 +131,12 @@ impl Evaluation<'_> {
     /// zero without a phase field. Interface bands and the factor of the toughness of a
     /// [`Strength`](crate::Strength) are not included.
     pub fn crack_resistance_n(&self, extension: impl Fn([f64; 3]) -> [f64; 3]) -> f64 {
-        let Some(field) = self.setup.parts.phase_field else { return 0.0 };
+        let Some(field) = self.setup.definition.phase_field else { return 0.0 };
         let (length, normalisation) = (field.length_mm, field.model.normaliser());
         let mut extensions = self.extensions(extension).into_iter();
         self.integral(|point| {
             let Extension { gradient: q, .. } = extensions.next().expect("an entry of each point");
-            let material = &self.setup.parts.materials[point.region];
+            let material = &self.setup.definition.materials[point.region];
             let toughness = material.fracture.map_or(0.0, |f| f.toughness_n_per_mm);
             let slope = Vector3::from(point.damage_gradient_per_mm);
             let [alpha, ..] = field.model.local(point.damage);
@@ -169,10 +169,10 @@ impl Evaluation<'_> {
         }
         let mut start = Vec::new();
         self.operator.domain().visit(before, &mut |point, _| start.push(point.damage));
-        let mut points = self.extensions(extension).into_iter().zip(start);
+        let mut extensions = self.extensions(extension).into_iter().zip(start);
         Ok(self.integral(|point| {
-            let (Extension { q, .. }, start) = points.next().expect("an entry of each point");
-            let material = &self.setup.parts.materials[point.region];
+            let (Extension { q, .. }, start) = extensions.next().expect("an entry of each point");
+            let material = &self.setup.definition.materials[point.region];
             let viscosity = material.fracture.map_or(0.0, |f| f.viscosity_mpa_s);
             let slope = Vector3::from(point.damage_gradient_per_mm);
             -viscosity * (point.damage - start) / duration_s * slope.dot(&q)

@@ -75,7 +75,7 @@ impl<'a> Evaluation<'a> {
             }
         }
         let values = fields.state.values.len();
-        let expected = operator.domain().points() * state_len(&setup.points);
+        let expected = operator.domain().elastic_points() * state_len(&setup.point_materials);
         if values != 0 && values != expected {
             return Err(FemError::OtherState { values, expected });
         }
@@ -88,7 +88,7 @@ impl<'a> Evaluation<'a> {
         let duration = if values.is_empty() { 1.0 } else { *duration_s };
         let start = StepContext::new(&self.fields.damage, duration);
         let context = StepContext { state: values, ..start };
-        Increment { materials: &self.setup.points, fields: self.fields, context }
+        Increment { materials: &self.setup.point_materials, fields: self.fields, context }
     }
 
     /// Returns stress and energy density of every element, in the order of the mesh. Laws with a state are evaluated
@@ -172,11 +172,11 @@ impl<'a> Evaluation<'a> {
     }
 
     fn nodes_of(&self, surface: &str) -> Result<Vec<u32>, FemError> {
-        let parts = &self.setup.parts;
-        parts.conditions.nodes_of(
+        let definition = &self.setup.definition;
+        definition.conditions.nodes_of(
             surface,
             "a force is requested",
-            &parts.mesh,
+            &definition.mesh,
             self.operator.domain(),
         )
     }
@@ -197,7 +197,7 @@ impl<'a> Evaluation<'a> {
     /// [`FemError::Mesh`] if the file cannot be written; otherwise the errors of
     /// [`elements`](Self::elements).
     pub fn write_vtu(&self, path: impl AsRef<Path>) -> Result<(), FemError> {
-        let points = [
+        let point_fields = [
             vtu::Field::vector("displacement_mm", &self.fields.displacement),
             vtu::Field::scalar("damage", &self.fields.damage),
         ];
@@ -205,17 +205,24 @@ impl<'a> Evaluation<'a> {
         let energy: Vec<f64> = elements.iter().map(|s| s.energy_density_mpa).collect();
         let stress: Vec<[f64; 6]> = elements.iter().map(|s| s.stress_mpa).collect();
         let von_mises: Vec<f64> = elements.iter().map(CellStress::von_mises_mpa).collect();
-        let cells = [
+        let cell_fields = [
             vtu::Field::scalar("energy_density_mpa", &energy),
             vtu::Field::tensor("stress_mpa", &stress),
             vtu::Field::scalar("von_mises_mpa", &von_mises),
         ];
         let (path, mesh, domain) =
-            (path.as_ref(), self.setup.parts.mesh.as_ref(), self.operator.domain());
+            (path.as_ref(), self.setup.definition.mesh.as_ref(), self.operator.domain());
         match quadratic_tets(domain) {
-            None => vtu::write_straight(path, mesh, &points, &cells)?,
+            None => vtu::write_straight(path, mesh, &point_fields, &cell_fields)?,
             Some(tets) => {
-                vtu::write_quadratic(path, mesh, domain.nodes(), &tets, &points, &cells)?;
+                vtu::write_quadratic(
+                    path,
+                    mesh,
+                    domain.nodes(),
+                    &tets,
+                    &point_fields,
+                    &cell_fields,
+                )?;
             }
         }
         Ok(())
@@ -248,8 +255,8 @@ pub(super) fn linear_tets(domain: &dyn Domain) -> Vec<[u32; 4]> {
     match quadratic_tets(domain) {
         None => (0..domain.tets()).map(corners).collect(),
         Some(tets) => {
-            let parts = |tet: &[u32; 10]| PARTS.map(|part| part.map(|k| tet[k]));
-            tets.iter().flat_map(parts).collect()
+            let subdivided = |tet: &[u32; 10]| PARTS.map(|part| part.map(|k| tet[k]));
+            tets.iter().flat_map(subdivided).collect()
         }
     }
 }

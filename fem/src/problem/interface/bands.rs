@@ -117,15 +117,15 @@ impl Bands {
         Ok(Self { sides, of_element: of_element.into() })
     }
 
-    /// Returns the index of the band's material and the share in the band, for each element of the whole mesh; empty
-    /// without interfaces.
+    /// Returns, for each element of the whole mesh, the index of the material of its band, and the share of the element
+    /// that is in the band; empty without interfaces.
     pub(crate) fn of_element(&self) -> &Arc<[(u16, f64)]> {
         &self.of_element
     }
 
     /// Returns the materials of the regions and of the bands, in the form used at quadrature points. `spacing_mm` is the
     /// mean distance of neighbouring nodes if a material has a strength.
-    pub(crate) fn points(
+    pub(crate) fn point_materials(
         &self,
         materials: &[Material],
         interfaces: &[Interface],
@@ -133,11 +133,11 @@ impl Bands {
         spacing_mm: f64,
     ) -> Arc<[PointMaterial]> {
         let of_region = |material: &Material| material.at_point_of(field, spacing_mm);
-        let mut points: Vec<PointMaterial> = materials.iter().map(of_region).collect();
+        let mut point_materials: Vec<PointMaterial> = materials.iter().map(of_region).collect();
         for (interface, sides) in interfaces.iter().zip(&self.sides) {
             for side in sides {
                 // no element has the material of a band in a region that does not break
-                let mut point = points[side.map_or(0, |side| side.region)].clone();
+                let mut point = point_materials[side.map_or(0, |side| side.region)].clone();
                 if let (Some(side), Some(field)) = (side, field)
                     && let Some(fracture) = materials[side.region].fracture
                     && let Some(damage) = &mut point.damage
@@ -147,10 +147,10 @@ impl Bands {
                     damage.local *= factor;
                     damage.gradient *= factor;
                 }
-                points.push(point);
+                point_materials.push(point);
             }
         }
-        points.into()
+        point_materials.into()
     }
 
     /// Returns the interfaces whose bands were widened because the elements are too large: name, stated width and width

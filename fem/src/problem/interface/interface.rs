@@ -51,7 +51,7 @@ impl Interface {
     /// # Errors
     /// [`FemError::OutOfRange`] with the name of the value; [`FemError::Unsupported`] for two equal regions.
     pub fn validate(&self) -> Result<(), FemError> {
-        let numbers = [
+        let checks = [
             (
                 "toughness_n_per_mm",
                 self.toughness_n_per_mm,
@@ -65,7 +65,7 @@ impl Interface {
                 "a positive width in mm, from 1e-9 to 1e3, such as four elements",
             ),
         ];
-        for (field, value, allowed, requirement) in numbers {
+        for (field, value, allowed, requirement) in checks {
             if !allowed.contains(&value) {
                 return Err(FemError::parameter(&self.entity(), field, value, requirement));
             }

@@ -113,9 +113,9 @@ impl RunState {
         let part = domain.operator.part();
         let contacts = &domain.boundary.contacts;
         let pressures = self.pressures.iter().zip(contacts).map(|(pressures, contact)| {
-            let numbers: Vec<u32> = contact.own_places().collect();
+            let own_places: Vec<u32> = contact.own_places().collect();
             let owned: Vec<f64> = contact.own_of(pressures).copied().collect();
-            part.ordered(&numbers, 1, &owned, contact.all)
+            part.ordered(&own_places, 1, &owned, contact.all)
         });
         Self {
             fields: gather_fields(part, &self.fields),
@@ -130,8 +130,8 @@ impl RunState {
     /// Returns this rank's part of the state of the whole body.
     pub(crate) fn of_part(self, domain: &Discretisation) -> Self {
         let part = domain.operator.part();
-        let points = domain.operator.domain().rule().points.len();
-        let width = points * self.memory.per_point();
+        let elastic_points = domain.operator.domain().rule().elastic_points.len();
+        let width = elastic_points * self.memory.per_point();
         let fields = |fields: &Fields| Fields {
             displacement: part.pick_nodes(&fields.displacement),
             damage: part.pick_nodes(&fields.damage),
@@ -147,7 +147,7 @@ impl RunState {
             fields: fields(&self.fields),
             past: self.past.map(fields),
             forces: part.pick_nodes(&self.forces),
-            memory: self.memory.of_part(part, points),
+            memory: self.memory.of_part(part, elastic_points),
             pressures,
             ..self
         }

@@ -10,7 +10,7 @@ const SOUND: f64 = 0.05;
 pub(super) fn advice(increments: &Increments, failure: StepFailure) -> String {
     let Increments { setup, solver, state, .. } = increments;
     let damaged = &setup.discretisation.damaged;
-    let materials = setup.parts.materials.iter().zip(damaged);
+    let materials = setup.definition.materials.iter().zip(damaged);
     let rate_independent = materials
         .filter(|(_, damaged)| **damaged)
         .any(|(m, _)| m.fracture.is_some_and(|f| f.viscosity_mpa_s == 0.0));
@@ -39,7 +39,7 @@ pub(super) fn advice(increments: &Increments, failure: StepFailure) -> String {
                               equilibrium close to the last equilibrium: check the supports and the mesh (parts \
                               that are joined only by an edge or a node)"
                 .to_owned();
-            if !setup.parts.conditions.only_prescribe() {
+            if !setup.definition.conditions.only_prescribe() {
                 causes += ", prescribe displacements instead of loads";
             }
             causes + ", or allow smaller steps"

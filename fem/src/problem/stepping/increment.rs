@@ -35,8 +35,9 @@ pub(super) struct Increments<'a> {
 impl<'a> Increments<'a> {
     /// Creates the increments of a run from the unloaded body.
     pub(super) fn new(setup: &'a Setup) -> Self {
-        let field = setup.parts.phase_field.as_ref();
-        let state = RunState::new(&setup.discretisation, field, &setup.points, setup.shifts.len());
+        let field = setup.definition.phase_field.as_ref();
+        let state =
+            RunState::new(&setup.discretisation, field, &setup.point_materials, setup.shifts.len());
         let accepted = ExternalForces::none(&setup.discretisation.boundary);
         Self { setup, solver: setup.solver(), state, accepted }
     }
@@ -57,7 +58,7 @@ impl<'a> Increments<'a> {
         if domain.boundary.contacts.is_empty() {
             return;
         }
-        let duration_s = setup.parts.schedule.duration_s;
+        let duration_s = setup.definition.schedule.duration_s;
         let mut before = state.fields.without_state();
         before.add_scaled(-1.0, change);
         let context = state.memory.context(&before.damage, step * duration_s);
@@ -74,11 +75,11 @@ impl<'a> Increments<'a> {
 
     /// Returns the largest modulus λ + 2μ of the materials, MPa.
     fn modulus_mpa(&self) -> f64 {
-        self.setup.points.iter().map(|m| m.moduli.longitudinal()).fold(0.0, f64::max)
+        self.setup.point_materials.iter().map(|m| m.moduli.longitudinal()).fold(0.0, f64::max)
     }
 
     pub(super) fn ranks(&self) -> &'a Ranks {
-        &self.setup.parts.ranks
+        &self.setup.definition.ranks
     }
 
     /// Returns the counters of the work that the solver has done so far.
@@ -104,8 +105,8 @@ impl<'a> Increments<'a> {
     fn advance(&mut self, target: f64) -> Result<(), StepFailure> {
         let (setup, state) = (self.setup, &self.state);
         let domain = setup.discretisation.as_ref();
-        let time_s = target * setup.parts.schedule.duration_s;
-        let duration = (target - state.clock) * setup.parts.schedule.duration_s;
+        let time_s = target * setup.definition.schedule.duration_s;
+        let duration = (target - state.clock) * setup.definition.schedule.duration_s;
         let context = state.memory.context(&state.fields.damage, duration);
         let modulus = self.modulus_mpa();
         let (space, pressures) = (domain.operator.domain(), &state.pressures);
@@ -136,7 +137,7 @@ impl<'a> Increments<'a> {
 
     /// Displacement or force of the platen at `target`; `None` unless the load program prescribes a force.
     fn platen_load(&self, target: f64) -> Option<PlatenLoad> {
-        let schedule = &self.setup.parts.schedule;
+        let schedule = &self.setup.definition.schedule;
         let program = schedule.force_program.as_ref()?;
         Some(program.load_at(target * schedule.duration_s, self.state.corner))
     }
@@ -183,7 +184,7 @@ impl<'a> Increments<'a> {
     /// unchanged.
     fn accept(&mut self, before: Effort, fields: Fields, target: f64) -> Result<(), StepFailure> {
         let domain = self.setup.discretisation.as_ref();
-        let time_s = target * self.setup.parts.schedule.duration_s;
+        let time_s = target * self.setup.definition.schedule.duration_s;
         let (external, residual) = (&self.solver.newton.external, &self.solver.newton.residual);
         let reactions = external.reactions(&domain.boundary, &fields, residual);
         let [displacement_mm, force_n] = domain.boundary.measure(time_s, &fields, &reactions);
@@ -192,16 +193,16 @@ impl<'a> Increments<'a> {
         }
         let force_is_prescribed = self.prescribed_force_n(target).is_some();
         let step = target - self.state.clock;
-        let duration = step * self.setup.parts.schedule.duration_s;
-        let (operator, materials) = (domain.operator.as_ref(), &self.setup.points);
-        let points = self.state.memory.points_at(operator, materials, &fields, duration)?;
+        let duration = step * self.setup.definition.schedule.duration_s;
+        let (operator, materials) = (domain.operator.as_ref(), &self.setup.point_materials);
+        let law_state = self.state.memory.law_state_at(operator, materials, &fields, duration)?;
         // all operations that can fail are before this line, so that a failed increment does not change the state
         carry_rates(self.setup, &mut self.solver, &mut self.state, &fields, target);
         let (newton, state) = (&self.solver.newton, &mut self.state);
         let (external, residual) = (&newton.external, &newton.residual);
         let forces = external.outer_forces(&domain.boundary, &fields, residual);
         let friction = external.dissipated(&fields);
-        let law_state = state.memory.record(points, materials, &fields, duration);
+        let law_state = state.memory.record(law_state, materials, &fields, duration);
         let mut change = fields.clone();
         change.add_scaled(-1.0, &state.fields);
         // compute the work of the external forces, which balance the forces of the stress at each node; the energy that
@@ -244,7 +245,7 @@ impl<'a> Increments<'a> {
         state.past.add(change, step);
         state.fields = Fields { state: law_state, ..fields };
         state.clock = target;
-        if self.setup.parts.schedule.is_corner(target) {
+        if self.setup.definition.schedule.is_corner(target) {
             self.state.corner = [displacement_mm, force_n];
         }
         self.state.scales = self.solver.newton.keep_scales();
@@ -259,7 +260,7 @@ impl<'a> Increments<'a> {
         let (setup, state) = (self.setup, &self.state);
         let boundary = &setup.discretisation.boundary;
         let mut fields = state.fields.without_state();
-        if setup.parts.schedule.is_corner(state.clock) {
+        if setup.definition.schedule.is_corner(state.clock) {
             // do not extrapolate past a corner, where the speed of the load changes
         } else if state.past.step().is_some() {
             let part = setup.discretisation.operator.part();
@@ -269,10 +270,10 @@ impl<'a> Increments<'a> {
                 part.ranks().sum(&mut size);
                 size.map(f64::sqrt)
             };
-            let since_corner = setup.parts.schedule.since_corner(state.clock);
+            let since_corner = setup.definition.schedule.since_corner(state.clock);
             state.past.continue_by(target - state.clock, since_corner, &mut fields, size);
         } else {
-            let time_s = target * setup.parts.schedule.duration_s;
+            let time_s = target * setup.definition.schedule.duration_s;
             boundary.start(setup.discretisation.nodes(), time_s, &mut fields);
         }
         match self.platen_load(target) {

@@ -76,7 +76,7 @@ impl<'a> LoadStepper<'a> {
     /// Creates a run that saves its state. The run starts from the saved state if the file exists.
     pub(crate) fn resume(setup: &'a Setup, checkpoint: &Checkpoint) -> Result<Self, FemError> {
         checkpoint.validate()?;
-        let fingerprint = setup.parts.fingerprint();
+        let fingerprint = setup.definition.fingerprint();
         let mut run = Self::new(setup);
         run.checkpoint = Some((checkpoint.clone(), fingerprint));
         let loaded = guarded(|| checkpoint.load(fingerprint, run.increments.ranks()));
@@ -143,7 +143,8 @@ impl<'a> LoadStepper<'a> {
 
     /// Returns the derivatives of force and displacement at the points of the curve so far.
     pub fn sensitivities(&self) -> Sensitivities {
-        let names = self.increments.setup.parts.parameters.iter().map(|p| p.name.clone()).collect();
+        let names =
+            self.increments.setup.definition.parameters.iter().map(|p| p.name.clone()).collect();
         let Derivatives { curve, platen_curve, lost, .. } = &self.increments.state.derivatives;
         let displacement_mm = platen_curve.clone();
         Sensitivities { names, force_n: curve.clone(), displacement_mm, lost: lost.clone() }
@@ -164,11 +165,11 @@ impl<'a> LoadStepper<'a> {
     pub fn finish(mut self) -> Outcome {
         let Increments { setup, state, accepted, .. } = &self.increments;
         let boundary = &setup.discretisation.boundary;
-        let points = || accepted.contact_points(boundary, &state.fields);
+        let contact_points = || accepted.contact_points(boundary, &state.fields);
         // if a rank has ended, its contact points are not available
         let contact = match &self.end {
             Some(End::Failed(FemError::RankLost { .. })) => BTreeMap::new(),
-            _ => guarded(points).unwrap_or_else(|lost| {
+            _ => guarded(contact_points).unwrap_or_else(|lost| {
                 self.end = Some(End::Failed(self.lost(lost)));
                 BTreeMap::new()
             }),
@@ -184,7 +185,7 @@ impl<'a> LoadStepper<'a> {
 
     /// Takes steps until the next point of the curve is reached.
     fn next_point(&mut self) -> Result<CurvePoint, FemError> {
-        let schedule = &self.increments.setup.parts.schedule;
+        let schedule = &self.increments.setup.definition.schedule;
         let controller = &schedule.steps;
         let mark = controller.next_mark(&self.progress(None));
         let (mut failed, mut failure) = (None, StepFailure::GivenUp);
@@ -258,7 +259,7 @@ impl<'a> LoadStepper<'a> {
         state.peak = state.peak.max(point.force_n.abs());
         // restart the counters of iterations for the next point
         (state.point.newton, state.point.linear) = (0, 0);
-        let schedule = &self.increments.setup.parts.schedule;
+        let schedule = &self.increments.setup.definition.schedule;
         let moves_on = schedule.corners_s.is_empty() || point.displacement_mm.abs() > farthest;
         let counts = moves_on && !schedule.prescribes_force_at(state.clock);
         let below = |fraction| counts && point.force_n.abs() < (1.0 - fraction) * state.peak;
@@ -297,7 +298,7 @@ impl<'a> LoadStepper<'a> {
     }
 
     fn not_converged(&self, step: f64, source: StepFailure) -> FemError {
-        let duration_s = self.increments.setup.parts.schedule.duration_s;
+        let duration_s = self.increments.setup.definition.schedule.duration_s;
         FemError::NotConverged {
             displacement_mm: self.increments.state.point.displacement_mm,
             time_s: self.increments.state.clock * duration_s,

@@ -169,9 +169,9 @@ pub(in crate::solve) fn weighted_dot<T: Copy + Into<f64> + Sync>(
         }
         sum.iter().sum::<f64>()
     };
-    let parts: Vec<f64> =
+    let chunk_sums: Vec<f64> =
         w.par_chunks(CHUNK).zip(a.par_chunks(CHUNK)).zip(b.par_chunks(CHUNK)).map(part).collect();
-    parts.iter().sum()
+    chunk_sums.iter().sum()
 }
 
 /// Returns the inner product Σ a b, computed in double precision.
@@ -185,8 +185,8 @@ fn dot<T: Real, const R: usize>(a: &[[T; R]], b: &[[T; R]]) -> f64 {
         }
         sum.iter().sum::<f64>()
     };
-    let parts: Vec<f64> = a.par_chunks(CHUNK).zip(b.par_chunks(CHUNK)).map(part).collect();
-    parts.iter().sum()
+    let chunk_sums: Vec<f64> = a.par_chunks(CHUNK).zip(b.par_chunks(CHUNK)).map(part).collect();
+    chunk_sums.iter().sum()
 }
 
 /// y ← y + a x.

@@ -31,7 +31,7 @@ type MultigridInMemory = Multigrid<NodalVectors, FieldSplitInMemory>;
 pub(crate) struct Iterative<'a> {
     operator: &'a dyn Operator,
     /// Vertices of the mesh.
-    points: Arc<Vec<[f64; 3]>>,
+    positions: Arc<Vec<[f64; 3]>>,
     /// Tangent of the linear shape functions.
     tangent: Tangent,
     /// Matrix-free tangent, if the elements are quadratic or a device runs the iterations.
@@ -56,13 +56,13 @@ pub(crate) struct Iterative<'a> {
 impl<'a> Iterative<'a> {
     pub(super) fn new(
         operator: &'a dyn Operator,
-        points: Arc<Vec<[f64; 3]>>,
+        positions: Arc<Vec<[f64; 3]>>,
         tangent: Tangent,
         elements: Option<ElementTangent>,
     ) -> Self {
         Self {
             operator,
-            points,
+            positions,
             tangent,
             elements,
             device: None,
@@ -134,7 +134,7 @@ impl<'a> Iterative<'a> {
             None => &self.free[..],
         };
         let halo = &self.operator.part().vertices;
-        let below = FieldSplitInMemory::new(&self.tangent, &self.points, free, halo);
+        let below = FieldSplitInMemory::new(&self.tangent, &self.positions, free, halo);
         let weight = std::mem::take(&mut self.weight);
         let sent = self.attempt(|device, elements| device.renew(elements, &weight, &below));
         if sent.is_none() {

@@ -72,14 +72,14 @@ impl LinearPlan {
     /// nodes with damage; `constrained` lists the prescribed displacements as (node, component).
     pub(crate) fn new<const N: usize>(
         tets: &[[u32; N]],
-        points: &[[f64; 3]],
+        positions: &[[f64; 3]],
         damaged: &[bool],
         constrained: impl Iterator<Item = (u32, usize)>,
         choice: LinearScheme,
         device: Option<&ComputeDevice>,
     ) -> Result<(Self, Unknowns), FemError> {
         let damage = damaged.iter().filter(|d| **d).count();
-        let size = 3 * points.len() + damage;
+        let size = 3 * positions.len() + damage;
         let multigrid = match choice {
             LinearScheme::Auto if damage == 0 => size > DIRECT_ELASTIC_UP_TO,
             LinearScheme::Auto => size > DIRECT_UP_TO,
@@ -90,8 +90,8 @@ impl LinearPlan {
         let constrained: Vec<_> = constrained.collect();
         let mut fallback = None;
         if !multigrid {
-            let pattern = Arc::new(Pattern::new(tets, points.len()));
-            let order = Arc::new(nested_dissection(&pattern.graph, points)?);
+            let pattern = Arc::new(Pattern::new(tets, positions.len()));
+            let order = Arc::new(nested_dissection(&pattern.graph, positions)?);
             let unknowns = Unknowns::new(&order, damaged, constrained.iter().copied());
             let symbolic = Arc::new(Symbolic::new(&pattern.graph, &unknowns)?);
             let is_sparse = symbolic.fill() <= FILL * unknowns.count;
@@ -102,7 +102,7 @@ impl LinearPlan {
             fallback = Some(factor);
         }
         let unknowns = unknowns_in_node_order(damaged, constrained.into_iter());
-        let mut plan = Self::multigrid(tets, points);
+        let mut plan = Self::multigrid(tets, positions);
         if let Self::Multigrid { device: selected, factor, .. } = &mut plan {
             (*selected, *factor) = (device.cloned(), fallback);
         }
@@ -132,16 +132,16 @@ impl LinearPlan {
     }
 
     /// Prepares multigrid for any mesh, even if a sparse factor would be selected for this mesh.
-    pub(super) fn multigrid<const N: usize>(tets: &[[u32; N]], points: &[[f64; 3]]) -> Self {
+    pub(super) fn multigrid<const N: usize>(tets: &[[u32; N]], positions: &[[f64; 3]]) -> Self {
         let corners: Vec<[u32; 4]> = tets.iter().map(|t| std::array::from_fn(|a| t[a])).collect();
         let vertices = corners.iter().flatten().max().map_or(0, |&n| n as usize + 1);
-        let mut parents = vec![[0; 2]; points.len() - vertices];
+        let mut parents = vec![[0; 2]; positions.len() - vertices];
         for tet in tets.iter().filter(|_| N == 10) {
             for (edge, ends) in Quadratic::EDGES.iter().enumerate() {
                 parents[tet[4 + edge] as usize - vertices] = ends.map(|v| tet[v]);
             }
         }
-        let vertices = Arc::new(points[..vertices].to_vec());
+        let vertices = Arc::new(positions[..vertices].to_vec());
         let pattern = Arc::new(Pattern::new(&corners, vertices.len()));
         Self::Multigrid {
             pattern,

@@ -23,10 +23,18 @@ const LEAF: usize = 100;
 const CUTS: [f64; 5] = [0.42, 0.46, 0.5, 0.54, 0.58];
 
 /// Returns the nodes in the order of elimination.
-pub(crate) fn nested_dissection(graph: &Graph, points: &[[f64; 3]]) -> Result<Vec<u32>, FemError> {
+pub(crate) fn nested_dissection(
+    graph: &Graph,
+    positions: &[[f64; 3]],
+) -> Result<Vec<u32>, FemError> {
     let nodes = graph.nodes();
-    let mut dissection =
-        Dissection { graph, points, side: vec![OUT; nodes], local: vec![0; nodes], order: vec![] };
+    let mut dissection = Dissection {
+        graph,
+        positions,
+        side: vec![OUT; nodes],
+        local: vec![0; nodes],
+        order: vec![],
+    };
     dissection.cut((0..nodes as u32).collect())?;
     Ok(dissection.order)
 }
@@ -38,7 +46,7 @@ const SEPARATOR: u8 = 3;
 
 struct Dissection<'a> {
     graph: &'a Graph,
-    points: &'a [[f64; 3]],
+    positions: &'a [[f64; 3]],
     /// Side of the current cutting plane on which each node lies: `OUT` (not in this part), `LEFT`, `RIGHT` or
     /// `SEPARATOR`.
     side: Vec<u8>,
@@ -57,7 +65,7 @@ impl Dissection<'_> {
             let mut sorted = part.clone();
             // order nodes with equal coordinates along the axis by their other coordinates, so that a cut between such
             // nodes is plane, too
-            let key = |n: u32| [0, 1, 2].map(|k| self.points[n as usize][(axis + k) % 3]);
+            let key = |n: u32| [0, 1, 2].map(|k| self.positions[n as usize][(axis + k) % 3]);
             sorted.sort_unstable_by(|&a, &b| {
                 let (p, q) = (key(a), key(b));
                 let ties = p[1].total_cmp(&q[1]).then(p[2].total_cmp(&q[2])).then(a.cmp(&b));

@@ -73,7 +73,7 @@ impl Preconditioner for DenseFactor {
         let all = self.nodes.halo.ranks().gather(&owned).into_iter().flatten();
         let right = DVector::from_iterator(self.factor.l_dirty().nrows(), all.map(f64::from));
         let solution = self.factor.solve(&right);
-        for (x, number) in x.iter_mut().zip(self.nodes.numbers()) {
+        for (x, number) in x.iter_mut().zip(self.nodes.global_ids()) {
             *x = std::array::from_fn(|k| solution[MODES * number as usize + k] as f32);
         }
     }
@@ -89,15 +89,15 @@ struct Coarser {
     nodes: CoarseNodes,
 }
 
-/// Creates the multigrid hierarchy of a symmetric positive definite matrix on nodes at `points`, mm. Constrained values
+/// Creates the multigrid hierarchy of a symmetric positive definite matrix on nodes at `positions`, mm. Constrained values
 /// must have unit rows and columns. With several ranks, `matrix` is this rank's contribution to the matrix.
 pub(super) fn amg(
     matrix: &BlockCsr<f64, 3, 3>,
-    points: &[[f64; 3]],
+    positions: &[[f64; 3]],
     free: &[[bool; 4]],
     halo: &Arc<Halo>,
 ) -> AmgInMemory {
-    let (fine, mut next) = coarsen(matrix, &rigid_body_modes(points, free, halo), halo);
+    let (fine, mut next) = coarsen(matrix, &rigid_body_modes(positions, free, halo), halo);
     let mut coarse = Vec::new();
     while MODES * next.nodes.all() > COARSEST && coarse.len() < MOST_LEVELS {
         let (level, below) = coarsen(&next.matrix, &next.modes, &next.nodes.halo);
@@ -189,19 +189,19 @@ fn product<const R: usize>(
     let all = with_ghosts(tentative.clone(), halo);
     let nodes = CoarseNodes::new(halo.ranks(), first.to_vec(), &all);
     let mut partial = matrix.multiply(&nodes.localise(all));
-    let numbers = nodes.numbers();
-    partial.column.iter_mut().for_each(|column| *column = numbers[*column as usize]);
+    let global_ids = nodes.global_ids();
+    partial.column.iter_mut().for_each(|column| *column = global_ids[*column as usize]);
     completed(&partial, halo)
 }
 
 /// Returns three translations and three rotations at the nodes that this rank owns. Constrained values of these modes
 /// are zero.
-fn rigid_body_modes(points: &[[f64; 3]], free: &[[bool; 4]], halo: &Halo) -> Modes<3> {
-    let sum = |k: usize| halo.own_of(points).map(|p| p[k]).sum::<f64>();
-    let mut sums = [sum(0), sum(1), sum(2), halo.own_of(points).count() as f64];
+fn rigid_body_modes(positions: &[[f64; 3]], free: &[[bool; 4]], halo: &Halo) -> Modes<3> {
+    let sum = |k: usize| halo.own_of(positions).map(|p| p[k]).sum::<f64>();
+    let mut sums = [sum(0), sum(1), sum(2), halo.own_of(positions).count() as f64];
     halo.ranks().sum(&mut sums);
     let centre = [0, 1, 2].map(|k| sums[k] / sums[3].max(1.0));
-    halo.own_of(points)
+    halo.own_of(positions)
         .zip(halo.own_of(free))
         .map(|(p, free)| {
             let [x, y, z] = [0, 1, 2].map(|k| p[k] - centre[k]);
@@ -225,11 +225,11 @@ fn rigid_body_modes(points: &[[f64; 3]], free: &[[bool; 4]], halo: &Halo) -> Mod
 fn factorise(coarsest: &Coarser) -> nalgebra::Cholesky<f64, Dyn> {
     let Coarser { matrix, nodes, .. } = coarsest;
     let n = MODES * nodes.all();
-    let numbers = nodes.numbers();
+    let global_ids = nodes.global_ids();
     let (mut positions, mut blocks) = (Vec::<u32>::new(), Vec::<f64>::new());
     for row in 0..matrix.rows() {
         for (column, block) in matrix.row(row) {
-            positions.extend([numbers[row], numbers[column]]);
+            positions.extend([global_ids[row], global_ids[column]]);
             blocks.extend(block.as_flattened());
         }
     }

@@ -89,7 +89,7 @@ impl<const R: usize, const C: usize> BlockCsr<f64, R, C> {
         other: &BlockCsr<f64, C, K>,
     ) -> BlockCsr<f64, R, K> {
         let chunks: Vec<usize> = (0..self.rows()).step_by(ROWS).collect();
-        let parts: Vec<_> = chunks
+        let structures: Vec<_> = chunks
             .into_par_iter()
             .map(|first| {
                 let (mut ends, mut column) = (Vec::new(), Vec::new());
@@ -111,7 +111,7 @@ impl<const R: usize, const C: usize> BlockCsr<f64, R, C> {
             .collect();
         let mut start = vec![0];
         let mut column = Vec::new();
-        for (ends, columns) in parts {
+        for (ends, columns) in structures {
             let begin = column.len() as u32;
             start.extend(ends.iter().map(|end| begin + end));
             column.extend(columns);

@@ -69,7 +69,7 @@ impl CoarseNodes {
     }
 
     /// Returns, for each local node, its number over all ranks.
-    pub(super) fn numbers(&self) -> Vec<u32> {
+    pub(super) fn global_ids(&self) -> Vec<u32> {
         self.owned().map(|number| number as u32).chain(self.ghosts.iter().copied()).collect()
     }
 }

@@ -129,11 +129,11 @@ impl FieldSplitInMemory {
     /// Creates the preconditioner from this rank's contribution to the tangent of the linear shape functions.
     pub(crate) fn new(
         tangent: &Tangent,
-        points: &[[f64; 3]],
+        positions: &[[f64; 3]],
         free: &[[bool; 4]],
         halo: &Arc<Halo>,
     ) -> Self {
-        let displacement = amg(&fields::<3>(tangent, free, 0, halo), points, free, halo);
+        let displacement = amg(&fields::<3>(tangent, free, 0, halo), positions, free, halo);
         let has_damage = halo.ranks().any(free.iter().any(|f| f[3]));
         let damage = has_damage.then(|| {
             let block = fields::<1>(tangent, free, 3, halo);

@@ -39,8 +39,8 @@ fn exchange<'a, const R: usize, const C: usize>(
     lists
         .zip(halo.exchange(blocks))
         .map(|((lengths, columns), blocks)| {
-            let block = |numbers: &[f64]| {
-                std::array::from_fn(|i| std::array::from_fn(|j| numbers[i * C + j]))
+            let block = |entries: &[f64]| {
+                std::array::from_fn(|i| std::array::from_fn(|j| entries[i * C + j]))
             };
             let blocks = blocks.chunks_exact(R * C).map(block).collect();
             Message { lengths, columns, blocks }

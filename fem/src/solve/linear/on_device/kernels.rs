@@ -257,13 +257,13 @@ fn matrices() -> Vec<Kernel> {
 
 /// Returns all kernels. The number of partial sums is fixed, so that sums have the same rounding errors on all devices.
 pub(super) fn kernels() -> Vec<Kernel> {
-    let numbers = |body: &str| {
+    let with_counts = |body: &str| {
         let body = body.replace("LAST_PARTS", &LAST_PARTS.to_string());
         format!("    {}\n", body.replace("PARTS", &PARTS.to_string()))
     };
     let vectors = VECTORS
         .iter()
-        .map(|(name, parameters, body)| Kernel::new(*name, parameters, numbers(body)));
+        .map(|(name, parameters, body)| Kernel::new(*name, parameters, with_counts(body)));
     vectors.chain(matrices()).collect()
 }
 

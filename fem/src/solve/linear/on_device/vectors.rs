@@ -24,15 +24,17 @@ pub(super) struct Session {
 #[derive(Debug)]
 struct Sums {
     /// Partial sums that the first stage computes.
-    parts: Array<f64>,
+    partial: Array<f64>,
     /// Partial sums that the second stage computes and the host adds.
     last: Array<f64>,
 }
 
 impl Session {
     pub(super) fn new(device: ComputeDevice) -> Result<Self, DeviceError> {
-        let sums =
-            Sums { parts: Array::zeros(&device, PARTS)?, last: Array::zeros(&device, LAST_PARTS)? };
+        let sums = Sums {
+            partial: Array::zeros(&device, PARTS)?,
+            last: Array::zeros(&device, LAST_PARTS)?,
+        };
         Ok(Self {
             kernels: Kernels::new(&device)?,
             sums: Mutex::new(sums),
@@ -67,9 +69,9 @@ impl Session {
         self.attempt(|device| Array::zeros(device, len)).unwrap_or_else(|| Array::lost(len))
     }
 
-    pub(super) fn array<T: Pod + Zeroable>(&self, numbers: &[T]) -> Array<T> {
-        let sent = self.attempt(|device| Array::of(device, numbers));
-        sent.unwrap_or_else(|| Array::lost(numbers.len()))
+    pub(super) fn array<T: Pod + Zeroable>(&self, values: &[T]) -> Array<T> {
+        let sent = self.attempt(|device| Array::of(device, values));
+        sent.unwrap_or_else(|| Array::lost(values.len()))
     }
 
     /// Computes the scale of the components `first` to `first + fields − 1` of a nodal vector: the largest absolute
@@ -81,24 +83,24 @@ impl Session {
         scale: &mut Array<f64>,
     ) {
         let sums = lock(&self.sums);
-        let [parts, last] = [&sums.parts, &sums.last].map(Array::argument);
+        let [partial, last] = [&sums.partial, &sums.last].map(Array::argument);
         let used = PARTS.min(r.len() / 4);
         let [nodes, first, fields, count] =
             [r.len() / 4, first, fields, used].map(|n| Argument::Index(n as u64));
-        self.launch("largest", used, &[nodes, first, fields, r.argument(), parts]);
-        self.launch("largest_of_parts", LAST_PARTS, &[count, parts, last]);
+        self.launch("largest", used, &[nodes, first, fields, r.argument(), partial]);
+        self.launch("largest_of_parts", LAST_PARTS, &[count, partial, last]);
         self.launch("scale_of_last_parts", 1, &[last, scale.argument()]);
     }
 
     /// Returns the sum over `len` values, computed by the kernel with the name `kernel` from the vectors `x`.
     fn sum(&self, kernel: &str, len: usize, x: &[Argument]) -> f64 {
         let sums = lock(&self.sums);
-        let [parts, last] = [&sums.parts, &sums.last].map(Array::argument);
+        let [partial, last] = [&sums.partial, &sums.last].map(Array::argument);
         // for a vector with few values, each partial sum has one value
         let used = PARTS.min(len);
         let [len, count] = [len, used].map(|n| Argument::Index(n as u64));
-        self.launch(kernel, used, &[&[len], x, &[parts]].concat());
-        self.launch("sum_of_parts", LAST_PARTS, &[count, parts, last]);
+        self.launch(kernel, used, &[&[len], x, &[partial]].concat());
+        self.launch("sum_of_parts", LAST_PARTS, &[count, partial, last]);
         let mut last = [0.0; LAST_PARTS];
         match self.attempt(|_| sums.last.read(&mut last)) {
             Some(()) => last.iter().sum(),
