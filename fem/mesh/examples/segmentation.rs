@@ -196,7 +196,7 @@ fn report(
     let true_median = median(taken.volumes_mm3.iter().copied());
     let found_median = median(found.regions.iter().map(|region| region.volume_mm3));
     let true_d50 = diameter_of_half(&taken.volumes_mm3);
-    let parts = assigned(&taken.truth.values, &found.labels.values, SMALL);
+    let shares = assigned(&taken.truth.values, &found.labels.values, SMALL);
     let statistics = &found.statistics;
     // the true fraction refers to the specimen without its voids
     let solid = 1.0 - found.void_fraction;
@@ -215,7 +215,7 @@ fn report(
         100.0 * (fraction / truth - 1.0),
         100.0 * (found_median / true_median - 1.0),
         100.0 * (statistics.d50_mm / true_d50 - 1.0),
-        100.0 * parts.right,
+        100.0 * shares.right,
         cost.seconds,
         cost.processor_seconds,
         cost.megabytes,
@@ -234,9 +234,9 @@ fn report(
         found_median / volume,
         true_d50 / voxel,
         statistics.d50_mm / voxel,
-        parts.right,
-        parts.missing,
-        parts.small,
+        shares.right,
+        shares.missing,
+        shares.small,
         cost.seconds,
         cost.processor_seconds,
         cost.megabytes,

@@ -41,11 +41,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     let (radius_mm, height_mm) = (2.5, 4.4);
     let truth = GrainList::new(packing.fill(radius_mm, height_mm)?, radius_mm, height_mm);
-    let numbers = 1..=truth.list().len() as u32;
+    let grain_numbers = 1..=truth.list().len() as u32;
 
     let start = Instant::now();
     let surfaces: Vec<Surface> =
-        numbers.into_par_iter().map(|number| truth.surface(number).scaled(grow)).collect();
+        grain_numbers.into_par_iter().map(|number| truth.surface(number).scaled(grow)).collect();
     for (number, surface) in (1..).zip(&surfaces) {
         let at = |corner: u32| surface.points[corner as usize];
         let triangles: Vec<stl::Triangle> =

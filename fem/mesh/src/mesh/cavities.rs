@@ -21,19 +21,19 @@ impl TetMesh {
     /// point into the cavity.
     pub fn cavities(&self) -> Vec<Cavity> {
         let faces = self.boundary_faces();
-        let mut parts = DisjointSets::new(faces.len());
+        let mut connected = DisjointSets::new(faces.len());
         let mut first_face: HashMap<[u32; 2], u32> = HashMap::with_capacity(3 * faces.len() / 2);
         for (number, &[a, b, c]) in (0..).zip(&faces) {
             for [p, q] in [[a, b], [b, c], [c, a]] {
                 let other = *first_face.entry([p.min(q), p.max(q)]).or_insert(number);
-                parts.join(other, number);
+                connected.join(other, number);
             }
         }
         let mut shells: Vec<(f64, Point, usize)> = Vec::new();
         let mut shell_of_part: HashMap<u32, usize> = HashMap::new();
         for (number, face) in (0..).zip(&faces) {
             let corners = face.map(|node| self.nodes[node as usize]);
-            let shell = *shell_of_part.entry(parts.root(number)).or_insert_with(|| {
+            let shell = *shell_of_part.entry(connected.root(number)).or_insert_with(|| {
                 shells.push((0.0, [0.0; 3], 0));
                 shells.len() - 1
             });

@@ -87,8 +87,8 @@ fn lower_bound(cubic: &Cubic, tight: f64) -> f64 {
         return f64::NAN;
     }
     let (mut least_value, mut bound) = (at_corners(cubic), f64::INFINITY);
-    let mut parts = vec![(*cubic, 0)];
-    while let Some((part, depth)) = parts.pop() {
+    let mut pending = vec![(*cubic, 0)];
+    while let Some((part, depth)) = pending.pop() {
         let low = low(&part);
         least_value = least_value.min(at_corners(&part));
         if depth == DEEPEST || low.is_nan() || low >= least_value - tight {
@@ -96,8 +96,8 @@ fn lower_bound(cubic: &Cubic, tight: f64) -> f64 {
             continue;
         }
         let [a, b] = BISECTED[depth % BISECTED.len()];
-        parts.push((half(&part, a, b), depth + 1));
-        parts.push((half(&part, b, a), depth + 1));
+        pending.push((half(&part, a, b), depth + 1));
+        pending.push((half(&part, b, a), depth + 1));
     }
     bound
 }

@@ -243,9 +243,9 @@ impl TetMesh {
 
     /// Returns, for each tetrahedron, the lowest index among the tetrahedra connected to it through faces.
     pub fn parts_by_faces(&self) -> Vec<u32> {
-        let mut parts = DisjointSets::new(self.tets.len());
-        self.neighbours().iter().for_each(|&[a, b]| parts.join(a, b));
-        (0..self.tets.len() as u32).map(|tet| parts.root(tet)).collect()
+        let mut connected = DisjointSets::new(self.tets.len());
+        self.neighbours().iter().for_each(|&[a, b]| connected.join(a, b));
+        (0..self.tets.len() as u32).map(|tet| connected.root(tet)).collect()
     }
 
     /// Returns the area of the boundary (mm²).

@@ -33,8 +33,8 @@ pub(crate) fn is_even_turn(a: [u32; 3], b: [u32; 3]) -> bool {
 }
 
 /// Returns the midpoint of a straight edge.
-pub(crate) fn middle(points: &[Point], edge: [u32; 2]) -> Point {
-    let [p, q] = edge.map(|node| points[node as usize]);
+pub(crate) fn middle(positions: &[Point], edge: [u32; 2]) -> Point {
+    let [p, q] = edge.map(|node| positions[node as usize]);
     scale(add(p, q), 0.5)
 }
 

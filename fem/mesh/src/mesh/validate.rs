@@ -142,14 +142,14 @@ impl TetMesh {
     }
 
     fn validate_connection(&self) -> Result<(), MeshError> {
-        let mut parts = DisjointSets::new(self.nodes.len());
+        let mut connected = DisjointSets::new(self.nodes.len());
         for tet in &self.tets {
             for &node in &tet[1..] {
-                parts.join(tet[0], node);
+                connected.join(tet[0], node);
             }
         }
-        let first = parts.root(self.tets[0][0]);
-        match self.tets.iter().position(|tet| parts.root(tet[0]) != first) {
+        let first = connected.root(self.tets[0][0]);
+        match self.tets.iter().position(|tet| connected.root(tet[0]) != first) {
             Some(tet) => Err(MeshError::Disconnected { tet }),
             None => Ok(()),
         }

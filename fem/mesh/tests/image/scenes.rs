@@ -28,13 +28,13 @@ fn air(image: &Volume<f32>, [x, y, z]: [usize; 3]) -> f32 {
     *image.at([x % 6, y % 6, z % image.shape[2]])
 }
 
-fn refusal(image: &Volume<f32>, parts: &[&str]) {
+fn refusal(image: &Volume<f32>, fragments: &[&str]) {
     let message = match segment(image) {
         Ok(found) => panic!("taken as a block: {}, warnings {:?}", found.block, found.warnings),
         Err(error) => error.to_string(),
     };
-    for part in parts {
-        assert!(message.contains(part), "{part:?} is not in {message:?}");
+    for fragment in fragments {
+        assert!(message.contains(fragment), "{fragment:?} is not in {message:?}");
     }
 }
 

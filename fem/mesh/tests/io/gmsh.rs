@@ -57,9 +57,9 @@ fn assert_same(read: &TetMesh, mesh: &TetMesh) {
 fn a_written_mesh_is_read_back_unchanged() {
     let mesh = specimen();
     let (_dir, path) = file("a.msh", "");
-    let numbers = gmsh::write(&path, &mesh).unwrap();
-    assert_eq!(numbers, names());
-    assert_same(&gmsh::read(&path, &numbers).unwrap(), &mesh);
+    let group_numbers = gmsh::write(&path, &mesh).unwrap();
+    assert_eq!(group_numbers, names());
+    assert_same(&gmsh::read(&path, &group_numbers).unwrap(), &mesh);
 
     // select groups by their names in the file, and read all groups
     let by_name = GmshNames::new([("grain", "grain"), ("soft", "matrix")], [("base", "bottom")]);
@@ -484,9 +484,9 @@ fn fault(bytes: impl AsRef<[u8]>, names: &GmshNames) -> String {
     message
 }
 
-fn assert_contains(message: &str, parts: &[&str]) {
-    for part in parts {
-        assert!(message.contains(part), "`{part}` is missing in: {message}");
+fn assert_contains(message: &str, fragments: &[&str]) {
+    for fragment in fragments {
+        assert!(message.contains(fragment), "`{fragment}` is missing in: {message}");
     }
 }
 

@@ -21,7 +21,7 @@ fn file(text: &str) -> (tempfile::TempDir, PathBuf) {
 /// Returns a MSH 4.1 file of second-order tetrahedra in one volume with one group; `bent` contains the mid-edge nodes
 /// of curved edges.
 fn second_order(nodes: &[Point], tets: &[[u32; 4]], bent: &BTreeMap<[u32; 2], Point>) -> String {
-    let mut points = nodes.to_vec();
+    let mut positions = nodes.to_vec();
     let mut middles = BTreeMap::new();
     let mut elements = String::new();
     for (number, tet) in tets.iter().enumerate() {
@@ -32,20 +32,20 @@ fn second_order(nodes: &[Point], tets: &[[u32; 4]], bent: &BTreeMap<[u32; 2], Po
             let [p, q] = edge.map(|node| nodes[node as usize]);
             let straight = std::array::from_fn(|k| 0.5 * (p[k] + q[k]));
             let tag = *middles.entry(edge).or_insert_with(|| {
-                points.push(*bent.get(&edge).unwrap_or(&straight));
-                points.len()
+                positions.push(*bent.get(&edge).unwrap_or(&straight));
+                positions.len()
             });
             write!(elements, " {tag}").unwrap();
         }
         elements.push('\n');
     }
-    let count = points.len();
+    let count = positions.len();
     let mut out = format!(
         "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n0 0 0 1\n1 0 0 0 1 1 1 1 1 0\n$EndEntities\n\
          $Nodes\n1 {count} 1 {count}\n3 1 0 {count}\n"
     );
     (1..=count).for_each(|tag| writeln!(out, "{tag}").unwrap());
-    points.iter().for_each(|[x, y, z]| writeln!(out, "{x:?} {y:?} {z:?}").unwrap());
+    positions.iter().for_each(|[x, y, z]| writeln!(out, "{x:?} {y:?} {z:?}").unwrap());
     let count = tets.len();
     write!(
         out,
@@ -165,8 +165,8 @@ fn several_groups_form_one_region_or_surface() {
     names.regions.insert("grain".into(), ["a", "b", "c"].into());
     let read = gmsh::read(&path, &names).unwrap();
     assert_eq!(read.regions, ["grain", "matrix"]);
-    let parts: f64 = ["a", "b", "c"].iter().map(|r| mesh.region_volume(r).unwrap()).sum();
-    assert!((read.region_volume("grain").unwrap() / parts - 1.0).abs() < 1e-12);
+    let total: f64 = ["a", "b", "c"].iter().map(|r| mesh.region_volume(r).unwrap()).sum();
+    assert!((read.region_volume("grain").unwrap() / total - 1.0).abs() < 1e-12);
     let ends = mesh.surfaces["bottom"].len() + mesh.surfaces["top"].len();
     assert_eq!(read.surfaces["ends"].len(), ends);
 

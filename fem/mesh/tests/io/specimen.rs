@@ -73,17 +73,17 @@ fn volumes_agree_with_the_signed_distance() {
     let packing = Packing::new(0.25, 11);
     let grains = packing.fill(RADIUS, HEIGHT).unwrap();
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(2);
-    let points = 20_000;
+    let samples = 20_000;
     for grain in grains.iter().take(8) {
         let reach = grain.bounding_radius_mm();
         let low = grain.centre.map(|x| x - reach);
         let high = grain.centre.map(|x| x + reach);
-        let inside = (0..points)
+        let inside = (0..samples)
             .filter(|_| grain.signed_distance_mm(random_point(&mut rng, low, high)) < 0.0)
             .count();
-        let fraction = inside as f64 / points as f64;
+        let fraction = inside as f64 / samples as f64;
         let box_volume = (2.0 * reach).powi(3);
-        let error = box_volume * (fraction * (1.0 - fraction) / points as f64).sqrt();
+        let error = box_volume * (fraction * (1.0 - fraction) / samples as f64).sqrt();
         // five standard errors: the probability of a failure by chance is below 1 / 200 000
         assert!((fraction * box_volume - grain.volume_mm3()).abs() < 5.0 * error);
     }
@@ -203,7 +203,7 @@ fn lattice(spacing_mm: f64) -> TetMesh {
 }
 
 /// Returns the sizes of the connected parts of equal label, found by flood fill through faces.
-fn parts(mesh: &TetMesh) -> Vec<usize> {
+fn component_sizes(mesh: &TetMesh) -> Vec<usize> {
     let labels = mesh.grain_of.as_ref().unwrap();
     let mut faces: BTreeMap<[u32; 3], Vec<usize>> = BTreeMap::new();
     for (tet, nodes) in mesh.tets.iter().enumerate() {
@@ -247,7 +247,10 @@ fn the_labelled_fraction_varies_by_less_than_one_percent_between_seeds() {
         let volume = mesh.region_volume("grain").unwrap() / mesh.volume();
         assert!((report.achieved_fraction - volume).abs() < 1e-12);
         assert!((volume / 0.2 - 1.0).abs() < 0.01, "seed {seed}: {report}");
-        assert!(parts(&mesh).into_iter().all(|size| size >= 3), "seed {seed} has stray tetrahedra");
+        assert!(
+            component_sizes(&mesh).into_iter().all(|size| size >= 3),
+            "seed {seed} has stray tetrahedra"
+        );
         wandering.push(report.uncorrected_fraction / 0.2 - 1.0);
     }
     // the correction is necessary: without the correction, the error of at least one seed is much larger

@@ -146,8 +146,8 @@ fn the_file_is_binary_stl() {
     assert!(!bytes.starts_with(b"solid"));
     assert_eq!(bytes[80..84], 2_u32.to_le_bytes());
     let number = |k: usize| f32::from_le_bytes(bytes[84 + 4 * k..][..4].try_into().unwrap());
-    let numbers: Vec<f32> = (0..12).map(number).collect();
-    assert_eq!(numbers, [0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 3.0, 0.0]);
+    let values: Vec<f32> = (0..12).map(number).collect();
+    assert_eq!(values, [0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 3.0, 0.0]);
     let error = stl::write("nowhere/a.stl", "", &surface).unwrap_err();
     assert!(error.to_string().contains("nowhere"), "{error}");
 }

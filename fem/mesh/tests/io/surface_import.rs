@@ -153,7 +153,7 @@ fn errors_of_invalid_grains_name_the_file() {
         ),
         ("far", vec![("a.stl", good.clone())], &[]),
     ];
-    for (what, files, parts) in cases {
+    for (what, files, fragments) in cases {
         let dir = tempfile::tempdir().unwrap();
         for (name, triangles) in &files {
             write(dir.path(), name, triangles);
@@ -174,10 +174,10 @@ fn errors_of_invalid_grains_name_the_file() {
             }
             Err(error) => {
                 let text = error.to_string();
-                for part in parts {
+                for fragment in fragments {
                     assert!(
-                        !parts.is_empty() && text.contains(part),
-                        "{what}: {part:?} is not in {text:?}"
+                        !fragments.is_empty() && text.contains(fragment),
+                        "{what}: {fragment:?} is not in {text:?}"
                     );
                 }
             }
@@ -201,10 +201,10 @@ fn errors_of_invalid_grains_name_the_file() {
     let error = import.read([None; 2]).unwrap_err();
     assert!(matches!(&error, SurfaceImportError::Inseparable { .. }), "{error}");
 
-    let parts: Vec<Triangle> =
+    let triangles: Vec<Triangle> =
         good.into_iter().chain(turned(ball([3.0, 0.0, 0.0], 0.5), 0, 512)).collect();
     let file = dir.path().join("parts.stl");
-    stl::write(&file, "parts", &parts).unwrap();
+    stl::write(&file, "parts", &triangles).unwrap();
     let error = SurfaceImport::new(file).read([None; 2]).unwrap_err().to_string();
     assert!(error.contains("normals of 1 of 2 parts point inwards"), "{error}");
     for import in [

@@ -42,9 +42,9 @@ fn files_of_one_and_of_several_grains_are_read() {
     let all: Vec<Triangle> = SPHERES.iter().flat_map(|&(c, r)| sphere(c, r, 2)).collect();
     stl::write(&path, "grains", &all).unwrap();
     let surface = Surface::new(&stl::read(&path).unwrap());
-    let parts = surface.parts();
-    assert_eq!(parts.len(), 3);
-    for (part, (centre, _)) in parts.iter().zip(SPHERES) {
+    let components = surface.parts();
+    assert_eq!(components.len(), 3);
+    for (part, (centre, _)) in components.iter().zip(SPHERES) {
         assert_eq!((part.triangles.len(), part.open_edges()), (128, 0));
         let found = part.centroid();
         assert!((0..3).all(|k| (found[k] - centre[k]).abs() < 1e-6), "{found:?}");

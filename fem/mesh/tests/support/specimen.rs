@@ -309,8 +309,9 @@ fn ball_share(point: [f64; 3], middle: [f64; 3], radius: f64) -> f64 {
         return if distance < radius { 1.0 } else { 0.0 };
     }
     let step = |k: usize| (k as f64 + 0.5) / POINTS as f64 - 0.5;
-    let points = (0..POINTS.pow(3)).map(|k| [k % POINTS, k / POINTS % POINTS, k / POINTS.pow(2)]);
-    let inside = points
+    let sample_positions =
+        (0..POINTS.pow(3)).map(|k| [k % POINTS, k / POINTS % POINTS, k / POINTS.pow(2)]);
+    let inside = sample_positions
         .filter(|k| (0..3).map(|a| (off[a] + step(k[a])).powi(2)).sum::<f64>() < radius * radius);
     inside.count() as f64 / POINTS.pow(3) as f64
 }

@@ -280,7 +280,7 @@ fn cells(radius: f64, spacing: f64) -> usize {
 
 /// Nodes (mm) and cells of the cross-section.
 struct Section {
-    points: Vec<[f64; 2]>,
+    positions: Vec<[f64; 2]>,
     /// Corners of each cell, counter-clockwise seen from above.
     quads: Vec<[u32; 4]>,
 }
@@ -291,7 +291,7 @@ impl Section {
         let rings = ((RINGS * radius / spacing).round() as usize).max(1);
         let half_width = radius * WIDTH / (1.0 + 2.0 * rings as f64 / n as f64);
 
-        let mut points = Vec::new();
+        let mut positions = Vec::new();
         let mut quads = Vec::new();
         let block = |i: usize, j: usize| (i + (n + 1) * j) as u32;
         for j in 0..=n {
@@ -299,7 +299,7 @@ impl Section {
                 // this formula makes mirrored points symmetric to the last bit
                 let u = (2.0 * i as f64 - n as f64) / n as f64;
                 let v = (2.0 * j as f64 - n as f64) / n as f64;
-                points.push([
+                positions.push([
                     half_width * u * (1.0 - 0.5 * BULGE * v * v).sqrt(),
                     half_width * v * (1.0 - 0.5 * BULGE * u * u).sqrt(),
                 ]);
@@ -321,11 +321,11 @@ impl Section {
         let mut inner = around.clone();
         for ring in 1..=rings {
             let t = ring as f64 / rings as f64;
-            let outer: Vec<u32> = (0..4 * n).map(|k| (points.len() + k) as u32).collect();
+            let outer: Vec<u32> = (0..4 * n).map(|k| (positions.len() + k) as u32).collect();
             for (k, &foot) in around.iter().enumerate() {
                 let angle = PI * (-0.75 + k as f64 / (2 * n) as f64);
-                let [x, y] = points[foot as usize];
-                points.push([
+                let [x, y] = positions[foot as usize];
+                positions.push([
                     (1.0 - t) * x + t * radius * angle.cos(),
                     (1.0 - t) * y + t * radius * angle.sin(),
                 ]);
@@ -336,17 +336,17 @@ impl Section {
             }
             inner = outer;
         }
-        Section { points, quads }
+        Section { positions, quads }
     }
 }
 
 /// Extrudes the cross-section into layers of hexahedra and divides the hexahedra into tetrahedra.
 fn extruded(section: &Section, height: f64, layers: usize) -> TetMesh {
-    let level = section.points.len() as u32;
+    let level = section.positions.len() as u32;
     let mut nodes: Vec<Point> = Vec::new();
     for k in 0..=layers {
         let z = height * k as f64 / layers as f64;
-        nodes.extend(section.points.iter().map(|&[x, y]| [x, y, z]));
+        nodes.extend(section.positions.iter().map(|&[x, y]| [x, y, z]));
     }
     let hexahedron = move |quad: &[u32; 4], k: u32| -> [u32; 8] {
         std::array::from_fn(|corner| quad[corner % 4] + (k + corner as u32 / 4) * level)

@@ -89,9 +89,9 @@ impl RoundBar {
         let section = QuarterSection::new(self.radius_mm, self.spacing_mm);
         let heights = self.heights();
         let layers = heights.len() - 1;
-        let level = section.points.len() as u32;
+        let level = section.positions.len() as u32;
         let nodes =
-            heights.iter().flat_map(|&z| section.points.iter().map(move |&[x, y]| [x, y, z]));
+            heights.iter().flat_map(|&z| section.positions.iter().map(move |&[x, y]| [x, y, z]));
         let hexahedra: Vec<[u32; 8]> = (0..layers as u32)
             .flat_map(|layer| {
                 section.quads.iter().map(move |quad| {
@@ -111,8 +111,8 @@ impl RoundBar {
                 })
             });
         self.curve(&mut mesh);
-        let points = mesh.edge_points.iter_mut().map(|(_, point)| point);
-        for [x, y, z] in mesh.nodes.iter_mut().chain(points) {
+        let edge_points = mesh.edge_points.iter_mut().map(|(_, point)| point);
+        for [x, y, z] in mesh.nodes.iter_mut().chain(edge_points) {
             let stretch = self.radius_at(*z) / self.radius_mm;
             (*x, *y) = (*x * stretch, *y * stretch);
         }
@@ -198,7 +198,7 @@ impl RoundBar {
 
 /// Nodes (mm) and cells of a quarter of the cross-section.
 struct QuarterSection {
-    points: Vec<[f64; 2]>,
+    positions: Vec<[f64; 2]>,
     /// Corners of each cell, counter-clockwise. The first corner has the smallest grid coordinates, so that neighbours
     /// divide their common face by the same diagonal.
     quads: Vec<[u32; 4]>,
@@ -209,11 +209,11 @@ impl QuarterSection {
         let n = ((BLOCK * radius / spacing - ROUNDING).ceil() as usize).max(1);
         let rings = ((RINGS * radius / spacing).round() as usize).max(1);
         let half_width = radius * WIDTH / (1.0 + rings as f64 / n as f64);
-        let mut points = Vec::new();
+        let mut positions = Vec::new();
         for j in 0..=n {
             for i in 0..=n {
                 let [u, v] = [i, j].map(|k| k as f64 / n as f64);
-                points.push([
+                positions.push([
                     half_width * u * (1.0 - 0.5 * BULGE * v * v).sqrt(),
                     half_width * v * (1.0 - 0.5 * BULGE * u * u).sqrt(),
                 ]);
@@ -225,11 +225,12 @@ impl QuarterSection {
         for ring in 1..=rings {
             let t = ring as f64 / rings as f64;
             for k in 0..=2 * n {
-                let [x, y] = points[foot(k)];
+                let [x, y] = positions[foot(k)];
                 let angle = FRAC_PI_2 * k as f64 / (2 * n) as f64;
                 // the nodes on the axes lie exactly in the planes of symmetry
                 let [cos, sin] = [if k == 2 * n { 0.0 } else { angle.cos() }, angle.sin()];
-                points.push([(1.0 - t) * x + t * radius * cos, (1.0 - t) * y + t * radius * sin]);
+                positions
+                    .push([(1.0 - t) * x + t * radius * cos, (1.0 - t) * y + t * radius * sin]);
             }
         }
         let around = |ring: usize, k: usize| match ring {
@@ -253,6 +254,6 @@ impl QuarterSection {
                 quads.push(corners.map(|(ring, i)| around(ring, 2 * n - i)));
             }
         }
-        QuarterSection { points, quads }
+        QuarterSection { positions, quads }
     }
 }

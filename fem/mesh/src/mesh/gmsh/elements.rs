@@ -21,12 +21,12 @@ pub(super) struct Contents {
     pub(super) groups: HashMap<(i32, i32), GroupSet>,
     sets: GroupSets,
     /// Coordinates of all nodes (mm), mid-edge nodes included.
-    pub(super) points: Vec<Point>,
-    /// For each node tag, the index of the node in `points`.
+    pub(super) positions: Vec<Point>,
+    /// For each node tag, the index of the node in `positions`.
     pub(super) position: HashMap<u64, u32>,
     pub(super) triangles: Vec<Simplex<3>>,
     pub(super) tets: Vec<Simplex<4>>,
-    /// Mid-edge nodes (indices into `points`) of each second-order tetrahedron, with the number of the tetrahedron.
+    /// Mid-edge nodes (indices into `positions`) of each second-order tetrahedron, with the number of the tetrahedron.
     middles: Vec<(u32, [u32; 6])>,
     pub(super) data: ElementData,
 }
@@ -40,7 +40,7 @@ pub(super) struct Header {
     pub(super) groups: GroupSet,
 }
 
-/// Corner nodes (indices into `points`) and header of an element.
+/// Corner nodes (indices into `positions`) and header of an element.
 pub(super) struct Simplex<const N: usize> {
     nodes: [u32; N],
     header: Header,
@@ -97,12 +97,12 @@ pub(super) fn shape(kind: i32) -> Option<(i32, usize)> {
 impl Contents {
     /// Adds a node.
     pub(super) fn node(&mut self, source: &Source, tag: u64, point: Point) -> Result<(), Fault> {
-        let position = u32::try_from(self.points.len())
+        let position = u32::try_from(self.positions.len())
             .map_err(|_| source.fault("more than 2³² nodes".into()))?;
         if self.position.insert(tag, position).is_some() {
             return Err(source.fault(format!("node {tag} is defined twice; renumber the mesh")));
         }
-        self.points.push(point);
+        self.positions.push(point);
         Ok(())
     }
 
@@ -174,7 +174,7 @@ impl Contents {
         let tags = self.tets.iter().map(|tet| tet.header.tag);
         let volumes = self.tets.iter().map(|tet| (tet.header.entity, self.groups_of(tet)));
         let announced = self.names.keys().filter(|(dimension, _)| *dimension == 3).count();
-        self.data.grains(tags).or_else(|| grains::numbers(volumes, announced))
+        self.data.grains(tags).or_else(|| grains::grain_numbers(volumes, announced))
     }
 
     /// Sorts the tetrahedra by their element tags.
@@ -234,7 +234,7 @@ impl Contents {
                 [] => *unnamed.entry((tet.header.entity, groups)).or_default() += 1,
                 [region] => region_of.push(region),
                 [..] => {
-                    let [x, y, z] = self.points[tet.nodes[0] as usize];
+                    let [x, y, z] = self.positions[tet.nodes[0] as usize];
                     return Err(format!(
                         "tetrahedron {number}, with a corner at ({x}, {y}, {z}) mm, is in several named \
                          regions (physical volumes {groups:?}); list only one of them"
@@ -263,7 +263,7 @@ impl Contents {
             edge_points,
             mixture: self.data.mixture(tags(), |group| number_of.get(&group)?.first().copied()),
             tets: self.tets.iter().map(|tet| tet.nodes).collect(),
-            nodes: self.points,
+            nodes: self.positions,
             region_of,
             regions: regions.into_iter().map(|(name, _)| name).collect(),
             ..TetMesh::default()
@@ -286,8 +286,8 @@ impl Contents {
     fn edge_points(&self) -> Result<Vec<([u32; 2], Point)>, String> {
         let tets =
             self.middles.iter().map(|(tet, middles)| (&self.tets[*tet as usize].nodes, middles));
-        second_order::curved_edges(&self.points, tets).map_err(|edge| {
-            let [p, q] = edge.map(|node| self.points[node as usize]);
+        second_order::curved_edges(&self.positions, tets).map_err(|edge| {
+            let [p, q] = edge.map(|node| self.positions[node as usize]);
             format!(
                 "the edge from {p:?} to {q:?} mm has different mid-edge nodes in two tetrahedra; make the \
                  geometry conforming before meshing (in Gmsh: Coherence or BooleanFragments)"
@@ -324,7 +324,7 @@ impl Contents {
         };
         let mut resolved = Vec::with_capacity(wanted.len());
         for (name, groups) in wanted {
-            let mut numbers = Vec::new();
+            let mut group_numbers = Vec::new();
             for group in groups.groups() {
                 let Some(number) = number_of(group) else {
                     let available: Vec<String> = present
@@ -345,9 +345,9 @@ impl Contents {
                          but the file has {available}; {remedy}"
                     ));
                 };
-                numbers.push(number);
+                group_numbers.push(number);
             }
-            resolved.push((name.clone(), numbers));
+            resolved.push((name.clone(), group_numbers));
         }
         Ok(resolved)
     }

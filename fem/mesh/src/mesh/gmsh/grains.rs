@@ -22,7 +22,7 @@ pub(super) fn tags(mesh: &TetMesh) -> Result<Vec<i32>, usize> {
 /// does not follow the scheme of [`tags`], as in files of other programs, or if all grain numbers are equal. `volumes`
 /// yields the elementary tag and the physical groups of each tetrahedron; `announced` is the number of region names in
 /// the file.
-pub(super) fn numbers<'a>(
+pub(super) fn grain_numbers<'a>(
     volumes: impl Iterator<Item = (i32, &'a [i32])> + Clone,
     announced: usize,
 ) -> Option<Vec<u32>> {
@@ -33,6 +33,6 @@ pub(super) fn numbers<'a>(
         let fits = groups == [from_zero % regions + 1];
         u32::try_from(from_zero / regions).ok().filter(|_| fits)
     };
-    let numbers = volumes.map(number).collect::<Option<Vec<u32>>>()?;
-    numbers.iter().any(|number| *number != numbers[0]).then_some(numbers)
+    let grain_numbers = volumes.map(number).collect::<Option<Vec<u32>>>()?;
+    grain_numbers.iter().any(|number| *number != grain_numbers[0]).then_some(grain_numbers)
 }

@@ -13,7 +13,7 @@ const STRAIGHT: f64 = 1e-12;
 /// mid-edge nodes of each tetrahedron. If an edge has different mid-edge nodes in two tetrahedra, the error is this
 /// edge.
 pub(super) fn curved_edges<'a>(
-    points: &[Point],
+    positions: &[Point],
     tets: impl Iterator<Item = (&'a [u32; 4], &'a [u32; 6])>,
 ) -> Result<Vec<EdgePoint>, [u32; 2]> {
     let mut all: Vec<EdgePoint> = tets
@@ -21,7 +21,7 @@ pub(super) fn curved_edges<'a>(
             EDGES
                 .iter()
                 .zip(middles)
-                .map(|(ends, &node)| (key(ends.map(|end| corners[end])), points[node as usize]))
+                .map(|(ends, &node)| (key(ends.map(|end| corners[end])), positions[node as usize]))
         })
         .collect();
     all.sort_by_key(|&(edge, _)| edge);
@@ -30,8 +30,8 @@ pub(super) fn curved_edges<'a>(
     }
     all.dedup_by_key(|(edge, _)| *edge);
     all.retain(|&(edge, point)| {
-        let [p, q] = edge.map(|node| points[node as usize]);
-        let deviation = norm(sub(point, middle(points, edge)));
+        let [p, q] = edge.map(|node| positions[node as usize]);
+        let deviation = norm(sub(point, middle(positions, edge)));
         // do not drop a point that is not finite, so that the validation of the mesh reports this point
         deviation.is_nan() || deviation > STRAIGHT * norm(sub(q, p))
     });

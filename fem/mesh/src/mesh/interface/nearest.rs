@@ -70,8 +70,10 @@ impl<'a> Grid<'a> {
         for di in -1..=1 {
             for dj in -1..=1 {
                 for dk in -1..=1 {
-                    let Some(numbers) = self.cells.get(&[i + di, j + dj, k + dk]) else { continue };
-                    for &number in numbers {
+                    let Some(piece_ids) = self.cells.get(&[i + di, j + dj, k + dk]) else {
+                        continue;
+                    };
+                    for &piece_id in piece_ids {
                         least = least.min(self.pieces[number as usize].distance(x));
                     }
                 }

@@ -50,9 +50,9 @@ pub fn grains(mesh: &TetMesh) -> BTreeMap<u32, Vec<Triangle>> {
     let Some(grain_of) = &mesh.grain_of else { return BTreeMap::new() };
     for shared in mesh.sorted_faces().chunk_by(|a, b| a.key == b.key) {
         let number = |k: usize| shared.get(k).map_or(0, |face| grain_of[face.tet as usize]);
-        let numbers = [number(0), number(1)];
-        for (face, grain) in shared.iter().zip(numbers) {
-            if numbers[0] != numbers[1] && grain > 0 {
+        let grains = [number(0), number(1)];
+        for (face, grain) in shared.iter().zip(grains) {
+            if grains[0] != grains[1] && grain > 0 {
                 faces.entry(grain).or_default().push(face.outward);
             }
         }

@@ -91,15 +91,15 @@ impl Surface {
     /// Splits the surface into its connected parts, ordered by their first triangles; different parts share no corner.
     /// In a file with several grains each part is a grain.
     pub fn parts(&self) -> Vec<Surface> {
-        let mut parts = DisjointSets::new(self.points.len());
+        let mut connected = DisjointSets::new(self.points.len());
         for &[a, b, c] in &self.triangles {
-            parts.join(a, b);
-            parts.join(b, c);
+            connected.join(a, b);
+            connected.join(b, c);
         }
         let mut part_number: HashMap<u32, usize> = HashMap::new();
         let mut corners: Vec<Vec<[[f64; 3]; 3]>> = Vec::new();
         for (triangle, nodes) in self.triangles.iter().enumerate() {
-            let part = *part_number.entry(parts.root(nodes[0])).or_insert_with(|| {
+            let part = *part_number.entry(connected.root(nodes[0])).or_insert_with(|| {
                 corners.push(Vec::new());
                 corners.len() - 1
             });

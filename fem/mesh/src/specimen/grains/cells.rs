@@ -84,17 +84,17 @@ impl Cells {
     }
 
     /// Appends, in increasing order, the grains listed by the cells that a box intersects.
-    pub(crate) fn in_box(&self, bounds: [Point; 2], numbers: &mut Vec<u32>) {
-        let first = numbers.len();
-        self.visit(bounds, |cell| numbers.extend_from_slice(self.grains.of(cell)));
-        numbers[first..].sort_unstable();
+    pub(crate) fn in_box(&self, bounds: [Point; 2], grains: &mut Vec<u32>) {
+        let first = grains.len();
+        self.visit(bounds, |cell| grains.extend_from_slice(self.grains.of(cell)));
+        grains[first..].sort_unstable();
         let mut end = first;
-        for k in first..numbers.len() {
-            if end == first || numbers[end - 1] != numbers[k] {
-                numbers[end] = numbers[k];
+        for k in first..grains.len() {
+            if end == first || grains[end - 1] != grains[k] {
+                grains[end] = grains[k];
                 end += 1;
             }
         }
-        numbers.truncate(end);
+        grains.truncate(end);
     }
 }

@@ -192,13 +192,13 @@ mod tests {
     fn drop_small_components(labels: &mut [u32], faces: &[[u32; 2]], smallest: usize) -> usize {
         let mut changed = 0;
         for of_grain in [true, false] {
-            let mut parts = DisjointSets::new(labels.len());
+            let mut connected = DisjointSets::new(labels.len());
             for &[a, b] in faces {
                 if labels[a as usize] == labels[b as usize] {
-                    parts.join(a, b);
+                    connected.join(a, b);
                 }
             }
-            let roots: Vec<u32> = (0..labels.len() as u32).map(|tet| parts.root(tet)).collect();
+            let roots: Vec<u32> = (0..labels.len() as u32).map(|tet| connected.root(tet)).collect();
             let mut size: BTreeMap<u32, usize> = BTreeMap::new();
             roots.iter().for_each(|&root| *size.entry(root).or_default() += 1);
             let mut around: BTreeMap<u32, u32> = BTreeMap::new();

@@ -243,7 +243,7 @@ fn shares_of(
         let width = width * spread[grain as usize - 1];
         let offset = offsets[grain as usize - 1];
         let (mut inside, mut cut) = (0.0, 0.0);
-        for &point in &sampled.points {
+        for &point in &sampled.positions {
             let limit = offset + 0.5 * width;
             if let Some(distance) = field.distance_below(grain, point, limit) {
                 let share = 0.5 - (distance - offset) / width;
@@ -275,7 +275,7 @@ fn normal(
     let (mut sum, mut count) = ([0.0; 3], 0.0);
     for &grain in sampled.grains.iter().filter(|grain| counts(**grain)) {
         let offset = offsets[grain as usize - 1];
-        for &point in &sampled.points {
+        for &point in &sampled.positions {
             let limit = offset + 0.5 * width;
             let distance = field.distance_below(grain, point, limit);
             if distance.is_some_and(|distance| distance > offset - 0.5 * width) {

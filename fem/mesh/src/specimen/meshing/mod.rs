@@ -188,9 +188,9 @@ impl Meshing {
         let nodes = if self.wall == Wall::Curved { Wall::Round } else { self.wall };
         let mut mesh = lattice.build_with(nodes)?;
         let phases = Phases::of(grains);
-        let numbers = || 1..=grains.grains() as u32;
+        let grain_numbers = || 1..=grains.grains() as u32;
         let mut modes: Vec<GrainMode> =
-            numbers().map(|grain| self.mode_of(grains, &phases, grain)).collect();
+            grain_numbers().map(|grain| self.mode_of(grains, &phases, grain)).collect();
         let is = |modes: &[GrainMode], mode| modes.iter().map(|&m| m == mode).collect::<Vec<_>>();
 
         let follows = is(&modes, GrainMode::Conforming);
@@ -213,7 +213,8 @@ impl Meshing {
             // fractions
             let mut is_meshed = vec![false; modes.len()];
             labels.iter().filter(|&&l| l > 0).for_each(|&l| is_meshed[l as usize - 1] = true);
-            let lost = numbers().zip(&mut modes).zip(is_meshed).filter(|(_, is_meshed)| !is_meshed);
+            let lost =
+                grain_numbers().zip(&mut modes).zip(is_meshed).filter(|(_, is_meshed)| !is_meshed);
             lost.filter(|((grain, _), _)| !phases.is_void(*grain))
                 .for_each(|((_, mode), _)| *mode = GrainMode::Fraction);
         }
@@ -268,7 +269,7 @@ impl Meshing {
             mode: *mode,
             phase: phases.of_grain(grain),
         };
-        let of_grains: Vec<MeshedGrain> = numbers().zip(&modes).map(of_grain).collect();
+        let of_grains: Vec<MeshedGrain> = grain_numbers().zip(&modes).map(of_grain).collect();
         let of_phases = MeshedPhase::sums(phases.names, &of_grains);
         let solid = || of_phases.iter().filter(|phase| !phase.is_void());
         let report = MeshReport {

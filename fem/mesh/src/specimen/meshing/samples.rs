@@ -19,29 +19,29 @@ const EDGE: [f64; 2] = [0.42, 0.08];
 /// four near the faces, six near the edges. The points and the tetrahedron have equal first and second moments.
 /// Therefore, on average, the fraction of the samples on one side of a plane equals the fraction of the volume.
 pub(super) fn samples() -> [[f64; 4]; SAMPLES] {
-    let mut points = [[0.25; 4]; SAMPLES];
+    let mut coordinates = [[0.25; 4]; SAMPLES];
     let mut next = 1;
     for [one, others] in [CORNER, FACE] {
         for corner in 0..4 {
-            points[next] = [others; 4];
-            points[next][corner] = one;
+            coordinates[next] = [others; 4];
+            coordinates[next][corner] = one;
             next += 1;
         }
     }
     for a in 0..4 {
         for b in 0..a {
-            points[next] = [EDGE[1]; 4];
-            points[next][a] = EDGE[0];
-            points[next][b] = EDGE[0];
+            coordinates[next] = [EDGE[1]; 4];
+            coordinates[next][a] = EDGE[0];
+            coordinates[next][b] = EDGE[0];
             next += 1;
         }
     }
-    points
+    coordinates
 }
 
 /// The sample points of a tetrahedron, and the grains near the tetrahedron.
 pub(super) struct Sampled {
-    pub(super) points: [Point; SAMPLES],
+    pub(super) positions: [Point; SAMPLES],
     pub(super) grains: Vec<u32>,
     /// Centroid of the tetrahedron (mm).
     centre: Point,
@@ -55,10 +55,10 @@ impl Sampled {
         let size = corners.iter().map(|&p| norm(sub(p, centre))).fold(0.0, f64::max);
         let mut grains = Vec::new();
         field.near(centre, size + band, &mut grains);
-        let points = samples().map(|weights| {
+        let positions = samples().map(|weights| {
             std::array::from_fn(|k| corners.iter().zip(weights).map(|(p, w)| w * p[k]).sum())
         });
-        Sampled { points, grains, centre, size }
+        Sampled { positions, grains, centre, size }
     }
 
     /// Returns, for each sample point that is closer than `band` mm to a grain, the signed distance to the nearest
@@ -78,7 +78,7 @@ impl Sampled {
         };
         let mut near: Vec<(f64, u32)> = match grains.is_empty() {
             true => Vec::new(),
-            false => self.points.iter().filter_map(nearest).collect(),
+            false => self.positions.iter().filter_map(nearest).collect(),
         };
         near.sort_by(|a, b| a.0.total_cmp(&b.0));
         near

@@ -58,14 +58,14 @@ pub(super) fn carve(mesh: &mut TetMesh, is_void: &[bool]) -> Option<Carved> {
 /// Returns a mark for each tetrahedron of the largest part outside the voids. A part consists of tetrahedra that are
 /// connected through faces.
 fn largest_part(mesh: &TetMesh, is_void: &[bool]) -> Vec<bool> {
-    let mut parts = DisjointSets::new(mesh.tets.len());
+    let mut connected = DisjointSets::new(mesh.tets.len());
     for [a, b] in mesh.neighbours() {
         if !is_void[a as usize] && !is_void[b as usize] {
-            parts.join(a, b);
+            connected.join(a, b);
         }
     }
     let roots: Vec<usize> =
-        (0..mesh.tets.len() as u32).map(|tet| parts.root(tet) as usize).collect();
+        (0..mesh.tets.len() as u32).map(|tet| connected.root(tet) as usize).collect();
     let mut volumes = vec![0.0; mesh.tets.len()];
     for (tet, volume) in mesh.volumes().into_iter().enumerate().filter(|&(tet, _)| !is_void[tet]) {
         volumes[roots[tet]] += volume;

@@ -258,9 +258,11 @@ impl Packing {
             return Err(PackingError::Field { field, value, help });
         }
         let cylinder = PI * radius_mm * radius_mm * height_mm;
-        let parts = self.volumes(self.fraction * cylinder);
-        let count: f64 =
-            parts.zip(&self.sizes).map(|(part, class)| part / ball(class.median_radius_mm)).sum();
+        let volumes = self.volumes(self.fraction * cylinder);
+        let count: f64 = volumes
+            .zip(&self.sizes)
+            .map(|(volume, class)| volume / ball(class.median_radius_mm))
+            .sum();
         if count > MAX_GRAINS { Err(PackingError::TooMany { count }) } else { Ok(()) }
     }
 

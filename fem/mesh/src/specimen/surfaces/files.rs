@@ -203,13 +203,13 @@ pub(super) fn read_surfaces(
     }
     let mut grains = Vec::new();
     for file in &files {
-        let parts = read(file)?.parts();
-        let inward = parts.iter().filter(|part| part.volume() < 0.0).count();
-        if inward > 0 && inward < parts.len() {
-            let (name, parts) = (file.display().to_string(), parts.len());
+        let components = read(file)?.parts();
+        let inward = components.iter().filter(|part| part.volume() < 0.0).count();
+        if inward > 0 && inward < components.len() {
+            let (name, parts) = (file.display().to_string(), components.len());
             return Err(SurfaceImportError::InvertedParts { name, inward, parts });
         }
-        for (number, part) in (1..).zip(parts) {
+        for (number, part) in (1..).zip(components) {
             grains.push(checked(format!("{}, part {number}", file.display()), part)?);
         }
     }

@@ -83,8 +83,8 @@ pub(super) fn part_from_ends(
         }
         for (grain, nodes) in reached {
             let distance = |x: Point| how.field.distance(grain, x);
-            let points = nodes.iter().map(|&node| mesh.nodes[node as usize]);
-            let nearest = points.min_by(|&a, &b| distance(a).total_cmp(&distance(b)));
+            let positions = nodes.iter().map(|&node| mesh.nodes[node as usize]);
+            let nearest = positions.min_by(|&a, &b| distance(a).total_cmp(&distance(b)));
             let Some(x) = nearest else { continue };
             let on_end = |[a, b, _]: Point| [a, b, x[2]];
             if narrowest(distance, on_end, x, 0.5 * how.spacing_mm, touching) <= touching {

@@ -152,14 +152,14 @@ impl EdgePoints {
 
     /// Returns the mid-edge points of the mesh, and the number of edges that stayed straight to avoid a folded
     /// tetrahedron.
-    pub(super) fn points(&self, at: &Relocation) -> (Vec<([u32; 2], Point)>, usize) {
+    pub(super) fn edge_points(&self, at: &Relocation) -> (Vec<([u32; 2], Point)>, usize) {
         let (bends, straightened) = self.bends(at);
-        let points = self.edges.iter().zip(bends).filter_map(|(edge, bend)| {
+        let edge_points = self.edges.iter().zip(bends).filter_map(|(edge, bend)| {
             let [a, b] = edge.nodes.map(|node| at.nodes[node as usize]);
             let bends = norm(bend) > STRAIGHT * at.how.spacing_mm;
             bends.then(|| (edge.nodes, add(scale(add(a, b), 0.5), bend)))
         });
-        (points.collect(), straightened)
+        (edge_points.collect(), straightened)
     }
 }
 

@@ -79,7 +79,7 @@ impl Conforming<'_> {
                 }
             }
         }
-        let (edge_points, straightened_edges) = edges.points(&relocation);
+        let (edge_points, straightened_edges) = edges.edge_points(&relocation);
         let interface_rms_mm = relocation.interface_error(&edge_points);
         let nodes = relocation.nodes;
         mesh.nodes = nodes;

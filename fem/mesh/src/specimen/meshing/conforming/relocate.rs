@@ -100,8 +100,8 @@ impl<'a> Relocation<'a> {
         let along = match neighbours.is_empty() {
             true => [0.0; 3],
             false => {
-                let points = neighbours.iter().map(|&other| self.nodes[other as usize]);
-                let mean = scale(points.fold([0.0; 3], add), 1.0 / neighbours.len() as f64);
+                let positions = neighbours.iter().map(|&other| self.nodes[other as usize]);
+                let mean = scale(positions.fold([0.0; 3], add), 1.0 / neighbours.len() as f64);
                 scale(pull.along(sub(mean, here)), SLIDE)
             }
         };
