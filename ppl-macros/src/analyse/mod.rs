@@ -35,8 +35,8 @@ impl Analysis {
         // arguments of type `Real` of a submodel may be unknowns
         let is_number =
             |data: &&Argument| model.value.is_some() && says(data.ty.to_token_stream(), "Real");
-        let numbers = model.arguments.iter().filter(is_number).map(|data| data.name.clone());
-        let activity = Activity::new(&model.body, numbers.clone());
+        let real_arguments = model.arguments.iter().filter(is_number).map(|data| data.name.clone());
+        let activity = Activity::new(&model.body, real_arguments.clone());
         // the caller of a submodel can also choose a generic type that holds unknowns
         let is_generic = |data: &&Argument| {
             let mut parameters = model.generics.type_params();
@@ -44,7 +44,7 @@ impl Analysis {
                 && parameters.any(|own| says(data.ty.to_token_stream(), &own.ident.to_string()))
         };
         let generic = model.arguments.iter().filter(is_generic).map(|data| data.name.clone());
-        let possible = Activity::new(&model.body, numbers.chain(generic));
+        let possible = Activity::new(&model.body, real_arguments.chain(generic));
         let names = model.arguments.iter().map(|data| data.name.clone());
         let scope: Scope = names.map(|name| (name, false)).collect();
         Self {

@@ -120,10 +120,10 @@ impl Plan<'_> {
         let last = call.args.len().saturating_sub(1);
         for (i, argument) in call.args.iter_mut().enumerate() {
             if i == last
-                && let Expr::Reference(numbers) = argument
-                && let Some(shared) = self.shared(&numbers.expr)
+                && let Expr::Reference(array) = argument
+                && let Some(shared) = self.shared(&array.expr)
             {
-                *numbers.expr = shared;
+                *array.expr = shared;
             } else if i == last
                 && let Some(shared) = self.shared(argument)
             {

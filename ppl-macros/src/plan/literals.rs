@@ -55,13 +55,14 @@ fn siblings(exprs: Vec<&mut Expr>, is_known: bool, activity: &Activity) {
     let mut with_parts: Vec<_> = exprs.into_iter().filter(with_parts).collect();
     let Some(first) = with_parts.first().and_then(|expr| shape(expr)) else { return };
     with_parts.retain(|expr| shape(expr).as_ref() == Some(&first));
-    let mut parts: Vec<_> = with_parts.into_iter().map(|expr| parts(expr).into_iter()).collect();
+    let mut sub_expressions: Vec<_> =
+        with_parts.into_iter().map(|expr| sub_expressions(expr).into_iter()).collect();
     if first == ARRAY {
-        return siblings(parts.into_iter().flatten().collect(), is_known, activity);
+        return siblings(sub_expressions.into_iter().flatten().collect(), is_known, activity);
     }
     let is_known = is_known && first.starts_with(TUPLE);
     loop {
-        let same: Vec<_> = parts.iter_mut().filter_map(Iterator::next).collect();
+        let same: Vec<_> = sub_expressions.iter_mut().filter_map(Iterator::next).collect();
         if same.is_empty() {
             return;
         }
@@ -87,10 +88,10 @@ fn shape(expr: &Expr) -> Option<String> {
     }
 }
 
-fn parts(expr: &mut Expr) -> Vec<&mut Expr> {
+fn sub_expressions(expr: &mut Expr) -> Vec<&mut Expr> {
     match expr {
         Expr::Call(call) => call.args.iter_mut().collect(),
-        Expr::MethodCall(call) => parts(&mut call.receiver),
+        Expr::MethodCall(call) => sub_expressions(&mut call.receiver),
         Expr::Tuple(tuple) => tuple.elems.iter_mut().collect(),
         Expr::Array(array) => array.elems.iter_mut().collect(),
         Expr::Repeat(repeat) => vec![&mut *repeat.expr],

@@ -24,7 +24,7 @@ pub(crate) struct Plan<'a> {
     pub(crate) sites: Vec<Site>,
     /// Index into `sites` for each statement. A statement whose emitted code does not refer to its site has no
     /// entry.
-    numbers: HashMap<Id, usize>,
+    site_index: HashMap<Id, usize>,
     /// The current statement.
     pub(crate) at: Id,
     /// Sums of adjoints and of log density terms over the outermost enclosing loop; None outside loops.
@@ -52,7 +52,7 @@ impl<'a> Plan<'a> {
             analysis,
             formulas: true,
             sites: Vec::new(),
-            numbers: HashMap::new(),
+            site_index: HashMap::new(),
             at: Id(0),
             sums: None,
             shared: HashSet::new(),
@@ -63,7 +63,7 @@ impl<'a> Plan<'a> {
     /// Returns the index of the site of the current statement in `sites`.
     pub(crate) fn site(&mut self) -> usize {
         let (sites, site) = (&mut self.sites, self.analysis.facts.sites.get(&self.at));
-        *self.numbers.entry(self.at).or_insert_with(|| {
+        *self.site_index.entry(self.at).or_insert_with(|| {
             sites.extend(site.cloned());
             sites.len().saturating_sub(1)
         })

@@ -181,15 +181,16 @@ impl<S: Sampler> Trial<'_, S> {
 
         let draws = self.sampler.draws(model, self.rng.random())?;
         self.divergences += draws.divergences;
-        let points: Vec<&[f64]> = draws.points.chunks_exact(model.dim().max(1)).collect();
-        if points.len() < self.ranked {
-            let (value, least) = (points.len(), self.ranked);
+        let draw_positions: Vec<&[f64]> = draws.points.chunks_exact(model.dim().max(1)).collect();
+        if draw_positions.len() < self.ranked {
+            let (value, least) = (draw_positions.len(), self.ranked);
             return Err(CheckError::Setting { setting: "draws of the sampler", value, least });
         }
         let mut below = vec![0; truth.len()];
         let mut equal = vec![0; truth.len()];
         for k in 0..self.ranked {
-            let record = model.constrain(points[k * points.len() / self.ranked], &mut self.rng)?;
+            let record = model
+                .constrain(draw_positions[k * draw_positions.len() / self.ranked], &mut self.rng)?;
             let values = quantities(&record, record.log_likelihood());
             for (i, ((_, value), (_, true_value))) in values.iter().zip(&truth).enumerate() {
                 below[i] += usize::from(value < true_value);

@@ -295,10 +295,10 @@ fn fit_generalised_pareto(exceedances: &[f64]) -> Option<(f64, f64)> {
         return None;
     }
     let shape_at = |b: f64| mean(exceedances.iter().map(|x| (-b * x).ln_1p()));
-    let points = 30 + (n as f64).sqrt() as usize;
-    let grid: Vec<f64> = (1..=points)
+    let grid_size = 30 + (n as f64).sqrt() as usize;
+    let grid: Vec<f64> = (1..=grid_size)
         .map(|i| {
-            let spread = 1.0 - (points as f64 / (i as f64 - 0.5)).sqrt();
+            let spread = 1.0 - (grid_size as f64 / (i as f64 - 0.5)).sqrt();
             1.0 / largest + spread / (3.0 * quartile)
         })
         .collect();

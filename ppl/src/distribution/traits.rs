@@ -95,9 +95,9 @@ pub trait Distribution<R: Scalar>: Family {
     fn try_draw<G: Rng + ?Sized>(&self, rng: &mut G) -> Result<Self::Value, DomainError> {
         self.validate()?;
         let value = self.draw(rng);
-        let mut numbers = Vec::new();
-        value.flatten(&mut numbers);
-        match numbers.into_iter().find(|x| x.is_nan()) {
+        let mut elements = Vec::new();
+        value.flatten(&mut elements);
+        match elements.into_iter().find(|x| x.is_nan()) {
             Some(x) => Err(DomainError::unmet(name::<Self>(), "draw", "a number", x)),
             None => Ok(value),
         }

@@ -213,8 +213,8 @@ fn named(path: &Path, source: io::Error) -> io::Error {
 
 /// Converts labels to integers if all labels are integers, otherwise to text.
 fn labelled(labels: &[String]) -> ZarrArray {
-    let numbers: Result<_, _> = labels.iter().map(|label| label.parse()).collect();
-    numbers.map_or_else(|_| ZarrArray::Text(labels.to_vec()), ZarrArray::Integer)
+    let integers: Result<_, _> = labels.iter().map(|label| label.parse()).collect();
+    integers.map_or_else(|_| ZarrArray::Text(labels.to_vec()), ZarrArray::Integer)
 }
 
 fn write_chain_and_draw(

@@ -188,9 +188,9 @@ impl Posterior {
 
 /// Returns, for each draw, the sum of all numbers of the given quantities; the chains are
 /// concatenated.
-fn sum_by_draw(group: &Group, parts: &[&Values]) -> Result<Vec<f64>, PowerScalingError> {
+fn sum_by_draw(group: &Group, quantities: &[&Values]) -> Result<Vec<f64>, PowerScalingError> {
     let mut sums = vec![0.0; group.chains * group.draws];
-    for values in parts {
+    for values in quantities {
         for (draw, sum) in sums.iter_mut().enumerate() {
             let size = values.size();
             let term: f64 = values.data[draw * size..(draw + 1) * size].iter().sum();

@@ -142,18 +142,18 @@ impl fmt::Display for SummaryTables<'_> {
         if !summary.predictions.is_empty() {
             let head = ["predicted", "mean", "sd", "q05", "q50", "q95"].map(str::to_owned).to_vec();
             let rows = summary.predictions.iter().map(|r| {
-                let numbers = [r.mean, r.sd, r.q05, r.q50, r.q95].map(cell);
-                std::iter::once(r.name.clone()).chain(numbers).collect()
+                let statistics = [r.mean, r.sd, r.q05, r.q50, r.q95].map(cell);
+                std::iter::once(r.name.clone()).chain(statistics).collect()
             });
             write_table(f, &std::iter::once(head).chain(rows).collect::<Vec<_>>())?;
         }
         writeln!(f, "{} chains of {} draws", summary.chains, summary.draws)?;
         if !summary.prior_starts.is_empty() {
-            let numbers = list(summary.prior_starts.iter().map(usize::to_string));
+            let chain_list = list(summary.prior_starts.iter().map(usize::to_string));
             writeln!(
                 f,
                 "Chains that started at a draw from the prior, because every uniform starting \
-                 point was rejected: {numbers}"
+                 point was rejected: {chain_list}"
             )?;
         }
         Ok(())

@@ -233,9 +233,9 @@ impl<'y> Trace<'y> {
     fn in_words(&self, site: &'static Site, datum: &dyn Recordable) -> String {
         let at = self.label(site);
         let index = self.record.get(&at.name).map_or(0, |entry| entry.log_likelihood.len());
-        let mut numbers = Vec::new();
-        datum.flatten(&mut numbers);
-        format::datum(&at.name, at.stacked.then_some(index), &numbers)
+        let mut elements = Vec::new();
+        datum.flatten(&mut elements);
+        format::datum(&at.name, at.stacked.then_some(index), &elements)
     }
 
     /// Records a value that has no density and no replicate, such as a tracked quantity.

@@ -109,8 +109,8 @@ impl<S: Scalar> Recordable for Real<S> {
         out.push(self.value());
     }
 
-    fn overwrite(&mut self, numbers: &mut dyn Iterator<Item = f64>) -> bool {
-        let number = numbers.next();
+    fn overwrite(&mut self, elements: &mut dyn Iterator<Item = f64>) -> bool {
+        let number = elements.next();
         number.is_some_and(|number| {
             *self = Self::from(number);
             true

@@ -126,9 +126,9 @@ impl Map {
     /// Starts every search with the given value of the named quantity; quantities without a value start at random. The
     /// value is a number, or an array or vector with as many numbers as the quantity has.
     pub fn init_value(mut self, name: &str, value: impl Recordable) -> Self {
-        let mut numbers = Vec::new();
-        value.flatten(&mut numbers);
-        self.values.push((name.to_owned(), numbers));
+        let mut elements = Vec::new();
+        value.flatten(&mut elements);
+        self.values.push((name.to_owned(), elements));
         self
     }
 

@@ -87,17 +87,18 @@ impl Columns {
     }
 
     /// Joins the collected columns of all chains into groups.
-    pub(crate) fn groups(&self, parts: Vec<Collected>, draws: usize) -> [Group; 4] {
-        let mut data = parts.iter().fold(Vec::new(), |mut data: Vec<Vec<f64>>, part| {
-            data.resize(part.columns.len(), Vec::new());
-            for (all, column) in data.iter_mut().zip(&part.columns) {
-                all.extend_from_slice(column);
-            }
-            data
-        });
+    pub(crate) fn groups(&self, collected_by_chain: Vec<Collected>, draws: usize) -> [Group; 4] {
+        let mut data =
+            collected_by_chain.iter().fold(Vec::new(), |mut data: Vec<Vec<f64>>, collected| {
+                data.resize(collected.columns.len(), Vec::new());
+                for (all, column) in data.iter_mut().zip(&collected.columns) {
+                    all.extend_from_slice(column);
+                }
+                data
+            });
         let mut data = data.drain(..);
         self.0.each_ref().map(|columns| Group {
-            chains: parts.len(),
+            chains: collected_by_chain.len(),
             draws,
             variables: columns
                 .iter()

@@ -77,7 +77,7 @@ fn chains(model: &dyn ErasedModel, draws: &Group) -> Result<Chains, PosteriorErr
     let mut evaluator = model.evaluator();
     let mut chains = Vec::with_capacity(draws.chains);
     for chain in 0..draws.chains {
-        let mut points = Vec::with_capacity(per_chain * layout.dim);
+        let mut positions = Vec::with_capacity(per_chain * layout.dim);
         let mut stats = Vec::with_capacity(per_chain);
         for draw in 0..per_chain {
             let at = chain * per_chain + draw;
@@ -90,11 +90,11 @@ fn chains(model: &dyn ErasedModel, draws: &Group) -> Result<Chains, PosteriorErr
                 .map_err(|problem| misfit(format!("draw {draw} of chain {chain}: {problem}")))?;
             let log_density = evaluator.log_density(&point).unwrap_or(f64::NAN);
             stats.push(DrawStats::walk(log_density, 1.0, 0.0, 0));
-            points.extend(point);
+            positions.extend(point);
         }
-        let start = points[..layout.dim.min(points.len())].to_vec();
+        let start = positions[..layout.dim.min(positions.len())].to_vec();
         let report = WarmupReport::at(start, StartKind::Given);
-        chains.push(Chain { draws: points, stats, ..Chain::new(report) });
+        chains.push(Chain { draws: positions, stats, ..Chain::new(report) });
     }
     Ok(Chains::new(layout.dim, chains, 1))
 }

@@ -168,7 +168,7 @@ impl Posterior {
             })
             .collect();
         let draws = chains.len();
-        let parts: Vec<Collected> = streams
+        let collected_by_chain: Vec<Collected> = streams
             .into_par_iter()
             .enumerate()
             .map(|(index, mut rng)| {
@@ -182,10 +182,12 @@ impl Posterior {
             })
             .collect::<Result<_, PosteriorError>>()?;
         let mut unpredicted = BTreeMap::new();
-        for (location, count) in parts.iter().flat_map(|part| &part.rejected) {
+        for (location, count) in collected_by_chain.iter().flat_map(|collected| &collected.rejected)
+        {
             *unpredicted.entry(*location).or_insert(0) += count;
         }
-        let [posterior, predictive, log_likelihood, log_prior] = plan.groups(parts, draws);
+        let [posterior, predictive, log_likelihood, log_prior] =
+            plan.groups(collected_by_chain, draws);
 
         let mut prior_rejections = BTreeMap::new();
         let drawn = prior_draws(model, &plan, &mut prior_rng, &mut prior_rejections)?;
@@ -373,7 +375,7 @@ fn divergent_points(
     chains: &Chains,
     rng: &mut Xoshiro256PlusPlus,
 ) -> Vec<DivergentPoint> {
-    let mut points = Vec::new();
+    let mut divergent_points = Vec::new();
     for (chain, run) in chains.chains.iter().enumerate() {
         for divergence in &run.divergences {
             let (record, outcome) = model.record_at(&divergence.position, rng);
@@ -387,8 +389,8 @@ fn divergent_points(
                         .zip(e.values.iter().copied())
                 })
                 .collect();
-            points.push(DivergentPoint { chain, draw: divergence.draw, values });
+            divergent_points.push(DivergentPoint { chain, draw: divergence.draw, values });
         }
     }
-    points
+    divergent_points
 }

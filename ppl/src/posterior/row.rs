@@ -56,7 +56,7 @@ impl Posterior {
         let contraction: BTreeMap<&str, f64> =
             identifiability.iter().map(|i| (i.name.as_str(), i.contraction())).collect();
         let group = &self.posterior;
-        let numbers = group.variables.iter().flat_map(|values| {
+        let elements = group.variables.iter().flat_map(|values| {
             let variable = self.layout.variables.iter().find(|v| v.name == values.name);
             let places = values.elements();
             let names = variable.map_or_else(|| places.clone(), |v| self.layout.labelled(v));
@@ -65,8 +65,8 @@ impl Posterior {
             let named = named.filter(move |(index, _)| moving[*index]);
             named.map(move |(index, (element, name))| (values, index, element, name))
         });
-        let numbers: Vec<_> = numbers.collect();
-        numbers
+        let elements: Vec<_> = elements.collect();
+        elements
             .into_par_iter()
             .map(|(values, index, element, name)| {
                 let draws = group.column(values, index);

@@ -157,8 +157,8 @@ pub trait Recordable {
     /// Overwrites the elements with the given numbers, one per element. Returns false if this type cannot be
     /// overwritten.
     #[doc(hidden)]
-    fn overwrite(&mut self, numbers: &mut dyn Iterator<Item = f64>) -> bool {
-        let _ = numbers;
+    fn overwrite(&mut self, elements: &mut dyn Iterator<Item = f64>) -> bool {
+        let _ = elements;
         false
     }
 }
@@ -208,8 +208,8 @@ impl<T: Recordable> Recordable for [T] {
             x.flatten(out);
         }
     }
-    fn overwrite(&mut self, numbers: &mut dyn Iterator<Item = f64>) -> bool {
-        self.iter_mut().all(|x| x.overwrite(numbers))
+    fn overwrite(&mut self, elements: &mut dyn Iterator<Item = f64>) -> bool {
+        self.iter_mut().all(|x| x.overwrite(elements))
     }
 }
 
@@ -220,8 +220,8 @@ impl<T: Recordable, const N: usize> Recordable for [T; N] {
     fn flatten(&self, out: &mut Vec<f64>) {
         self.as_slice().flatten(out);
     }
-    fn overwrite(&mut self, numbers: &mut dyn Iterator<Item = f64>) -> bool {
-        self.as_mut_slice().overwrite(numbers)
+    fn overwrite(&mut self, elements: &mut dyn Iterator<Item = f64>) -> bool {
+        self.as_mut_slice().overwrite(elements)
     }
 }
 
@@ -232,7 +232,7 @@ impl<T: Recordable> Recordable for Vec<T> {
     fn flatten(&self, out: &mut Vec<f64>) {
         self.as_slice().flatten(out);
     }
-    fn overwrite(&mut self, numbers: &mut dyn Iterator<Item = f64>) -> bool {
-        self.as_mut_slice().overwrite(numbers)
+    fn overwrite(&mut self, elements: &mut dyn Iterator<Item = f64>) -> bool {
+        self.as_mut_slice().overwrite(elements)
     }
 }

@@ -42,11 +42,11 @@ pub(crate) fn datum(name: &str, index: Option<usize>, values: &[f64]) -> String 
 
 fn place_and_values(name: &str, index: Option<usize>, values: &[f64]) -> String {
     let index = index.map_or(String::new(), |index| format!("[{index}]"));
-    let numbers = |values: &[f64]| values.iter().map(f64::to_string).collect::<Vec<_>>().join(", ");
+    let joined = |values: &[f64]| values.iter().map(f64::to_string).collect::<Vec<_>>().join(", ");
     match values {
         [value] => format!("`{name}{index}` = {value}"),
-        few if few.len() <= SHOWN => format!("`{name}{index}` = [{}]", numbers(few)),
-        many => format!("`{name}{index}` = [{}, …]", numbers(&many[..SHOWN])),
+        few if few.len() <= SHOWN => format!("`{name}{index}` = [{}]", joined(few)),
+        many => format!("`{name}{index}` = [{}, …]", joined(&many[..SHOWN])),
     }
 }
 

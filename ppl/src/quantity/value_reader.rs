@@ -11,23 +11,23 @@ pub(crate) struct ValueReader<'y> {
 
 impl<'y> ValueReader<'y> {
     pub(crate) fn new(values: &'y [(String, Vec<f64>)]) -> Self {
-        let values = values.iter().map(|(name, numbers)| (name.as_str(), numbers.as_slice(), 0));
+        let values = values.iter().map(|(name, elements)| (name.as_str(), elements.as_slice(), 0));
         Self { values: values.collect(), problem: None }
     }
 
     /// Overwrites `value` with the next numbers of the named quantity. Has no effect if no values were
     /// given for this name.
     pub(crate) fn overwrite<V: Recordable>(&mut self, name: &str, value: &mut V) {
-        let Some((_, numbers, read)) = self.values.iter_mut().rev().find(|(key, ..)| *key == name)
+        let Some((_, elements, read)) = self.values.iter_mut().rev().find(|(key, ..)| *key == name)
         else {
             return;
         };
         let count: usize = value.shape().iter().product();
-        let next_numbers = numbers.get(*read..*read + count);
+        let next_elements = elements.get(*read..*read + count);
         *read += count;
-        if !next_numbers.is_some_and(|numbers| value.overwrite(&mut numbers.iter().copied())) {
+        if !next_elements.is_some_and(|elements| value.overwrite(&mut elements.iter().copied())) {
             self.problem.get_or_insert_with(|| {
-                format!("`{name}`: {} number(s) are given, and more are needed", numbers.len())
+                format!("`{name}`: {} number(s) are given, and more are needed", elements.len())
             });
         }
     }
@@ -37,14 +37,14 @@ impl<'y> ValueReader<'y> {
         if let Some(problem) = self.problem {
             return Err(problem);
         }
-        for (name, numbers, read) in self.values {
+        for (name, elements, read) in self.values {
             if read == 0 {
                 return Err(format!(
                     "`{name}`: no unknown has this name; the unknowns are {names}"
                 ));
             }
-            if read != numbers.len() {
-                let given = numbers.len();
+            if read != elements.len() {
+                let given = elements.len();
                 return Err(format!(
                     "`{name}`: {given} number(s) are given, and {read} are needed"
                 ));

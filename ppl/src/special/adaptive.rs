@@ -89,15 +89,15 @@ impl Integrand<'_> {
         if largest == f64::NEG_INFINITY {
             return panel;
         }
-        let parts = nodes.map(|node| (node.ln_weight - largest).exp());
-        let sum: f64 = parts.iter().sum();
+        let weights = nodes.map(|node| (node.ln_weight - largest).exp());
+        let sum: f64 = weights.iter().sum();
         let difference: f64 =
-            parts.iter().zip(gauss).map(|(part, share)| part * (1.0 - share)).sum();
+            weights.iter().zip(gauss).map(|(weight, share)| weight * (1.0 - share)).sum();
         let mean = sum / 2.0;
-        let deviation: f64 = parts
+        let deviation: f64 = weights
             .iter()
             .enumerate()
-            .map(|(i, part)| (part - KRONROD[if i < 8 { i } else { 14 - i }].1 * mean).abs())
+            .map(|(i, weight)| (weight - KRONROD[if i < 8 { i } else { 14 - i }].1 * mean).abs())
             .sum();
         panel.ln_sum = largest + sum.ln();
         let scaled = (200.0 * difference.abs() / deviation.max(f64::MIN_POSITIVE)).powf(1.5);

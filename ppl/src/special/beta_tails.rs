@@ -92,9 +92,9 @@ fn beta_lower(a: f64, b: f64, at: Share) -> LnProbability<2> {
     let mut m = 0.0;
     let sum = loop {
         // odd coefficient of the continued fraction, −(a + m)(a + b + m) x/((a + 2m)(a + 2m + 1)), with its derivatives
-        let parts = [a + m, a + b + m, a + 2.0 * m, a + 2.0 * m + 1.0];
-        let odd = -parts[0] / parts[2] * (parts[1] / parts[3]) * x;
-        let [p, q, r, s] = parts.map(f64::recip);
+        let factors = [a + m, a + b + m, a + 2.0 * m, a + 2.0 * m + 1.0];
+        let odd = -factors[0] / factors[2] * (factors[1] / factors[3]) * x;
+        let [p, q, r, s] = factors.map(f64::recip);
         step(Forward::new(odd, [odd * (p + q - r - s), odd * q]));
         m += 1.0;
         // even coefficient of the continued fraction, m (b − m) x/((a + 2m − 1)(a + 2m)), with its derivatives

@@ -71,7 +71,7 @@ impl<T: Numbers + ?Sized> Numbers for &T {
 pub struct Dot<'a, N: ?Sized> {
     value: f64,
     data: &'a [f64],
-    numbers: &'a N,
+    scalars: &'a N,
 }
 
 impl<N: ?Sized> Clone for Dot<'_, N> {
@@ -92,7 +92,7 @@ impl<N: Numbers + ?Sized> Formula for Dot<'_, N> {
 
     #[inline(always)]
     fn lengths(self) -> Option<[usize; 2]> {
-        Some([self.data.len(), self.numbers.numbers().len()])
+        Some([self.data.len(), self.scalars.numbers().len()])
     }
 }
 
@@ -104,16 +104,16 @@ impl<N: Numbers + ?Sized> Datum<Real<N::Scalar>> for Dot<'_, N> {
 
     #[inline(always)]
     fn spread(&self, weight: f64, f: &mut impl FnMut(Real<N::Scalar>, f64)) {
-        for (d, x) in self.data.iter().zip(self.numbers.numbers()) {
+        for (d, x) in self.data.iter().zip(self.scalars.numbers()) {
             f(*x, weight * d);
         }
     }
 
     #[inline(always)]
     fn settle(&self, weight: f64, f: &mut impl FnMut(Real<N::Scalar>, f64)) {
-        let length = self.numbers.numbers().len();
+        let length = self.scalars.numbers().len();
         for (i, d) in self.data.iter().enumerate().take(length) {
-            self.numbers.element(i).settle(weight * d, f);
+            self.scalars.element(i).settle(weight * d, f);
         }
     }
 }
@@ -138,11 +138,11 @@ impl<N: Numbers + ?Sized> Datum<Real<N::Scalar>> for Dot<'_, N> {
 /// # Ok::<(), ppl::ModelError>(())
 /// ```
 #[inline(always)]
-pub fn dot<'a, N>(data: &'a [f64], numbers: &'a N) -> Expression<Dot<'a, N>>
+pub fn dot<'a, N>(data: &'a [f64], scalars: &'a N) -> Expression<Dot<'a, N>>
 where
     N: Numbers + ?Sized,
 {
-    let unknowns = numbers.numbers();
+    let unknowns = scalars.numbers();
     let mut value = f64::NAN;
     if data.len() == unknowns.len() {
         value = 0.0;
@@ -150,7 +150,7 @@ where
             value += data[i] * unknowns[i].value();
         }
     }
-    Expression(Dot { value, data, numbers })
+    Expression(Dot { value, data, scalars })
 }
 
 #[cfg(test)]

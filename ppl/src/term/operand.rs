@@ -36,7 +36,7 @@ pub trait Number {
     #[inline(always)]
     fn same_length(&self, site: &Site) -> Result<Self::Operand, Rejection> {
         match self.lengths() {
-            Some([data, numbers]) if data != numbers => Err(site.other_lengths(data, numbers)),
+            Some([data, scalars]) if data != scalars => Err(site.other_lengths(data, scalars)),
             _ => Ok(self.operand()),
         }
     }
@@ -184,12 +184,12 @@ impl<S: Scalar, const N: usize> Number for Of<'_, Sums<S, N>> {
 
     #[inline(always)]
     fn operand(&self) -> [Real<S>; N] {
-        self.0.numbers
+        self.0.scalars
     }
 
     #[inline(always)]
     fn closed(&self) -> [Real<S>; N] {
-        self.0.numbers
+        self.0.scalars
     }
 }
 

@@ -149,14 +149,14 @@ impl<A: Formula> Datum<A::Number> for OpenSummed<'_, A> {
 /// their adjoints.
 #[derive(Debug)]
 pub struct Sums<S, const N: usize> {
-    pub(crate) numbers: [Real<S>; N],
+    pub(crate) scalars: [Real<S>; N],
     adjoints: [Cell<f64>; N],
 }
 
 impl<S: Scalar, const N: usize> Sums<S, N> {
     #[inline(always)]
-    pub(crate) fn new(numbers: [Real<S>; N]) -> Self {
-        Self { numbers, adjoints: [const { Cell::new(NOTHING) }; N] }
+    pub(crate) fn new(scalars: [Real<S>; N]) -> Self {
+        Self { scalars, adjoints: [const { Cell::new(NOTHING) }; N] }
     }
 
     /// Element `i` in a formula, where `i` is the same in every iteration.
@@ -174,13 +174,13 @@ impl<S: Scalar, const N: usize> Sums<S, N> {
 
     #[inline(always)]
     fn part<const SHARED: bool>(&self, i: usize) -> Expression<Summed<'_, Real<S>, SHARED>> {
-        Expression(Summed { number: self.numbers[i], adjoint: &self.adjoints[i] })
+        Expression(Summed { number: self.scalars[i], adjoint: &self.adjoints[i] })
     }
 
     /// Adds the sums to the adjoints of the scalars.
     #[inline(always)]
     pub fn deposit(&self) {
-        for (number, adjoint) in self.numbers.iter().zip(&self.adjoints) {
+        for (number, adjoint) in self.scalars.iter().zip(&self.adjoints) {
             number.deposit(adjoint.get());
         }
     }
@@ -191,7 +191,7 @@ impl<S: Scalar, const N: usize> Numbers for Sums<S, N> {
 
     #[inline(always)]
     fn numbers(&self) -> &[Real<S>] {
-        &self.numbers
+        &self.scalars
     }
 
     #[inline(always)]

@@ -57,10 +57,10 @@ fn compare<K: CovarianceParameters<D>>(
     correlation: Correlation<D>,
     covariance: impl Fn(D, [D; 2]) -> K,
 ) {
-    let numbers = [&VALUES[..], &MEANS, &[1.3, 0.2, 0.7, 1.9]].concat();
-    let numbers: [D; 14] = Dual::variables(numbers.try_into().unwrap());
-    let (values, means) = (&numbers[..5], &numbers[5..10]);
-    let [amplitude, sd, first, second] = [10, 11, 12, 13].map(|i| numbers[i]);
+    let variables = [&VALUES[..], &MEANS, &[1.3, 0.2, 0.7, 1.9]].concat();
+    let variables: [D; 14] = Dual::variables(variables.try_into().unwrap());
+    let (values, means) = (&variables[..5], &variables[5..10]);
+    let [amplitude, sd, first, second] = [10, 11, 12, 13].map(|i| variables[i]);
     let process = GaussianProcess(&POINTS, means, covariance(amplitude, [first, second]), sd);
     let found: D = process.ln_density(&values.to_vec());
     let expected = reference(correlation, values, means, [amplitude, sd], [first, second]);

@@ -209,8 +209,8 @@ fn factors_by_coordinates_and_by_entries() {
             .chain([MvNormalCholesky(b, factor).ln_density(&[D::from(0.5); 4])])
             .collect()
     }
-    let numbers = D::variables([0.3, -0.8, 1.1, 2.0, -0.1, 0.6, 0.5, 2.0, 1.5, 3.0]);
-    let (x, scale) = (&numbers[..6], [numbers[6], numbers[7], numbers[8], numbers[9]]);
+    let variables = D::variables([0.3, -0.8, 1.1, 2.0, -0.1, 0.6, 0.5, 2.0, 1.5, 3.0]);
+    let (x, scale) = (&variables[..6], [variables[6], variables[7], variables[8], variables[9]]);
     let (by_coordinates, _) = constrain::<D, 4>(2.5, x, true);
     let mut next = x.iter();
     let rows: [[D; 4]; 4] = std::array::from_fn(|i| {

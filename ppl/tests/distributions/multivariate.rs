@@ -185,7 +185,7 @@ fn golden_likelihoods() {
         [0.931_291, 1.118_321, 1.119_951],
     ];
     type Point = ([f64; 3], [f64; 3], [[f64; 3]; 3], f64);
-    let points: [Point; 3] = [
+    let references: [Point; 3] = [
         (
             [1.100_569_933_625_000_6, 1.110_925_257_250_000_1, 1.007_565_954_187_5],
             [0.15, 0.13, 0.17],
@@ -213,7 +213,7 @@ fn golden_likelihoods() {
             -17.203_871_087_740_847,
         ),
     ];
-    for (mean, sd, rows, expected) in points {
+    for (mean, sd, rows, expected) in references {
         let factor = CholeskyFactor::new(rows).unwrap().scale_rows(sd);
         let got: f64 = MvNormalCholesky(mean, factor).iid(8).ln_density(&EXPERIMENTS.to_vec());
         assert_close(got, expected, 1e-13, 0.0, "loglik");

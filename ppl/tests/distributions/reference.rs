@@ -125,10 +125,10 @@ fn vector_log_densities_agree_with_fifty_digits() {
     let mut rows = 0;
     for line in include_str!("vectors.csv").lines().skip(1) {
         let fields: Vec<&str> = line.split(',').collect();
-        let numbers = |field: &str| -> Vec<f64> {
+        let values = |field: &str| -> Vec<f64> {
             field.split(' ').map(|x| x.parse().expect("a number")).collect()
         };
-        let (family, x, p) = (fields[0], numbers(fields[1]), numbers(fields[2]));
+        let (family, x, p) = (fields[0], values(fields[1]), values(fields[2]));
         let expected: f64 = fields[3].parse().unwrap();
         let got: f64 = match (family, x.len()) {
             ("LkjCholesky", 9) => LkjCholesky::<3>(p[0]).ln_density(&factor(&x)),

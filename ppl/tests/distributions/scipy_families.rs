@@ -47,10 +47,10 @@ fn families_agree_with_scipy() {
     let mut rows = 0;
     for line in include_str!("scipy_families.csv").lines().skip(1) {
         let fields: Vec<&str> = line.split(',').collect();
-        let numbers = |field: &str| -> Vec<f64> {
+        let values = |field: &str| -> Vec<f64> {
             field.split(' ').map(|x| x.parse().expect("a number")).collect()
         };
-        let found = evaluate(fields[0], &numbers(fields[1]), &numbers(fields[2]));
+        let found = evaluate(fields[0], &values(fields[1]), &values(fields[2]));
         for (i, what) in ["ln density", "cdf", "sf"].into_iter().enumerate() {
             if let Ok(expected) = fields[3 + i].parse::<f64>() {
                 assert_close(found[i], expected, 1e-10, 1e-10, &format!("{what}: {line}"));

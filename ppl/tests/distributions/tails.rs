@@ -20,17 +20,17 @@ struct Row {
 }
 
 fn rows() -> Vec<Row> {
-    let numbers = |cell: &str| -> Vec<f64> {
+    let values = |cell: &str| -> Vec<f64> {
         cell.split(' ').map(|number| number.parse().expect("a number")).collect()
     };
     let row = |line: &str| {
         let cells: Vec<&str> = line.split(',').collect();
         Row {
             family: cells[0].to_owned(),
-            parameters: numbers(cells[1]),
-            ends: [numbers(cells[2])[0], numbers(cells[3])[0]],
-            value: numbers(cells[4])[0],
-            slopes: numbers(cells[5]),
+            parameters: values(cells[1]),
+            ends: [values(cells[2])[0], values(cells[3])[0]],
+            value: values(cells[4])[0],
+            slopes: values(cells[5]),
         }
     };
     REFERENCE.lines().skip(1).map(row).collect()

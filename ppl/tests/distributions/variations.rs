@@ -11,22 +11,22 @@ use crate::numerics::{
 };
 
 /// Compares an array and a vector of an element distribution with the element distribution.
-fn assert_repeats<D>(name: &str, element: D, points: [f64; 3])
+fn assert_repeats<D>(name: &str, element: D, values: [f64; 3])
 where
     D: Unknown<f64, Value = f64> + ppl::Univariate,
 {
-    let sum: f64 = points.iter().map(|x| element.ln_density(x)).sum();
+    let sum: f64 = values.iter().map(|x| element.ln_density(x)).sum();
     let (array, iid) = (element.clone().array::<3>(), element.clone().iid(3));
-    assert_close(array.ln_density(&points), sum, 1e-14, 1e-14, name);
-    assert_close(iid.ln_density(&points.to_vec()), sum, 1e-14, 1e-14, name);
-    assert_eq!(iid.ln_density(&vec![points[0]; 2]), f64::NEG_INFINITY, "{name}: length");
+    assert_close(array.ln_density(&values), sum, 1e-14, 1e-14, name);
+    assert_close(iid.ln_density(&values.to_vec()), sum, 1e-14, 1e-14, name);
+    assert_eq!(iid.ln_density(&vec![values[0]; 2]), f64::NEG_INFINITY, "{name}: length");
     assert_eq!((array.dim(), iid.dim()), (3, 3));
     Distribution::<f64>::validate(&array).unwrap();
     Distribution::<f64>::validate(&iid).unwrap();
 
     let (mut from_array, mut from_iid) = (Vec::new(), Vec::new());
-    array.unconstrain(&points, &mut from_array);
-    iid.unconstrain(&points.to_vec(), &mut from_iid);
+    array.unconstrain(&values, &mut from_array);
+    iid.unconstrain(&values.to_vec(), &mut from_iid);
     assert_eq!(from_array, from_iid);
     for jacobian in [true, false] {
         let mut coordinates = from_array.iter().copied();
@@ -37,7 +37,7 @@ where
         let by_element: f64 =
             from_array.iter().map(|&y| constrained(&element, || y, jacobian).1).sum();
         assert_close(ln_density, by_element, 1e-14, 1e-14, name);
-        for (got, expected) in x.iter().zip(points) {
+        for (got, expected) in x.iter().zip(values) {
             assert_close(*got, expected, 1e-12, 0.0, name);
         }
     }
@@ -77,12 +77,12 @@ fn repeated_families() {
 /// Checks that the derivative with respect to an unknown parameter is the sum over all elements.
 #[test]
 fn derivatives_of_repetitions() {
-    let points = [0.1, 0.2, 0.9];
+    let values = [0.1, 0.2, 0.9];
     let value = |mean: f64, sd: f64| -> f64 {
-        Normal(mean, sd).truncate(0.0..).array::<3>().ln_density(&points)
+        Normal(mean, sd).truncate(0.0..).array::<3>().ln_density(&values)
     };
     let [mean, sd] = Dual::variables([0.15, 0.25]);
-    let lifted = points.map(Dual::from);
+    let lifted = values.map(Dual::from);
     let array: Dual<2> = Normal(mean, sd).truncate(0.0..).array::<3>().ln_density(&lifted);
     let iid: Dual<2> = Normal(mean, sd).truncate(0.0..).iid(3).ln_density(&lifted.to_vec());
     assert_eq!(array.gradient(), iid.gradient());

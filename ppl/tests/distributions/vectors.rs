@@ -115,7 +115,7 @@ fn normal_unknowns_together_are_as_one_by_one() {
     });
     let (values, found) =
         Joined::with(|terms| family.constrain_all(3, &mut || all.next().unwrap(), true, terms));
-    let of = |numbers: &[Dual<5>]| numbers.iter().map(|v| v.value()).collect::<Vec<_>>();
+    let of = |variables: &[Dual<5>]| variables.iter().map(|v| v.value()).collect::<Vec<_>>();
     assert_eq!(of(&values), of(&coordinates));
     assert_close(found.value(), expected.value(), 1e-14, 0.0, "log density");
     for (f, e) in found.gradient().iter().zip(expected.gradient()) {

@@ -257,8 +257,8 @@ fn densities_by_hand_are_complete() {
     let mean = 0.1;
     let mut expected = ln_normal(mean, 0.0, 1e3);
     for y in ys {
-        let parts = [0.1, 10.0].map(|sd| 0.5 * ln_normal(y, mean, sd).exp());
-        expected += (parts[0] + parts[1]).ln();
+        let densities = [0.1, 10.0].map(|sd| 0.5 * ln_normal(y, mean, sd).exp());
+        expected += (densities[0] + densities[1]).ln();
     }
     let (mut w, mut gradient) = (Workspace::default(), [0.0]);
     approx::assert_relative_eq!(model.log_density(&[mean], &mut w).unwrap(), expected);

@@ -169,11 +169,11 @@ fn names_have_those_of_the_submodels_in_front() {
 /// tape and by dual numbers.
 #[test]
 fn densities_are_those_of_the_statements() {
-    let (parts, whole) = (table(2, 3, &CELLS), table_at_length(2, 3, &CELLS));
+    let (of_statements, whole) = (table(2, 3, &CELLS), table_at_length(2, 3, &CELLS));
     let y: Vec<f64> = (0..9).map(|i| 0.2 * f64::from(i) - 0.7).collect();
     let mut forward = vec![0.0; 9];
-    let value = parts.forward_gradient(&y, &mut forward).unwrap();
-    for (by_tape, reverse) in [gradient(&parts, &y), gradient(&whole, &y)] {
+    let value = of_statements.forward_gradient(&y, &mut forward).unwrap();
+    for (by_tape, reverse) in [gradient(&of_statements, &y), gradient(&whole, &y)] {
         approx::assert_relative_eq!(value, by_tape, max_relative = 1e-14);
         for (a, b) in forward.iter().zip(reverse) {
             approx::assert_relative_eq!(*a, b, max_relative = 1e-12);

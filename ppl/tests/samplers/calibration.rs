@@ -128,14 +128,14 @@ impl Sampler for ByHand {
     fn draws<M: Model>(&self, model: &Bound<M>, seed: u64) -> Result<Draws, CheckError> {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
         let mut y = model.draw_prior(&mut rng)?.unconstrained;
-        let mut points = Vec::new();
+        let mut draws = Vec::new();
         for step in 0..1200 {
             self.transition(model, &mut y, &mut rng)?;
             if step >= 420 && step % 20 == 0 {
-                points.extend_from_slice(&y);
+                draws.extend_from_slice(&y);
             }
         }
-        Ok(Draws { points, divergences: 0 })
+        Ok(Draws { points: draws, divergences: 0 })
     }
 }
 
@@ -157,11 +157,11 @@ struct Prior;
 impl Sampler for Prior {
     fn draws<M: Model>(&self, model: &Bound<M>, seed: u64) -> Result<Draws, CheckError> {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
-        let mut points = Vec::new();
+        let mut draws = Vec::new();
         for _ in 0..39 {
-            points.extend(model.draw_prior(&mut rng)?.unconstrained);
+            draws.extend(model.draw_prior(&mut rng)?.unconstrained);
         }
-        Ok(Draws { points, divergences: 0 })
+        Ok(Draws { points: draws, divergences: 0 })
     }
 }
 

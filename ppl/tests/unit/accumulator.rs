@@ -2,9 +2,9 @@
 
 use super::*;
 
-fn taken(numbers: &[f64]) -> f64 {
+fn taken(values: &[f64]) -> f64 {
     let (mut one, mut other) = (Settled::new(), Settled::new());
-    for (i, &x) in numbers.iter().enumerate() {
+    for (i, &x) in values.iter().enumerate() {
         let terms = if i % 2 == 0 { &mut one } else { &mut other };
         let rest = Accumulator::<f64>::minus_ln(terms, x);
         Accumulator::<f64>::add_number(terms, rest);

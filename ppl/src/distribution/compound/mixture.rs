@@ -51,14 +51,14 @@ where
         }
         let densities: Vec<R> =
             components.iter().map(|component| component.ln_density(x)).collect();
-        let parts = || densities.iter().zip(weights).map(|(t, w)| w.number().ln() + t.value());
-        let largest = parts().fold(f64::NEG_INFINITY, f64::max);
-        if parts().all(|part| part == f64::NEG_INFINITY) {
+        let ln_terms = || densities.iter().zip(weights).map(|(t, w)| w.number().ln() + t.value());
+        let largest = ln_terms().fold(f64::NEG_INFINITY, f64::max);
+        if ln_terms().all(|ln_term| ln_term == f64::NEG_INFINITY) {
             return terms.add_number(R::from(f64::NEG_INFINITY));
         }
-        let value = largest + parts().map(|part| (part - largest).exp()).sum::<f64>().ln();
+        let value = largest + ln_terms().map(|ln_term| (ln_term - largest).exp()).sum::<f64>().ln();
         let in_densities =
-            densities.iter().zip(parts()).map(|(&t, part)| (t, (part - value).exp()));
+            densities.iter().zip(ln_terms()).map(|(&t, ln_term)| (t, (ln_term - value).exp()));
         let in_weights = densities.iter().zip(weights).map(|(t, &w)| {
             let weight: R = lift(w);
             (weight, if weight.is_constant() { 0.0 } else { (t.value() - value).exp() })

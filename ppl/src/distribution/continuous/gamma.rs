@@ -41,12 +41,12 @@ crate::univariate!([A: Parameter, B: Parameter] Gamma<A, B>);
 #[inline]
 pub(super) fn ln_power<R: Scalar>(unknown_shape: R, t: f64) -> (f64, f64) {
     let shape = unknown_shape.value();
-    let parts = |shape: f64| {
+    let terms_of_shape = |shape: f64| {
         let ln_shape = shape.ln();
         let constant = 0.5 * ln_shape - HALF_LN_2PI - stirling_error(shape);
         [constant, ln_minus_digamma(shape) - ln_shape]
     };
-    let [constant, digamma] = memoised!(parts, shape);
+    let [constant, digamma] = memoised!(terms_of_shape, shape);
     let in_shape = if unknown_shape.is_constant() { 0.0 } else { t.ln() + digamma };
     (constant - deviance(shape, t), in_shape)
 }

@@ -164,13 +164,13 @@ fn ln_shape(nu: f64) -> f64 {
 
 /// Returns the value of [`ln_shape`], and twice the digamma terms in the derivative of `ln_shape` with respect to ν.
 fn normaliser_terms(nu: f64) -> [f64; 2] {
-    let parts = |nu: f64| {
+    let terms = |nu: f64| {
         let (half, inverse) = (0.5 * nu, nu.recip());
         let stirling = stirling_error(half + 0.5) - stirling_error(half);
         let digammas = inverse.ln_1p() + ln_minus_digamma(half) - ln_minus_digamma(half + 0.5);
         [half * ln_1p_minus(inverse) + stirling - HALF_LN_2PI, digammas]
     };
-    memoised!(parts, nu)
+    memoised!(terms, nu)
 }
 
 impl<R, N, M, S> UnivariateDensity<R> for StudentT<N, M, S>

@@ -227,11 +227,11 @@ where
         }
         // α = C⁻¹ (x − m)
         factor.solve(&mut z);
-        let mut numbers = covariance.parameters();
-        numbers.push(noise.lift());
-        let is_constant = numbers.iter().all(|number| number.is_constant());
+        let mut hyperparameters = covariance.parameters();
+        hyperparameters.push(noise.lift());
+        let is_constant = hyperparameters.iter().all(|hyperparameter| hyperparameter.is_constant());
         let slopes = match is_constant {
-            true => vec![0.0; numbers.len()],
+            true => vec![0.0; hyperparameters.len()],
             false => {
                 let in_covariance = InCovariance::new(&factor, &z);
                 in_covariance.slopes(*points, &correlations, amplitude, sd, &weights)
@@ -239,7 +239,10 @@ where
         };
         let of_values = x.iter().zip(&z).map(|(x, a)| (*x, -a));
         let of_means = means.iter().zip(&z).map(|(m, a)| (*m, *a));
-        terms.add(value, Each(of_values.chain(of_means).chain(numbers.into_iter().zip(slopes))));
+        terms.add(
+            value,
+            Each(of_values.chain(of_means).chain(hyperparameters.into_iter().zip(slopes))),
+        );
     }
 
     fn validate(&self) -> Result<(), DomainError> {

@@ -73,11 +73,11 @@ impl<'s> Statistics<'s> {
         out.extend(means);
     }
 
-    /// Reads stored statistics; `None` if `numbers` is too short.
+    /// Reads stored statistics; `None` if `stored` is too short.
     #[inline(always)]
-    pub(super) fn read(numbers: &'s [f64], slopes: usize) -> Option<Self> {
-        let (&[n, rest], numbers) = numbers.split_first_chunk()?;
-        let (triangle, groups) = numbers.split_at_checked(slopes * (slopes + 1))?;
+    pub(super) fn read(stored: &'s [f64], slopes: usize) -> Option<Self> {
+        let (&[n, rest], stored) = stored.split_first_chunk()?;
+        let (triangle, groups) = stored.split_at_checked(slopes * (slopes + 1))?;
         Some(Self { n, rest, slopes, triangle, groups })
     }
 }

@@ -99,8 +99,9 @@ fn too_curved(runs: &[Chain]) -> &'static str {
 /// the posterior median. The distance is measured in units of the interquartile range, because a parameter with heavy
 /// tails may have no standard deviation.
 fn where_divergences_are(posterior: &Posterior, names: &ShownNames) -> String {
-    let points: Vec<_> = posterior.divergences.iter().filter(|p| !p.values.is_empty()).collect();
-    let Some(first) = points.first() else {
+    let divergences: Vec<_> =
+        posterior.divergences.iter().filter(|p| !p.values.is_empty()).collect();
+    let Some(first) = divergences.first() else {
         return String::new();
     };
     let mut shifts: Vec<(f64, String)> = (0..first.values.len())
@@ -108,7 +109,7 @@ fn where_divergences_are(posterior: &Posterior, names: &ShownNames) -> String {
         .filter_map(|k| {
             let name = &first.values[k].0;
             let draws = posterior.posterior.trace(name)?.concat();
-            let there: Vec<f64> = points.iter().map(|p| p.values[k].1).collect();
+            let there: Vec<f64> = divergences.iter().map(|p| p.values[k].1).collect();
             let there = quantile(&there, 0.5);
             let [lower, centre, upper] = [0.25, 0.5, 0.75].map(|p| quantile(&draws, p));
             let shift = (there - centre).abs() / (upper - lower);

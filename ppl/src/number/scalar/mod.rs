@@ -321,11 +321,11 @@ pub(crate) fn each<S: Scalar, const D: usize, const M: usize>(
     arguments: [S; D],
     jacobian: [[f64; D]; M],
 ) -> [S; M] {
-    let mut numbers = [S::from(0.0); M];
+    let mut results = [S::from(0.0); M];
     for m in 0..M {
-        numbers[m] = S::fuse(values[m], arguments, jacobian[m]);
+        results[m] = S::fuse(values[m], arguments, jacobian[m]);
     }
-    numbers
+    results
 }
 
 #[diagnostic::do_not_recommend]

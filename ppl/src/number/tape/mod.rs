@@ -213,13 +213,13 @@ impl Tape {
         parents: [u32; D],
         jacobian: [[f64; D]; M],
     ) -> [Var<'_>; M] {
-        let mut numbers = values.map(|value| self.nowhere(value));
+        let mut results = values.map(|value| self.nowhere(value));
         let (length, filled) = (self.length.get(), self.filled.get());
         let adjoints = self.adjoints.get(length..length + M);
         let (Some(adjoints), Some(edges)) = (adjoints, self.edges.get(filled..filled + M * D))
         else {
             self.full.set(true);
-            return numbers;
+            return results;
         };
         for m in 0..M {
             let child = (length + m) as u32;
@@ -228,11 +228,11 @@ impl Tape {
                 edges[m * D + d].set(Edge { child, parent, partial });
             }
             adjoints[m].set(0.0);
-            numbers[m] = self.number(values[m], &adjoints[m]);
+            results[m] = self.number(values[m], &adjoints[m]);
         }
         self.length.set(length + M);
         self.filled.set(filled + M * D);
-        numbers
+        results
     }
 
     /// Adds a node whose edges have already been written to `edges`. `end` is the number of edges in use, including

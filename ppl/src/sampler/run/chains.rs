@@ -217,7 +217,7 @@ impl Settings<'_> {
             })
         };
         let start = match &self.init {
-            Starts::Points(points) => with_values(density, points[chain].clone(), &self.values)
+            Starts::Points(starts) => with_values(density, starts[chain].clone(), &self.values)
                 .and_then(|point| match accept(&point) {
                     Ok(()) => Ok((StartKind::Given, point)),
                     Err(Rejection::Fatal(error)) => Err(NoStart::Fatal(error, point)),

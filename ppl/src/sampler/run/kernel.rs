@@ -160,8 +160,8 @@ impl ChainState<'_> {
         self.evaluations += 1;
         let rejection = match self.density.gradient(y, gradient) {
             Ok(value) => {
-                let numbers = std::iter::once(&value).chain(&*gradient);
-                match numbers.copied().find(|number| !number.is_finite()) {
+                let value_and_gradient = std::iter::once(&value).chain(&*gradient);
+                match value_and_gradient.copied().find(|number| !number.is_finite()) {
                     None => return Ok(value),
                     Some(value) => Rejection::NotFinite { location: Location::unknown(), value },
                 }

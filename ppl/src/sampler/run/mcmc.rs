@@ -145,9 +145,9 @@ impl<'a, M> Mcmc<'a, M> {
     /// # Ok::<(), ppl::SampleError>(())
     /// ```
     pub fn init_value(mut self, name: &str, value: impl Recordable) -> Self {
-        let mut numbers = Vec::new();
-        value.flatten(&mut numbers);
-        self.settings.values.push((name.to_owned(), numbers));
+        let mut elements = Vec::new();
+        value.flatten(&mut elements);
+        self.settings.values.push((name.to_owned(), elements));
         self
     }
 

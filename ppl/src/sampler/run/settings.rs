@@ -112,15 +112,15 @@ impl Settings<'_> {
             Starts::Uniform(radius) if !(radius.is_finite() && *radius >= 0.0) => {
                 refuse("init_radius", radius.to_string(), "give a finite number ≥ 0")
             }
-            Starts::Points(points) if points.len() != self.chains => refuse(
+            Starts::Points(starts) if starts.len() != self.chains => refuse(
                 "init_points",
-                format!("{} points", points.len()),
+                format!("{} points", starts.len()),
                 "give one starting point for each chain",
             ),
-            Starts::Points(points) => match points.iter().position(|p| p.len() != dim) {
+            Starts::Points(starts) => match starts.iter().position(|p| p.len() != dim) {
                 Some(chain) => refuse(
                     "init_points",
-                    format!("a point with {} coordinates for chain {chain}", points[chain].len()),
+                    format!("a point with {} coordinates for chain {chain}", starts[chain].len()),
                     "give one number per unconstrained coordinate of the density",
                 ),
                 None => Ok(()),

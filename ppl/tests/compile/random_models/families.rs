@@ -49,29 +49,29 @@ impl Writer {
     /// Writes a plate over one array of data, whose parameters may vary along the plate.
     pub(crate) fn data(&mut self, text: &mut String) -> std::fmt::Result {
         let (data, families) = FAMILIES[self.rng.random_range(0..FAMILIES.len())];
-        let (y, scope) = (self.name(), self.numbers.len());
+        let (y, scope) = (self.name(), self.scalars.len());
         let moves = self.rng.random();
         if moves {
             let (name, formula) = (self.name(), self.number(1));
             writeln!(text, "    for (x, {y}) in xs.iter().zip({data}) {{")?;
             writeln!(text, "        let {name} = {formula} * x;")?;
-            self.numbers.push(name);
+            self.scalars.push(name);
         } else {
             writeln!(text, "    for {y} in {data} {{")?;
         }
         let family = self.pick(families);
         let family = self.filled(&family);
         writeln!(text, "        {y} ~ {family};\n    }}")?;
-        self.numbers.truncate(scope);
+        self.scalars.truncate(scope);
         Ok(())
     }
 
     /// Replaces `#m`, `#s` and `#p` in a pattern by random formulas.
     pub(crate) fn filled(&mut self, pattern: &str) -> String {
-        let mut parts = pattern.split('#');
-        let mut text = parts.next().unwrap_or_default().to_owned();
-        for part in parts {
-            let (place, rest) = part.split_at(1);
+        let mut pieces = pattern.split('#');
+        let mut text = pieces.next().unwrap_or_default().to_owned();
+        for piece in pieces {
+            let (place, rest) = piece.split_at(1);
             text += &match place {
                 "m" => self.number(1),
                 "s" => self.scale(),

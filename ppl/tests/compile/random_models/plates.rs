@@ -22,7 +22,7 @@ impl Writer {
             writeln!(text, "        {name} -= {factor};")?;
         }
         if self.rng.random_range(0..4) == 0 {
-            self.numbers.push(name.clone());
+            self.scalars.push(name.clone());
         }
         Ok(name)
     }
@@ -94,7 +94,7 @@ impl Writer {
     }
 
     pub(crate) fn plate(&mut self, text: &mut String) -> std::fmt::Result {
-        let scope = self.numbers.len();
+        let scope = self.scalars.len();
         let y = self.name();
         writeln!(text, "    for ((x, row), {y}) in xs.iter().zip(rows).zip(ys) {{")?;
         if self.rng.random() {
@@ -103,7 +103,7 @@ impl Writer {
         for _ in 0..self.rng.random_range(0..3) {
             let (name, formula) = (self.name(), self.number(1));
             writeln!(text, "        let {name} = {formula} * x;")?;
-            self.numbers.push(name);
+            self.scalars.push(name);
         }
         let product = match self.arrays.choose(&mut self.rng).cloned() {
             Some(array) if self.rng.random() => self.sum(&array, text)?,
@@ -116,7 +116,7 @@ impl Writer {
         let family = family.replace("#m", &mean).replace("#s", &scale);
         writeln!(text, "        {y} ~ {family};")?;
         writeln!(text, "    }}")?;
-        self.numbers.truncate(scope);
+        self.scalars.truncate(scope);
         Ok(())
     }
 }

@@ -14,7 +14,7 @@ impl Writer {
             1 => {
                 let (name, formula) = (self.name(), self.number(2));
                 writeln!(text, "    let {name} = {formula};")?;
-                self.numbers.push(name);
+                self.scalars.push(name);
             }
             2 => {
                 let (name, family) = (self.name(), self.family());
@@ -44,14 +44,14 @@ impl Writer {
                 writeln!(text, "        {name} += {other} * 0.1;")?;
                 writeln!(text, "        {y} ~ Normal({name}, {scale});")?;
                 writeln!(text, "    }}")?;
-                self.numbers.push(name);
+                self.scalars.push(name);
             }
             8 => {
                 let (a, b, condition) = (self.number(1), self.number(1), self.number(0));
                 let test = self.pick(&["flag", "!flag", "#c > 0.3"]).replace("#c", &condition);
                 let name = self.name();
                 writeln!(text, "    let {name} = if {test} {{ {a} }} else {{ {b} }};")?;
-                self.numbers.push(name);
+                self.scalars.push(name);
             }
             9 => {
                 // sufficient statistics: one distribution for all data

@@ -7,7 +7,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 pub(crate) struct Writer {
     pub(crate) rng: Xoshiro256PlusPlus,
     /// Expressions of one number.
-    pub(crate) numbers: Vec<String>,
+    pub(crate) scalars: Vec<String>,
     /// Names of arrays of three unknowns.
     pub(crate) arrays: Vec<String>,
     names: usize,
@@ -16,7 +16,7 @@ pub(crate) struct Writer {
 impl Writer {
     pub(crate) fn new(seed: u64) -> Self {
         let rng = Xoshiro256PlusPlus::seed_from_u64(seed);
-        Self { rng, numbers: Vec::new(), arrays: Vec::new(), names: 0 }
+        Self { rng, scalars: Vec::new(), arrays: Vec::new(), names: 0 }
     }
 
     pub(crate) fn name(&mut self) -> String {
@@ -35,13 +35,13 @@ impl Writer {
                 let array = self.arrays.choose(&mut self.rng).expect("not empty").clone();
                 format!("{array}[{}]", self.rng.random_range(0..3))
             }
-            _ => self.numbers.choose(&mut self.rng).expect("an unknown comes first").clone(),
+            _ => self.scalars.choose(&mut self.rng).expect("an unknown comes first").clone(),
         }
     }
 
     /// A formula that depends on an unknown and is bounded or grows slowly.
     pub(crate) fn number(&mut self, depth: usize) -> String {
-        let first = self.numbers.choose(&mut self.rng).expect("an unknown comes first").clone();
+        let first = self.scalars.choose(&mut self.rng).expect("an unknown comes first").clone();
         let rest = self.part(depth);
         format!("({first} * 0.5 + {rest})")
     }
@@ -52,7 +52,7 @@ impl Writer {
         }
         let (a, b) = (self.part(depth - 1), self.part(depth - 1));
         // methods are called on unknowns, as the type of a literal would be ambiguous
-        let x = self.numbers.choose(&mut self.rng).expect("an unknown comes first").clone();
+        let x = self.scalars.choose(&mut self.rng).expect("an unknown comes first").clone();
         match self.rng.random_range(0..10) {
             0 => format!("({a} + {b})"),
             1 => format!("({a} - {b})"),
@@ -91,10 +91,10 @@ impl Writer {
             2 => "Uniform(0.2, 1.5)".to_owned(),
             3 => "Exponential(1.3)".to_owned(),
             4 => "Beta(2.0, 3.0)".to_owned(),
-            _ if self.numbers.is_empty() => "LogNormal(0.0, 0.5)".to_owned(),
+            _ if self.scalars.is_empty() => "LogNormal(0.0, 0.5)".to_owned(),
             _ => self.family(),
         };
-        self.numbers.push(name.clone());
+        self.scalars.push(name.clone());
         format!("{indent}let {name} ~ {prior};\n")
     }
 }

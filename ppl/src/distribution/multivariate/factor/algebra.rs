@@ -87,11 +87,11 @@ impl<R: Scalar, S: Size> Factor<R, S> {
     /// Product L x + b.
     #[inline]
     fn product(&self, x: &S::Vector<R>, b: &S::Vector<R>) -> S::Vector<R> {
-        let (l, numbers) = (self.values(), self.size.vector(|j| x[j].value()));
+        let (l, x_values) = (self.values(), self.size.vector(|j| x[j].value()));
         self.size.vector(|i| {
-            let inner: f64 = (0..=i).map(|j| l[i][j] * numbers[j]).sum();
+            let inner: f64 = (0..=i).map(|j| l[i][j] * x_values[j]).sum();
             let (x, in_x, start) = (&x.as_ref()[..=i], l[i].as_ref(), (b[i], 1.0));
-            let row = Row { factor: self, i, in_row: numbers.clone(), x, in_x, start };
+            let row = Row { factor: self, i, in_row: x_values.clone(), x, in_x, start };
             R::gather(b[i].value() + inner, row)
         })
     }

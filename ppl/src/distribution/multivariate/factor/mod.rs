@@ -211,11 +211,11 @@ impl<R: Scalar, S: Size> Recordable for Factor<R, S> {
         self.rows().flatten(out);
     }
 
-    fn overwrite(&mut self, numbers: &mut dyn Iterator<Item = f64>) -> bool {
+    fn overwrite(&mut self, elements: &mut dyn Iterator<Item = f64>) -> bool {
         let mut rows = self.size.filled(R::from(0.0));
         for i in 0..self.size() {
             for j in 0..self.size() {
-                let Some(number) = numbers.next() else { return false };
+                let Some(number) = elements.next() else { return false };
                 rows[i][j] = R::from(number);
             }
         }

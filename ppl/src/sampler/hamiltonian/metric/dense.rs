@@ -80,10 +80,10 @@ impl Dense {
             let sums = a.iter().zip(b).zip(c).zip(d).zip(e).map(|((((a, b), c), d), e)| {
                 (a * p[0] + b * p[1]) + (c * p[2] + d * p[3]) + e * p[4]
             });
-            let parts = v.iter_mut().zip(sums);
+            let entries = v.iter_mut().zip(sums);
             match block {
-                0 => parts.for_each(|(v, sum)| *v = sum),
-                _ => parts.for_each(|(v, sum)| *v += sum),
+                0 => entries.for_each(|(v, sum)| *v = sum),
+                _ => entries.for_each(|(v, sum)| *v += sum),
             }
         }
         for (column, p) in columns.chunks_exact(dim).zip(rest) {

@@ -43,9 +43,9 @@ impl Sample {
 
     /// Returns the draws and scores with indices in `range`, minus their means.
     pub(crate) fn centred(&self, range: Range<usize>) -> Centred {
-        let stretch = |numbers: &[f64]| {
-            let numbers = &numbers[range.start * self.dim..range.end * self.dim];
-            let mut columns = DMatrix::from_column_slice(self.dim, range.len(), numbers);
+        let stretch = |coordinates: &[f64]| {
+            let coordinates = &coordinates[range.start * self.dim..range.end * self.dim];
+            let mut columns = DMatrix::from_column_slice(self.dim, range.len(), coordinates);
             let mean = columns.column_mean();
             columns.column_iter_mut().for_each(|mut column| column -= &mean);
             columns
