@@ -13,10 +13,10 @@ fn main() {
 fn runs(n: usize) -> Dataset {
     let inputs: Vec<Input> =
         ["a", "b", "c"].map(|name| Input::new(name, 1.0, 2.0).expect("valid")).into();
-    let points = DesignMethod::Sobol.sample(&inputs, n, 1).expect("three inputs");
+    let design = DesignMethod::Sobol.sample(&inputs, n, 1).expect("three inputs");
     let outputs = ["f", "g", "h"].map(str::to_owned).into();
     let mut data = Dataset::new(inputs, outputs, "closed form").expect("distinct names");
-    for x in points {
+    for x in design {
         let y = [(x[0] * x[1]).sqrt(), x[2].ln() * x[0], 1.0 / (x[0] + x[1] * x[2])];
         data.push(&x, &y).expect("inside the box");
     }

@@ -105,7 +105,7 @@ fn parse(text: &str) -> Located<Dataset> {
     let names: Vec<&str> = notes.iter().map(|&i| &header[i]).collect();
     let mut dataset = dataset.with_notes(&names).map_err(|e| (header_line, e))?;
     let inputs = dataset.inputs().len();
-    let numbers = inputs + dataset.outputs().len();
+    let value_columns = inputs + dataset.outputs().len();
     for record in reader.records() {
         let record = record.map_err(|e| syntax(text, &e))?;
         let here = |e| (line_at(text, record.position()), e);
@@ -115,7 +115,8 @@ fn parse(text: &str) -> Located<Dataset> {
             .collect::<Result<_, _>>()
             .map_err(here)?;
         let notes: Vec<&str> = notes.iter().map(|&i| &record[i]).collect();
-        let (x, y, slopes) = (&cells[..inputs], &cells[inputs..numbers], &cells[numbers..]);
+        let (x, y, slopes) =
+            (&cells[..inputs], &cells[inputs..value_columns], &cells[value_columns..]);
         dataset.add(x, y, slopes, &notes).map_err(here)?;
     }
     Ok(dataset)

@@ -53,14 +53,14 @@ impl DesignMethod {
             input.check()?;
         }
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
-        let mut points = self.sample_unit(inputs.len(), n, &mut rng)?;
-        for point in &mut points {
+        let mut sample = self.sample_unit(inputs.len(), n, &mut rng)?;
+        for point in &mut sample {
             for (x, input) in point.iter_mut().zip(inputs) {
                 // because of rounding, the sum can be slightly above the upper bound
                 *x = (input.lower + (input.upper - input.lower) * *x).min(input.upper);
             }
         }
-        Ok(points)
+        Ok(sample)
     }
 
     /// Draws `n` points in the unit cube [0, 1)^`dimension` with the random number generator `rng`.
@@ -89,15 +89,15 @@ impl DesignMethod {
 }
 
 fn latin_hypercube<R: Rng>(dimension: usize, n: usize, rng: &mut R) -> Vec<Vec<f64>> {
-    let mut points = vec![vec![0.0; dimension]; n];
+    let mut sample = vec![vec![0.0; dimension]; n];
     let mut strata: Vec<usize> = (0..n).collect();
     for d in 0..dimension {
         strata.shuffle(rng);
-        for (point, &stratum) in points.iter_mut().zip(&strata) {
+        for (point, &stratum) in sample.iter_mut().zip(&strata) {
             point[d] = (stratum as f64 + rng.random::<f64>()) / n as f64;
         }
     }
-    points
+    sample
 }
 
 #[cfg(test)]
@@ -152,9 +152,9 @@ mod tests {
     fn every_margin_is_uniform() {
         let n = 1000;
         for design in ALL {
-            let points = unit(design, 6, n, 5);
+            let sample = unit(design, 6, n, 5);
             for d in 0..6 {
-                let mut x: Vec<f64> = points.iter().map(|p| p[d]).collect();
+                let mut x: Vec<f64> = sample.iter().map(|p| p[d]).collect();
                 x.sort_by(f64::total_cmp);
                 let distance = (0..n)
                     .map(|i| (x[i] - i as f64 / n as f64).max((i + 1) as f64 / n as f64 - x[i]))
@@ -165,14 +165,14 @@ mod tests {
     }
 
     /// Squared L2 star discrepancy by Warnock's formula.
-    fn discrepancy(points: &[Vec<f64>]) -> f64 {
-        let n = points.len() as f64;
-        let dimension = points[0].len() as i32;
+    fn discrepancy(sample: &[Vec<f64>]) -> f64 {
+        let n = sample.len() as f64;
+        let dimension = sample[0].len() as i32;
         let single: f64 =
-            points.iter().map(|p| p.iter().map(|x| (1.0 - x * x) / 2.0).product::<f64>()).sum();
-        let double: f64 = points
+            sample.iter().map(|p| p.iter().map(|x| (1.0 - x * x) / 2.0).product::<f64>()).sum();
+        let double: f64 = sample
             .iter()
-            .flat_map(|p| points.iter().map(move |q| (p, q)))
+            .flat_map(|p| sample.iter().map(move |q| (p, q)))
             .map(|(p, q)| p.iter().zip(q).map(|(a, b)| 1.0 - a.max(*b)).product::<f64>())
             .sum();
         3f64.powi(-dimension) - 2.0 / n * single + double / (n * n)
@@ -205,8 +205,8 @@ mod tests {
         let (d, n, repeats) = (4, 256, 200u64);
         let means: Vec<f64> = (0..repeats)
             .map(|seed| {
-                let points = unit(DesignMethod::Sobol, d, n, seed);
-                points.iter().map(|p| p.iter().map(|u| 0.5 + u).product::<f64>()).sum::<f64>()
+                let sample = unit(DesignMethod::Sobol, d, n, seed);
+                sample.iter().map(|p| p.iter().map(|u| 0.5 + u).product::<f64>()).sum::<f64>()
                     / n as f64
             })
             .collect();

@@ -29,7 +29,8 @@ impl TensorGrid {
         let takes_part = |i: usize| pce.terms().iter().any(|(index, _)| index[i] > 0);
         let active: Vec<bool> = (0..pce.inputs().len()).map(takes_part).collect();
         let dimension = u32::try_from(active.iter().filter(|&&a| a).count()).ok()?;
-        let fits = |n: usize| n.checked_pow(dimension).is_some_and(|points| points <= most);
+        let fits =
+            |n: usize| n.checked_pow(dimension).is_some_and(|evaluations| evaluations <= most);
         let degree =
             pce.terms().iter().flat_map(|(index, _)| index.iter().map(|&k| usize::from(k)));
         let enough = degree.max().unwrap_or(0) + BEYOND_DEGREE;

@@ -93,20 +93,20 @@ impl DynPce {
     }
 
     /// Adds the contributions of inputs and pairs of inputs to the variance, computed from the
-    /// coefficients, to `parts`.
-    fn sums_of_squares(&self, parts: &mut SobolIndices) {
+    /// coefficients, to `contributions`.
+    fn sums_of_squares(&self, contributions: &mut SobolIndices) {
         for (index, c) in self.terms() {
             let active: Vec<usize> = (0..index.len()).filter(|&i| index[i] > 0).collect();
             for (m, c) in c.iter().enumerate() {
-                let part = c * c;
+                let contribution = c * c;
                 for &i in &active {
-                    parts.total[m][i] += part;
+                    contributions.total[m][i] += contribution;
                 }
                 match active[..] {
-                    [i] => parts.first[m][i] += part,
+                    [i] => contributions.first[m][i] += contribution,
                     [i, j] => {
-                        parts.second[m][i][j] += part;
-                        parts.second[m][j][i] += part;
+                        contributions.second[m][i][j] += contribution;
+                        contributions.second[m][j][i] += contribution;
                     }
                     _ => {}
                 }
@@ -120,25 +120,29 @@ impl DynPce {
     }
 }
 
-/// Computes the contributions of inputs and pairs of inputs to the variance from conditional variances Var E[f |
-/// some inputs], and writes the contributions to `parts`. Returns the total variance of each output.
-fn conditional_variances(grid: &TensorGrid, d: usize, parts: &mut SobolIndices) -> Vec<f64> {
+/// Fills `contributions` with the contributions of inputs and pairs of inputs to the variance, computed from conditional
+/// variances Var E[f | some inputs]. Returns the total variance of each output.
+fn conditional_variances(
+    grid: &TensorGrid,
+    d: usize,
+    contributions: &mut SobolIndices,
+) -> Vec<f64> {
     let all: Vec<usize> = (0..d).collect();
     let variance = grid.variance_by(&all);
     for i in 0..d {
         let others: Vec<usize> = all.iter().copied().filter(|&j| j != i).collect();
         let (alone, without) = (grid.variance_by(&[i]), grid.variance_by(&others));
         for m in 0..variance.len() {
-            parts.first[m][i] = alone[m];
-            parts.total[m][i] = variance[m] - without[m];
+            contributions.first[m][i] = alone[m];
+            contributions.total[m][i] = variance[m] - without[m];
         }
     }
     for i in 0..d {
         for j in i + 1..d {
             for (m, both) in grid.variance_by(&[i, j]).into_iter().enumerate() {
-                let part = both - parts.first[m][i] - parts.first[m][j];
-                parts.second[m][i][j] = part;
-                parts.second[m][j][i] = part;
+                let contribution = both - contributions.first[m][i] - contributions.first[m][j];
+                contributions.second[m][i][j] = contribution;
+                contributions.second[m][j][i] = contribution;
             }
         }
     }

@@ -113,7 +113,7 @@ mod tests {
 
     use super::*;
 
-    fn points(dimension: usize, n: usize, seed: u64) -> Vec<Vec<f64>> {
+    fn sequence(dimension: usize, n: usize, seed: u64) -> Vec<Vec<f64>> {
         ScrambledSobol::new(dimension, &mut Xoshiro256PlusPlus::seed_from_u64(seed))
             .take(n)
             .collect()
@@ -139,14 +139,14 @@ mod tests {
         assert_eq!(plain.take(10).collect::<Vec<_>>(), published);
     }
 
-    /// Returns all ways to distribute `total` digits over `parts` coordinates.
-    fn splits(total: u32, parts: usize) -> Vec<Vec<u32>> {
-        if parts == 1 {
+    /// Returns all ways to distribute `total` digits over `coordinates` coordinates.
+    fn splits(total: u32, coordinates: usize) -> Vec<Vec<u32>> {
+        if coordinates == 1 {
             return vec![vec![total]];
         }
         (0..=total)
             .flat_map(|first| {
-                splits(total - first, parts - 1).into_iter().map(move |mut rest| {
+                splits(total - first, coordinates - 1).into_iter().map(move |mut rest| {
                     rest.insert(0, first);
                     rest
                 })
@@ -160,10 +160,10 @@ mod tests {
     fn the_points_are_nets_of_the_known_quality() {
         let m = 9;
         for (dimension, t) in [(1, 0), (2, 0), (3, 1), (4, 3), (5, 5)] {
-            let points = points(dimension, 1 << m, 17);
+            let sequence = sequence(dimension, 1 << m, 17);
             for split in splits(m - t, dimension) {
                 let mut counts = vec![0; 1 << (m - t)];
-                for p in &points {
+                for p in &sequence {
                     let cell = p.iter().zip(&split).fold(0, |cell, (x, &digits)| {
                         (cell << digits) + (x * f64::from(1u32 << digits)) as usize
                     });
@@ -177,10 +177,10 @@ mod tests {
     #[test]
     fn every_dimension_is_stratified() {
         let m = 10;
-        let points = points(MAX_DIMENSION, 1 << m, 2);
+        let sequence = sequence(MAX_DIMENSION, 1 << m, 2);
         for d in 0..MAX_DIMENSION {
             let cells: HashSet<usize> =
-                points.iter().map(|p| (p[d] * f64::from(1 << m)) as usize).collect();
+                sequence.iter().map(|p| (p[d] * f64::from(1 << m)) as usize).collect();
             assert_eq!(cells.len(), 1 << m, "dimension {d}");
         }
     }
@@ -190,7 +190,7 @@ mod tests {
     #[test]
     fn the_first_points_visit_every_orthant() {
         for dimension in [2, 5, 10, 16, 18] {
-            let orthants: HashSet<usize> = points(dimension, 1 << dimension, 23)
+            let orthants: HashSet<usize> = sequence(dimension, 1 << dimension, 23)
                 .iter()
                 .map(|p| p.iter().fold(0, |bits, x| bits << 1 | usize::from(*x >= 0.5)))
                 .collect();

@@ -160,9 +160,9 @@ fn intervals_of_sobol_indices_cover() {
         a + 2.0 * b + a * b
     };
     // in deviations α, β from the means ½: 1.5 α + 2.5 β + α β, where α and β have the variance 1/12
-    let parts = [2.25 / 12.0, 6.25 / 12.0, 1.0 / 144.0];
-    let whole: f64 = parts.iter().sum();
-    let total = [(parts[0] + parts[2]) / whole, (parts[1] + parts[2]) / whole, 0.0];
+    let variances = [2.25 / 12.0, 6.25 / 12.0, 1.0 / 144.0];
+    let whole: f64 = variances.iter().sum();
+    let total = [(variances[0] + variances[2]) / whole, (variances[1] + variances[2]) / whole, 0.0];
     let (repeats, mut held) = (100, [0; 3]);
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(21);
     for seed in 0..repeats {

@@ -95,9 +95,9 @@ fn fixed(order: usize, scales: Scales) -> FitOptions {
 
 /// Mean squared errors over the box, as fractions of the variances of the outputs.
 fn validation(fit: &PceFit, inputs: &[Input], model: Model) -> Vec<f64> {
-    let points = DesignMethod::MonteCarlo.sample(inputs, 500, 77).unwrap();
+    let test_points = DesignMethod::MonteCarlo.sample(inputs, 500, 77).unwrap();
     let pairs: Vec<(Vec<f64>, Vec<f64>)> =
-        points.iter().map(|x| (model(x).0, fit.pce.value(x).unwrap())).collect();
+        test_points.iter().map(|x| (model(x).0, fit.pce.value(x).unwrap())).collect();
     let relative = |m: usize| {
         let mean = pairs.iter().map(|(y, _)| y[m]).sum::<f64>() / pairs.len() as f64;
         let error: f64 = pairs.iter().map(|(y, f)| (y[m] - f[m]).powi(2)).sum();
@@ -378,7 +378,7 @@ fn derivatives_that_scatter_less_know_the_mean() {
         inputs: vec![Scale::Log, Scale::Linear, Scale::Log],
         outputs: vec![Scale::Log; 2],
     };
-    let points = DesignMethod::Sobol.sample(&inputs, 128, 5).unwrap();
+    let test_points = DesignMethod::Sobol.sample(&inputs, 128, 5).unwrap();
     // mean squared errors of the mean, and leave-one-out errors
     let (mut few, mut many) = ([0.0; 2], [0.0; 2]);
     let (mut claimed, mut scatter) = (0.0, 0.0);
@@ -401,10 +401,11 @@ fn derivatives_that_scatter_less_know_the_mean() {
                 add(&mut data, &x, &noisy, &slopes);
             }
             let fit = DynPce::fit(&data, &fixed(3, logs.clone())).unwrap();
-            let squares =
-                points.iter().map(|x| (fit.pce.value(x).unwrap()[1] / laws(x).0[1]).ln().powi(2));
+            let squares = test_points
+                .iter()
+                .map(|x| (fit.pce.value(x).unwrap()[1] / laws(x).0[1]).ln().powi(2));
             let loo = &fit.report.chosen().unwrap().loo.as_ref().unwrap().plain;
-            let mean = squares.sum::<f64>() / points.len() as f64;
+            let mean = squares.sum::<f64>() / test_points.len() as f64;
             errors[0] += mean / f64::from(repeats);
             errors[1] += loo.iter().sum::<f64>() / f64::from(repeats);
             if with {

@@ -37,10 +37,10 @@ fn square(factor: &[[f64; 2]; 2], i: usize, j: usize) -> f64 {
 
 /// Simulates runs whose groups alternate. The input k has one value per group, and the response is linear in both
 /// inputs.
-fn simulated(points: &[Vec<f64>], groups: &[usize], k: &[f64], rng: &mut impl Rng) -> Dataset {
+fn simulated(design: &[Vec<f64>], groups: &[usize], k: &[f64], rng: &mut impl Rng) -> Dataset {
     let deviations: Vec<[f64; 2]> = k.iter().map(|_| normal(rng, &BETWEEN)).collect();
     let mut data = dataset();
-    for (x, &group) in points.iter().zip(groups) {
+    for (x, &group) in design.iter().zip(groups) {
         let (b, e, k) = (deviations[group], normal(rng, &WITHIN), k[group]);
         let mean = [2.0 + x[0] + 0.5 * k, 1.0 - x[0] + 0.2 * k];
         data.push(&[x[0], k], &[mean[0] + b[0] + e[0], mean[1] + b[1] + e[1]]).unwrap();
@@ -92,10 +92,10 @@ fn groups_of_one_size_about_a_mean_are_the_analysis_of_variance() {
 #[test]
 fn groups_of_one_run_are_runs() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(2);
-    let points = DesignMethod::LatinHypercube.sample(&inputs(), 20, 3).unwrap();
+    let design = DesignMethod::LatinHypercube.sample(&inputs(), 20, 3).unwrap();
     let groups: Vec<usize> = (0..20).collect();
-    let k: Vec<f64> = points.iter().map(|x| x[1]).collect();
-    let data = simulated(&points, &groups, &k, &mut rng);
+    let k: Vec<f64> = design.iter().map(|x| x[1]).collect();
+    let data = simulated(&design, &groups, &k, &mut rng);
     let fit = fit(&data, 1);
     let errors = GroupedRuns::of(&fit, &data, &groups).unwrap();
     let point = [0.8, -0.4];
@@ -117,7 +117,7 @@ fn groups_of_one_run_are_runs() {
 #[test]
 fn components_and_the_error_of_the_fit_are_those_of_simulated_runs() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(5);
-    let points = DesignMethod::LatinHypercube.sample(&inputs(), 26, 9).unwrap();
+    let design = DesignMethod::LatinHypercube.sample(&inputs(), 26, 9).unwrap();
     let groups: Vec<usize> = (0..26).map(|i| if i < 20 { i % 5 } else { 0 }).collect();
     let k = [-0.9, -0.3, 0.1, 0.5, 0.8];
     let (point, truth) = ([0.9, 0.7], [2.0 + 0.9 + 0.35, 1.0 - 0.9 + 0.14]);
@@ -125,7 +125,7 @@ fn components_and_the_error_of_the_fit_are_those_of_simulated_runs() {
     let (mut within, mut between, mut error) = (Vec::new(), Vec::new(), Vec::new());
     let mut expected = Vec::new();
     for replicate in 0..replicates {
-        let data = simulated(&points, &groups, &k, &mut rng);
+        let data = simulated(&design, &groups, &k, &mut rng);
         let fit = fit(&data, 1);
         let errors = GroupedRuns::of(&fit, &data, &groups).unwrap();
         within.push(errors.within.scatter(&[1.0; 2]).unwrap());
@@ -160,9 +160,9 @@ fn components_and_the_error_of_the_fit_are_those_of_simulated_runs() {
 #[test]
 fn groups_that_tell_nothing_are_refused() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(2);
-    let points = DesignMethod::LatinHypercube.sample(&inputs(), 12, 3).unwrap();
+    let design = DesignMethod::LatinHypercube.sample(&inputs(), 12, 3).unwrap();
     let groups: Vec<usize> = (0..12).map(|i| i % 2).collect();
-    let data = simulated(&points, &groups, &[-0.5, 0.5], &mut rng);
+    let data = simulated(&design, &groups, &[-0.5, 0.5], &mut rng);
     let refused = |order: usize, groups: &[usize]| {
         GroupedRuns::of(&fit(&data, order), &data, groups).unwrap_err().to_string()
     };

@@ -18,9 +18,9 @@ fn angles() -> [Input; 3] {
     ["x1", "x2", "x3"].map(|name| Input::new(name, -PI, PI).unwrap())
 }
 
-fn dataset(points: impl IntoIterator<Item = Vec<f64>>) -> Dataset {
+fn dataset(design: impl IntoIterator<Item = Vec<f64>>) -> Dataset {
     let mut data = Dataset::new(angles().into(), vec!["f".into()], "Ishigami, a 7, b 0.1").unwrap();
-    for x in points {
+    for x in design {
         data.push(&x, &[ishigami(&x)]).unwrap();
     }
     data

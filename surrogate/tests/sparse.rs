@@ -28,11 +28,11 @@ fn options(max_order: usize) -> FitOptions {
 
 /// The mean squared error of a surrogate, as a fraction of the function's variance.
 fn error(pce: &DynPce, f: impl Fn(&[f64]) -> f64) -> f64 {
-    let points = DesignMethod::MonteCarlo.sample(pce.inputs(), 20_000, 99).unwrap();
-    let exact: Vec<f64> = points.iter().map(|x| f(x)).collect();
+    let test_points = DesignMethod::MonteCarlo.sample(pce.inputs(), 20_000, 99).unwrap();
+    let exact: Vec<f64> = test_points.iter().map(|x| f(x)).collect();
     let mean = exact.iter().sum::<f64>() / exact.len() as f64;
     let square = |(x, y): (&Vec<f64>, &f64)| (pce.value(x).unwrap()[0] - y).powi(2);
-    points.iter().zip(&exact).map(square).sum::<f64>()
+    test_points.iter().zip(&exact).map(square).sum::<f64>()
         / exact.iter().map(|y| (y - mean).powi(2)).sum::<f64>()
 }
 
