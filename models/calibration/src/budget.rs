@@ -24,11 +24,11 @@ pub fn shares(
         information[(i, i)] += variance.recip();
     }
     let gain = Cholesky::new(information)?.solve(&weighted);
-    let parts: Vec<DMatrix<f64>> =
+    let variances_by_source: Vec<DMatrix<f64>> =
         sources.iter().map(|source| &gain * source * gain.transpose()).collect();
     let parameter_shares = |i: usize| {
-        let sum: f64 = parts.iter().map(|part| part[(i, i)]).sum();
-        parts.iter().map(|part| part[(i, i)] / sum).collect()
+        let sum: f64 = variances_by_source.iter().map(|variance| variance[(i, i)]).sum();
+        variances_by_source.iter().map(|variance| variance[(i, i)] / sum).collect()
     };
     Some((0..prior_variances.len()).map(parameter_shares).collect())
 }

@@ -314,12 +314,12 @@ mod tests {
 
     #[test]
     fn all_points_are_read() {
-        let points = treloar_1944();
-        let count = |mode| points.iter().filter(|p| p.mode == mode).count();
+        let readings = treloar_1944();
+        let count = |mode| readings.iter().filter(|p| p.mode == mode).count();
         assert_eq!(count(Deformation::Uniaxial), 24);
         assert_eq!(count(Deformation::Equibiaxial), 16);
-        assert_eq!(count(Deformation::PureShear), points.len() - 40);
-        assert_eq!(points[0].stress_mpa, 0.0255);
+        assert_eq!(count(Deformation::PureShear), readings.len() - 40);
+        assert_eq!(readings[0].stress_mpa, 0.0255);
     }
 
     /// Textbook stresses of the neo-Hookean law: μ(λ − λ⁻²) uniaxial, μ(λ − λ⁻⁵) equibiaxial, μ(λ − λ⁻³) in pure shear.

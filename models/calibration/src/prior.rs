@@ -159,11 +159,11 @@ impl Prior {
     ) -> Result<Vec<Vec<f64>>, SurrogateError> {
         let unit: Vec<Input> =
             priors.iter().map(|_| Input::new("u", 0.0, 1.0)).collect::<Result<_, _>>()?;
-        let mut points = method.sample(&unit, n, seed)?;
-        for (x, prior) in points.iter_mut().flat_map(|point| point.iter_mut().zip(priors)) {
+        let mut design = method.sample(&unit, n, seed)?;
+        for (x, prior) in design.iter_mut().flat_map(|point| point.iter_mut().zip(priors)) {
             *x = prior.quantile(*x).clamp(prior.range[0], prior.range[1]);
         }
-        Ok(points)
+        Ok(design)
     }
 
     /// Checks the parameters of the family, but not the range.
@@ -302,8 +302,8 @@ impl<'de> Visitor<'de> for PriorVisitor {
         f.write_str("[lower, upper] or a table with a distribution")
     }
 
-    fn visit_seq<A: SeqAccess<'de>>(self, numbers: A) -> Result<Prior, A::Error> {
-        let [lower, upper] = two_numbers(SeqAccessDeserializer::new(numbers))?;
+    fn visit_seq<A: SeqAccess<'de>>(self, sequence: A) -> Result<Prior, A::Error> {
+        let [lower, upper] = two_numbers(SeqAccessDeserializer::new(sequence))?;
         Ok(Prior::uniform(lower, upper))
     }
 

@@ -20,18 +20,23 @@ pub struct DetectedTable<'a> {
 impl<'a> DetectedTable<'a> {
     /// Reads `file` and checks that it has the `required` columns. A first line such as `sep=;` states the separator.
     /// Otherwise, the separator is chosen with which the header contains most of the required columns. The decimal
-    /// sign is the sign that most cells of the columns `numbers` contain.
+    /// sign is the sign that most cells of the columns `numeric_columns` contain.
     ///
     /// # Errors
     /// The errors of [`CsvTable::read`].
-    pub fn read(file: &'a Path, required: &[&str], numbers: &[&str]) -> Result<Self, InputError> {
+    pub fn read(
+        file: &'a Path,
+        required: &[&str],
+        numeric_columns: &[&str],
+    ) -> Result<Self, InputError> {
         let bytes = fem_file::read_regular(file)
             .map_err(|e| InputError::unreadable(file, &e, "Check its name and folder."))?;
         let (text, encoding) = decoded(file, &bytes, None)?;
         let (text, stated) = without_separator_line(text);
         let (separator, name) = stated.unwrap_or_else(|| separator(&text, required));
         let mut table = CsvTable::parse(file, text.as_bytes(), separator, required)?;
-        let cells = || table.rows().flat_map(|row| numbers.iter().map(move |name| row.text(name)));
+        let cells =
+            || table.rows().flat_map(|row| numeric_columns.iter().map(move |name| row.text(name)));
         let has = |sign: char, other: char| {
             cells().filter(|cell| cell.contains(sign) && !cell.contains(other)).count()
         };

@@ -15,9 +15,10 @@ use thiserror::Error;
 pub use coverage::Coverage;
 use coverage::binomial_tail;
 
-/// Number of values of the shared error, and the largest value in standard deviations, in the probabilities of specimens outside
-/// or inside. The verdicts compare probabilities of 0.1 %, to which the tails of the shared error contribute most.
+/// Number of values at which probabilities are integrated over the shared error.
 const SHARED_VALUES: usize = 97;
+/// Largest of these values, in standard deviations of the shared error. It is large because the verdicts compare
+/// probabilities of 0.1 %, to which the tails of the shared error contribute most.
 const LARGEST_SHARED: f64 = 6.0;
 
 /// Reason why runs at posterior draws give no prediction.
@@ -104,7 +105,7 @@ impl Prediction {
     /// deviation of the shared error.
     ///
     /// # Errors
-    /// Fewer than two draws, different lengths, or values that are no finite numbers.
+    /// Fewer than two draws, different lengths, or values that are not finite.
     pub fn new(
         means: Vec<f64>,
         scatter_sds: Vec<f64>,

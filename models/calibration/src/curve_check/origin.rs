@@ -6,8 +6,8 @@ use crate::qoi::{Line, Qois, Window, noise, slope_line};
 
 /// Largest median force of the first readings, as a fraction of the peak force, that is not reported as a preload.
 const PRELOAD: f64 = 0.02;
-/// Largest displacement at which loading begins, as a fraction of the displacement from this onset to the peak, that
-/// counts as a soft start. A larger displacement is reported as late loading.
+/// Largest onset of loading that counts as a soft start. The onset is the displacement at which loading begins, as a
+/// fraction of the displacement from the onset to the peak. A larger onset is reported as late loading.
 const LATE: f64 = 0.25;
 /// Force, as a fraction of the highest force, above which a specimen counts as loaded.
 const LOADED: f64 = 0.05;

@@ -51,7 +51,7 @@ pub(super) fn ln_conditionals(
     Ok(specimens.is_known.iter().filter_map(next).collect())
 }
 
-/// Computes [`ln_conditionals`] for the specimens of the group at the index `own_group`.
+/// Computes log p(y_k | y_−k, θ, Σ), see [`ln_conditionals`], for each specimen k of the group with index `own_group`.
 fn ln_conditionals_of(
     specimens: &Specimens,
     own_group: usize,
@@ -59,7 +59,9 @@ fn ln_conditionals_of(
     scatter: &DynCholeskyFactor<f64>,
 ) -> Result<Vec<f64>, DomainError> {
     let group = &specimens.groups[own_group];
-    // groups with their sizes without specimen k, and with their gaps between totals and expected totals of all specimens
+    // `groups`: the groups that are not empty without specimen k, with their numbers of specimens without specimen k;
+    // `all_gaps`: for each of these groups, whether specimen k belongs to the group, and the total of all specimens of
+    // the group minus the expected total
     let (mut groups, mut all_gaps) = (Vec::new(), Vec::new());
     for (g, other) in specimens.groups.iter().enumerate() {
         let n = other.len() - usize::from(g == own_group);

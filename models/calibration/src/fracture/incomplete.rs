@@ -36,10 +36,11 @@ fn ln_normal(mut covariance: Vec<Vec<f64>>, mut x: Vec<f64>) -> f64 {
     ln_density
 }
 
-/// Mean and standard deviation of E and of the two standard deviations between specimens, by quadrature over E, both
-/// standard deviations and their correlation. All recorded quantities are one normal vector, whose covariance has the
-/// entries of Σ + S within a specimen and of S between specimens.
-/// Also returns the logarithm of the marginal likelihood.
+/// Returns the posterior mean and standard deviation of E and of the two standard deviations between specimens, and the
+/// logarithm of the marginal likelihood. The integrals over E, both standard deviations and their correlation are computed
+/// by quadrature. All recorded quantities together are one normal vector. The covariance of two quantities of the same
+/// specimen is an entry of Σ + S, and the covariance of quantities of two specimens is an entry of S: Σ is the covariance
+/// between specimens, and S is the covariance of the error that the specimens share.
 fn by_quadrature() -> ([[f64; 2]; 3], f64) {
     let places: Vec<(usize, usize)> =
         (0..6).flat_map(|k| [(k, 0), (k, 1)]).filter(|&(k, m)| !ROWS[k][m].is_nan()).collect();

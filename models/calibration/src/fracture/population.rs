@@ -97,9 +97,9 @@ impl Population {
             forward.at(&inputs)
         };
         let responses: Vec<Vec<R>> = self.places().iter().map(at).collect();
-        let (points, reach) = (responses.len() as f64, (self.mean.len() as f64).sqrt());
+        let (response_count, reach) = (responses.len() as f64, (self.mean.len() as f64).sqrt());
         let mean = (0..responses[0].len())
-            .map(|m| responses.iter().map(|y| y[m]).sum::<R>() * points.recip())
+            .map(|m| responses.iter().map(|y| y[m]).sum::<R>() * response_count.recip())
             .collect();
         let column = |pair: &[Vec<R>]| {
             pair[0].iter().zip(&pair[1]).map(|(&a, &b)| (a - b) * (0.5 / reach)).collect()

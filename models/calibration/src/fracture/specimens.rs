@@ -42,7 +42,7 @@ pub struct Specimens {
     pub(super) inputs: Vec<Vec<f64>>,
     /// Population of the unknown inputs; `None` if all inputs are known.
     pub(super) population: Option<Population>,
-    /// Totals of the groups, concatenated.
+    /// Concatenated totals of the groups, see [`Group::total`].
     pub(super) totals: Vec<f64>,
     /// Constant part of the covariance S of the error that all specimens share, quantities × quantities. If S is zero,
     /// the likelihood is the likelihood of the paper.
@@ -391,13 +391,13 @@ impl Specimens {
         }
     }
 
-    /// The groups with their sizes.
+    /// Returns each group with the number of its specimens.
     pub(super) fn sized_groups(&self) -> Vec<(&Group, usize)> {
         self.groups.iter().map(|group| (group, group.len())).collect()
     }
 }
 
-/// Totals of groups, concatenated.
+/// Concatenates the totals of the groups (for each quantity, √n times the mean of the n specimens of a group).
 fn totals(groups: &[Group]) -> Vec<f64> {
     groups.iter().flat_map(|group| group.total.iter().copied()).collect()
 }
@@ -442,8 +442,8 @@ impl<R> Expected<R> {
 pub fn column_means(rows: &[Vec<f64>]) -> Vec<f64> {
     let columns = rows.first().map_or(0, Vec::len);
     let mean = |m: usize| {
-        let numbers = || rows.iter().map(|row| row[m]).filter(|x| !x.is_nan());
-        numbers().sum::<f64>() / numbers().count() as f64
+        let measured_values = || rows.iter().map(|row| row[m]).filter(|x| !x.is_nan());
+        measured_values().sum::<f64>() / measured_values().count() as f64
     };
     (0..columns).map(mean).collect()
 }

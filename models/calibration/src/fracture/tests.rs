@@ -109,8 +109,8 @@ impl Joint {
         Self { means, covariance }
     }
 
-    /// Log density of the numbers in the rows of the `chosen` specimens: the density of the part of the joint normal
-    /// distribution of all quantities that belongs to numbers.
+    /// Log density of the recorded quantities (entries of `rows` that are not NaN) of the `chosen` specimens: the marginal
+    /// distribution of these quantities in the joint normal distribution of all quantities.
     fn ln_density(&self, rows: &[Vec<f64>], chosen: &[usize]) -> f64 {
         let all = chosen.iter().flat_map(|&k| [2 * k, 2 * k + 1]);
         let places: Vec<usize> = all.filter(|&a| !rows[a / 2][a % 2].is_nan()).collect();

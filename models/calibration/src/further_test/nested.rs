@@ -93,8 +93,8 @@ fn a_normal_belief_is_contracted_as_emulated_data_do_it() {
     }
 }
 
-/// The posterior of the toughness Gc fills the prior's box. The peak force of a slow test is proportional to √(E Gc)
-/// (definitions 3.4). The linear and normal approximation at each draw underestimates the contraction, because a box
+/// The posterior of the toughness Gc fills the prior's box. The peak force of a slow test is proportional to √(E Gc),
+/// as in a homogeneous body without viscosity. The linear and normal approximation at each draw underestimates the contraction, because a box
 /// has no tails, but by less than 0.06.
 #[test]
 fn a_belief_that_fills_its_box_is_contracted_a_little_more_than_is_promised() {

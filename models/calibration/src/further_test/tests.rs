@@ -44,7 +44,7 @@ fn two_parameters_and_three_quantities_have_the_closed_form() {
     }
 }
 
-/// Definitions 3.4: the peak stress of a slow test is σ_c = (3/16) √(3 E Gc/l0), so that ∂ ln σ_c/∂ ln E and ∂ ln σ_c/∂
+/// The peak stress of a homogeneous body (AT2) in a slow test is σ_c = (3/16) √(3 E Gc/l0), so that ∂ ln σ_c/∂ ln E and ∂ ln σ_c/∂
 /// ln Gc are ½. If E is known, n peak forces with relative scatter s carry the Fisher information n/(2 s Gc)² on Gc.
 #[test]
 fn a_rate_independent_peak_tells_the_toughness_and_a_viscous_one_does_not() {
@@ -63,7 +63,7 @@ fn a_rate_independent_peak_tells_the_toughness_and_a_viscous_one_does_not() {
             moved[i] += h;
             (peak(&moved) / peak(x) - 1.0) / h
         };
-        // definitions 3.3: the peak force of a fast test is proportional to E^(2/3)
+        // the peak force of a fast test, in which viscosity dominates, is proportional to E^(2/3)
         let fast = vec![2.0 / (3.0 * x[0]), 0.0];
         let jacobian = if slow { vec![slope(0), slope(1)] } else { fast };
         TestAtDraw { jacobian: vec![jacobian], scatter: vec![vec![scatter * scatter]] }

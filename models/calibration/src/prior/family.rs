@@ -85,9 +85,9 @@ pub struct PriorBounds(#[serde(deserialize_with = "two_numbers")] pub [f64; 2]);
 
 /// Reads exactly two numbers. Deserialising an array `[f64; 2]` would ignore further numbers.
 pub(super) fn two_numbers<'de, D: Deserializer<'de>>(source: D) -> Result<[f64; 2], D::Error> {
-    let numbers = Vec::<f64>::deserialize(source)?;
-    let count = numbers.len();
-    numbers.try_into().map_err(|_| {
+    let values = Vec::<f64>::deserialize(source)?;
+    let count = values.len();
+    values.try_into().map_err(|_| {
         serde::de::Error::custom(format!("{count} numbers, expected two: [lower, upper]"))
     })
 }

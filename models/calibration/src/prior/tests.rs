@@ -85,9 +85,9 @@ fn priors_are_read_as_they_are_written() {
 #[test]
 fn a_design_has_the_distribution_of_the_priors() {
     let all = [priors()[2], priors()[4]];
-    let points = Prior::sample_design(&all, DesignMethod::LatinHypercube, 200, 1).unwrap();
+    let design = Prior::sample_design(&all, DesignMethod::LatinHypercube, 200, 1).unwrap();
     for (i, prior) in all.iter().enumerate() {
-        let mut ranks: Vec<f64> = points.iter().map(|point| prior.cdf(point[i])).collect();
+        let mut ranks: Vec<f64> = design.iter().map(|point| prior.cdf(point[i])).collect();
         ranks.sort_by(f64::total_cmp);
         // one point in each of 200 intervals of equal probability
         assert!(

@@ -46,6 +46,6 @@ impl Qoi for EnergyToPeak {
 /// ∫ F du from the first point to the peak, by the trapezoidal rule.
 fn work(u: &[f64], force: &[f64], peak: (f64, f64)) -> f64 {
     let before = u.iter().copied().zip(force.iter().copied()).take_while(|(x, _)| *x < peak.0);
-    let points: Vec<(f64, f64)> = before.chain([peak]).collect();
-    points.windows(2).map(|w| 0.5 * (w[0].1 + w[1].1) * (w[1].0 - w[0].0)).sum()
+    let curve_to_peak: Vec<(f64, f64)> = before.chain([peak]).collect();
+    curve_to_peak.windows(2).map(|w| 0.5 * (w[0].1 + w[1].1) * (w[1].0 - w[0].0)).sum()
 }

@@ -17,7 +17,7 @@ impl Window {
     /// Creates the window around the displacement `fraction` · `peak_mm`. The width of the window is
     /// a fifth of `peak_mm`.
     pub fn around(fraction: f64, peak_mm: f64) -> Self {
-        let [from_mm, to_mm] = Self::parts(fraction).map(|part| part * peak_mm);
+        let [from_mm, to_mm] = Self::parts(fraction).map(|end| end * peak_mm);
         Self { from_mm, to_mm }
     }
 
@@ -53,20 +53,20 @@ impl Line {
     /// displacement go back and forth. Readings at the same displacement are averaged. Returns `None` if the readings
     /// cover less than half of the window.
     pub fn of(u: &[f64], y: &[f64], window: Window) -> Option<Self> {
-        let points = distinct(u, y);
-        let (first, last) = (points.first()?.0, points.last()?.0);
+        let readings = distinct(u, y);
+        let (first, last) = (readings.first()?.0, readings.last()?.0);
         let (from, to) = (window.from_mm.max(first), window.to_mm.min(last));
         let (length, middle_mm) = (to - from, 0.5 * (from + to));
         if !(length > 0.0 && length >= 0.5 * (window.to_mm - window.from_mm)) {
             return None;
         }
         let at = |x: f64| {
-            let k = points.partition_point(|p| p.0 < x).clamp(1, points.len() - 1);
-            let (a, b) = (points[k - 1], points[k]);
+            let k = readings.partition_point(|p| p.0 < x).clamp(1, readings.len() - 1);
+            let (a, b) = (readings[k - 1], readings[k]);
             a.1 + (b.1 - a.1) * (x - a.0) / (b.0 - a.0)
         };
         let [start, end] = [from, to].map(|x| (x, at(x)));
-        let inside = points.iter().copied().filter(|p| from < p.0 && p.0 < to);
+        let inside = readings.iter().copied().filter(|p| from < p.0 && p.0 < to);
         let corners: Vec<_> = [start].into_iter().chain(inside).chain([end]).collect();
         let (mut area, mut moment) = (0.0, 0.0);
         for ends in corners.windows(2) {

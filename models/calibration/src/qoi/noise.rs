@@ -47,7 +47,8 @@ fn of_differences(x: &[f64], y: &[f64]) -> f64 {
 
 /// Divided difference of readings, with weights of norm 1.
 fn difference(x: &[f64], y: &[f64]) -> f64 {
-    /// Separation of two neighbours at the same displacement, as a fraction of the range of the five readings.
+    /// Distance that is added between successive readings, as a fraction of the range of the displacements, so that readings
+    /// at the same displacement have different positions.
     const LEAST_GAP: f64 = 1e-6;
     let span = x.iter().fold(0.0_f64, |span, other| span.max((other - x[0]).abs()));
     let position = |i: usize| match span > 0.0 {

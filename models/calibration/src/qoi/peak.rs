@@ -58,13 +58,13 @@ impl Peak {
         let high = |i: usize| force[i] >= TOP * force[top];
         let first = (0..top).rev().take_while(|&i| high(i)).last().unwrap_or(top - 1);
         let end = (top + 1..force.len()).take_while(|&i| high(i)).last().unwrap_or(top + 1);
-        let points: Vec<_> = (first..=end).map(|i| (u[i] - u[top], force[i])).collect();
-        let ends = [points[0].0, points[points.len() - 1].0];
+        let shifted_readings: Vec<_> = (first..=end).map(|i| (u[i] - u[top], force[i])).collect();
+        let ends = [shifted_readings[0].0, shifted_readings[shifted_readings.len() - 1].0];
         let fit = |degree: usize| {
-            let polynomial = Polynomial::of(&points, degree);
+            let polynomial = Polynomial::of(&shifted_readings, degree);
             polynomial.maximum(0.0, ends).map(|x| (polynomial, x))
         };
-        let cubic = (points.len() >= CUBIC_FROM).then(|| fit(3)).flatten();
+        let cubic = (shifted_readings.len() >= CUBIC_FROM).then(|| fit(3)).flatten();
         let (polynomial, x) = cubic.or_else(|| fit(2))?;
         Some(Self {
             at_mm: u[top] + x,
@@ -78,8 +78,9 @@ impl Peak {
     /// force at each reading. The set of readings of the fit is assumed constant.
     pub(super) fn rates(&self, u: &[f64], force: &[f64], force_rates: &[f64]) -> [f64; 2] {
         let fit = |y: &[f64]| {
-            let points: Vec<_> = self.readings.iter().map(|&i| (u[i] - self.at_mm, y[i])).collect();
-            Polynomial::of(&points, self.degree).jet(0.0)
+            let shifted_readings: Vec<_> =
+                self.readings.iter().map(|&i| (u[i] - self.at_mm, y[i])).collect();
+            Polynomial::of(&shifted_readings, self.degree).jet(0.0)
         };
         let (of_force, change) = (fit(force), fit(force_rates));
         // the slope is zero at the peak, so that the shift does not change the force

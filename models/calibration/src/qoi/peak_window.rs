@@ -139,7 +139,7 @@ struct CentredFit {
     x: f64,
     readings: Vec<usize>,
     /// Distance to the middle of the window and force of each reading.
-    points: Vec<(f64, f64)>,
+    centred_readings: Vec<(f64, f64)>,
 }
 
 struct NoisyCurve<'a> {
@@ -164,12 +164,12 @@ impl NoisyCurve<'_> {
             if readings.len() < degree + 3 {
                 return None;
             }
-            let points: Vec<_> =
+            let centred_readings: Vec<_> =
                 readings.iter().map(|&i| (self.u[i] - centre, self.force[i])).collect();
-            let polynomial = Polynomial::of(&points, degree);
-            let x = polynomial.maximum(0.0, ends(&points))?;
+            let polynomial = Polynomial::of(&centred_readings, degree);
+            let x = polynomial.maximum(0.0, ends(&centred_readings))?;
             let is_unchanged = x.abs() < 1e-3 * half_width;
-            centred = Some(CentredFit { polynomial, centre, x, readings, points });
+            centred = Some(CentredFit { polynomial, centre, x, readings, centred_readings });
             if is_unchanged {
                 break;
             }
@@ -190,7 +190,7 @@ impl NoisyCurve<'_> {
 
     /// Sum of the expected squared relative errors of peak force and displacement at peak.
     fn squared_error(&self, fit: &CentredFit, bundle: Bundle) -> f64 {
-        let CentredFit { polynomial, points, x, centre, .. } = fit;
+        let CentredFit { polynomial, centred_readings, x, centre, .. } = fit;
         let peak = polynomial.jet(*x);
         let variances = polynomial.variances(*x);
         let variance = self.noise_n * self.noise_n;
@@ -202,16 +202,18 @@ impl NoisyCurve<'_> {
         let references: [&dyn Fn(f64) -> f64; 2] =
             [&|t| bundle.deviation(t), &|t| cubic * (t - 1.0).powi(3)];
         for shape in references {
-            let reference = points.iter().map(|p| (p.0, peak.value * shape(1.0 + (p.0 - x) / way)));
+            let reference =
+                centred_readings.iter().map(|p| (p.0, peak.value * shape(1.0 + (p.0 - x) / way)));
             let fitted = Polynomial::of(&reference.collect::<Vec<_>>(), degree).jet(*x);
             value += fitted.value * fitted.value;
             slope += fitted.slope * fitted.slope;
         }
-        let freedom = (points.len() - degree - 1) as f64;
-        let residuals = points.iter().map(|p| (p.1 - polynomial.at(p.0)).powi(2)).sum::<f64>();
+        let freedom = (centred_readings.len() - degree - 1) as f64;
+        let residuals =
+            centred_readings.iter().map(|p| (p.1 - polynomial.at(p.0)).powi(2)).sum::<f64>();
         let misfit = residuals / freedom - variance * (1.0 + 2.0 * (2.0 / freedom).sqrt());
         if misfit > 0.0 {
-            let ends = ends(points);
+            let ends = ends(centred_readings);
             value += misfit;
             // residuals with opposite signs at the two ends of the window are an error of the slope
             slope += misfit * (3.0 / (0.5 * (ends[1] - ends[0]))).powi(2) / 3.0;

@@ -159,14 +159,14 @@ impl Qois {
         displacement_rates: &[f64],
     ) -> Result<Vec<f64>, QoiError> {
         let curve = of_quantities(curve, slope_fraction, quantities)?;
-        let points = curve.record().force_n.len();
-        if force_rates.len() != points {
+        let readings = curve.record().force_n.len();
+        if force_rates.len() != readings {
             let (name, values) = ("derivatives of the force", force_rates.len());
-            return Err(QoiError::UnequalLengths { displacements: points, name, values });
+            return Err(QoiError::UnequalLengths { displacements: readings, name, values });
         }
-        if !displacement_rates.is_empty() && displacement_rates.len() != points {
+        if !displacement_rates.is_empty() && displacement_rates.len() != readings {
             let (name, values) = ("derivatives of the displacement", displacement_rates.len());
-            return Err(QoiError::UnequalLengths { displacements: points, name, values });
+            return Err(QoiError::UnequalLengths { displacements: readings, name, values });
         }
         let on_loading = curve.on_loading(force_rates);
         let rates = curve.rates(&on_loading, force_rates)?;

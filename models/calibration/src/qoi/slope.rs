@@ -62,7 +62,7 @@ pub(super) fn rate_of_slope(
     line: &Line,
 ) -> f64 {
     let ends = Window::parts(fraction).into_iter().zip(line.slope_by_ends);
-    let by_window: f64 = ends.map(|(part, by)| part * by).sum();
+    let by_window: f64 = ends.map(|(end, by)| end * by).sum();
     let window = Window::around(fraction, curve.peak_mm());
     let fixed = Line::of(&curve.curve().displacement_mm, rates.force_n, window);
     fixed.map_or(0.0, |line| line.slope) + by_window * rates.peak_mm

@@ -313,7 +313,7 @@ impl Column {
             let are_hours = self.unit == "hh:mm";
             return layout.clock_times(file, sheet, self.index, are_hours);
         }
-        let numbers = layout.numbers(file, sheet, self.index).map_err(|error| match self.dimension {
+        let values = layout.column_values(file, sheet, self.index).map_err(|error| match self.dimension {
             Dimension::Time => InputError {
                 help: "Times are numbers, mm:ss or hh:mm:ss. Name another column with time = \"…\" and its unit with \
                        time_unit = \"…\", or write time = \"\" to read no time, under [experiments.read]."
@@ -322,7 +322,7 @@ impl Column {
             },
             _ => error,
         })?;
-        Ok(numbers.into_iter().map(|number| self.factor * number).collect())
+        Ok(values.into_iter().map(|value| self.factor * value).collect())
     }
 
     /// Description of the column, such as `load in kN ("Kraft")`.

@@ -151,7 +151,7 @@ impl Layout {
     ///
     /// # Errors
     /// If a cell is not a number.
-    pub(super) fn numbers(
+    pub(super) fn column_values(
         &self,
         file: &Path,
         sheet: &Sheet,

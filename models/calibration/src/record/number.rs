@@ -114,7 +114,7 @@ pub(super) fn is_decimal_sign_certain<'a>(
 /// Parses a clock time as seconds: `hh:mm:ss` or `mm:ss`, with decimals of the seconds. If `are_hours` is true, two parts
 /// are `hh:mm`. `None` for other cells.
 pub(super) fn clock_seconds(cell: &str, are_hours: bool) -> Option<f64> {
-    let parts: Vec<&str> = cell.trim().split(':').collect();
+    let fields: Vec<&str> = cell.trim().split(':').collect();
     let whole = |text: &str| {
         let is_of_digits = !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
         is_of_digits.then(|| text.parse::<f64>().ok()).flatten()
@@ -125,7 +125,7 @@ pub(super) fn clock_seconds(cell: &str, are_hours: bool) -> Option<f64> {
         (seconds < 60.0).then_some(seconds)
     };
     let minutes = |text: &str| whole(text).filter(|&minutes| minutes < 60.0);
-    match parts[..] {
+    match fields[..] {
         [h, m] if are_hours => Some(3600.0 * whole(h)? + 60.0 * minutes(m)?),
         [m, s] => Some(60.0 * whole(m)? + seconds(s)?),
         [h, m, s] => Some(3600.0 * whole(h)? + 60.0 * minutes(m)? + seconds(s)?),

@@ -229,7 +229,7 @@ fn columns_of_times_are_read_or_refused() {
     let record = read(hours.as_bytes(), "").unwrap();
     assert_eq!(record.time_s.unwrap()[4], 36_240.0);
     let twice = with("Time (s);Cycle time (s)", ["0;0", "1;1", "2;2", "3;3", "4;4"]);
-    for (text, parts) in [
+    for (text, fragments) in [
         (
             with("Time", ["0", "1", "2", "3", "4"]),
             ["column Time: has no unit", "time_unit = \"s\""],
@@ -244,8 +244,8 @@ fn columns_of_times_are_read_or_refused() {
         (twice, ["2 columns may contain the time", "time = \"Time (s)\""]),
     ] {
         let message = read(text.as_bytes(), "").unwrap_err().to_string();
-        for part in parts {
-            assert!(message.contains(part), "{part:?} is not in {message:?}");
+        for fragment in fragments {
+            assert!(message.contains(fragment), "{fragment:?} is not in {message:?}");
         }
         let record = read(text.as_bytes(), "time = \"\"").unwrap();
         assert_is_the_curve(&record);
@@ -294,10 +294,10 @@ fn mistakes_name_file_line_value_and_fix() {
         ("0,0\n0.1,3\n0.2,5\n", "", &["line 1", "no names of columns"]),
         ("nothing\nhere\n", "", &["no line with two numbers"]),
     ];
-    for (text, options, parts) in cases {
+    for (text, options, fragments) in cases {
         let message = read(text.as_bytes(), options).unwrap_err().to_string();
-        for part in parts {
-            assert!(message.contains(part), "{part:?} is not in {message:?}");
+        for fragment in fragments {
+            assert!(message.contains(fragment), "{fragment:?} is not in {message:?}");
         }
     }
 }

@@ -135,11 +135,11 @@ fn score(cells: &[String], decimal: Decimal) -> usize {
 
 fn score_by(cells: &[String], is_number: impl Fn(&str) -> bool) -> usize {
     let filled = cells.iter().filter(|cell| !cell.is_empty()).count();
-    let numbers = cells.iter().filter(|cell| is_number(cell)).count();
-    match numbers {
+    let numeric_cells = cells.iter().filter(|cell| is_number(cell)).count();
+    match numeric_cells {
         ..2 => 0,
-        _ if numbers == filled => 2,
-        _ if 2 * numbers >= filled => 1,
+        _ if numeric_cells == filled => 2,
+        _ if 2 * numeric_cells >= filled => 1,
         _ => 0,
     }
 }

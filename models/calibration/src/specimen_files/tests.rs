@@ -125,11 +125,11 @@ fn every_mistake_names_place_value_and_help() {
             &["slope_fraction = 3", "0.1"],
         ),
     ];
-    for (table, curve, parts) in cases {
+    for (table, curve, fragments) in cases {
         let (_dir, file) = written(&table, &curve);
         let message = SpecimenTable::read(&file).unwrap_err().to_string();
-        for part in parts {
-            assert!(message.contains(part), "{part:?} is not in {message:?}");
+        for fragment in fragments {
+            assert!(message.contains(fragment), "{fragment:?} is not in {message:?}");
         }
     }
 }
@@ -160,15 +160,15 @@ fn every_column_of_times_of_a_plain_file_is_read_or_refused() {
         let rate = specimens.specimens[0].rate_mm_per_s.unwrap();
         assert!((rate * 264.0 / 0.12 - 1.0).abs() < 1e-12, "{name}: {rate}");
     }
-    for (name, times, parts) in [
+    for (name, times, fragments) in [
         ("time", seconds, ["column time: has no unit", "time_unit = \"s\"", "time = \"\""]),
         ("time (ticks)", seconds, ["unknown unit", "time_unit", "time = \"\""]),
         ("time_min", ["a", "b", "c", "d", "e"], ["time_min = a", "time_unit", "time = \"\""]),
     ] {
         let (_dir, file) = written(table, &with(name, times));
         let message = SpecimenTable::read(&file).unwrap_err().to_string();
-        for part in parts {
-            assert!(message.contains(part), "{name}: {part:?} is not in {message:?}");
+        for fragment in fragments {
+            assert!(message.contains(fragment), "{name}: {fragment:?} is not in {message:?}");
         }
         let options = ReadOptions { time: Some(String::new()), ..ReadOptions::default() };
         let (specimens, _) = SpecimenTable::read_as(&file, &options).unwrap();
@@ -237,9 +237,9 @@ fn all_mistakes_of_a_table_and_its_curves_are_collected() {
     assert_eq!(ids, ["S-4"]);
     let mistakes: Vec<String> = mistakes.iter().map(ToString::to_string).collect();
     assert_eq!(mistakes.len(), 4, "{mistakes:#?}");
-    for (mistake, part) in
+    for (mistake, fragment) in
         mistakes.iter().zip(["height_mm = four", "radius_mm = -2.5", "eighty", "S-3.csv"])
     {
-        assert!(mistake.contains(part), "{part}: {mistake}");
+        assert!(mistake.contains(fragment), "{fragment}: {mistake}");
     }
 }

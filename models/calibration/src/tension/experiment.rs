@@ -83,8 +83,8 @@ impl TensionTest {
                 Unloading::Kept => true,
                 Unloading::LeftOut(part) => stress_mpa >= (1.0 - part) * largest,
             };
-            let points = if flows { &mut test.points } else { &mut test.unloading };
-            points.push(HardeningPoint { plastic_strain, true_stress_mpa });
+            let curve = if flows { &mut test.points } else { &mut test.unloading };
+            curve.push(HardeningPoint { plastic_strain, true_stress_mpa });
         }
         test
     }

@@ -15,7 +15,7 @@ pub(super) struct Population {
 
 /// Least-squares fit of a law to one curve.
 pub(super) struct CurveFit {
-    points: f64,
+    readings: f64,
     /// Logarithms of the fitted parameters.
     ln_own: [f64; 3],
     /// Sum of the squared residuals, Σ (σ − law)², MPa².
@@ -124,7 +124,7 @@ pub(super) fn fit_of<L: HardeningLaw>(
         factor = Some(DynCholeskyFactor::of_covariance(&inverse)?);
     }
     let unit = factor.ok_or_else(|| DomainError::new("no least-squares step"))?;
-    Ok(CurveFit { points: test.points.len() as f64, ln_own, squares, unit })
+    Ok(CurveFit { readings: test.points.len() as f64, ln_own, squares, unit })
 }
 
 /// Computes (L Lᵀ)⁻¹ from the columns of L⁻¹.
@@ -152,6 +152,6 @@ pub(super) fn ln_density(fit: &CurveFit, population: &Population) -> Result<f64,
         MvNormalCholesky(population.mean.to_vec(), DynCholeskyFactor::of_covariance(&both)?);
     let volume: f64 = (0..3).map(|i| fit.unit.get(i, i).ln()).sum();
     let residuals = -0.5 * fit.squares / variance
-        - 0.5 * (fit.points - 3.0) * (std::f64::consts::TAU * variance).ln();
+        - 0.5 * (fit.readings - 3.0) * (std::f64::consts::TAU * variance).ln();
     Ok(residuals + volume + about.ln_density(&fit.ln_own.to_vec()))
 }

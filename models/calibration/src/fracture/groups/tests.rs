@@ -82,15 +82,15 @@ fn the_posterior_is_that_of_quadrature() {
     }
 }
 
-/// Surrogate of the viscous limit of definitions 3.3. `stiffness` is the factor of the microstructure on slope and peak
-/// force.
+/// Surrogate of the viscous limit, in which the toughness has no effect: slope ~ E, peak force ~ E^(2/3) ξ^(1/3),
+/// displacement at peak ~ (ξ/E)^(1/3). `stiffness` is the factor of the microstructure on slope and peak force.
 fn viscous_limit(stiffness: f64) -> DynPce {
     let bounds = [("young", 200.0, 450.0), ("toughness", 1e-5, 5e-3), ("viscosity", 0.05, 0.6)];
     let inputs = bounds.map(|(name, low, high)| Input::new(name, low, high).unwrap()).to_vec();
-    let points = DesignMethod::Sobol.sample(&inputs, 64, 1).unwrap();
+    let parameter_points = DesignMethod::Sobol.sample(&inputs, 64, 1).unwrap();
     let outputs = ["slope", "peak", "place"].map(str::to_owned).to_vec();
     let mut data = Dataset::new(inputs, outputs, "closed form").unwrap();
-    for x in points {
+    for x in parameter_points {
         let place = (x[2] / x[0]).cbrt();
         data.push(&x, &[5.0 * stiffness * x[0], 4.0 * stiffness * x[0] * place, place]).unwrap();
     }

@@ -77,7 +77,7 @@ fn curve(step_mm: f64, n: usize, force: impl Fn(f64) -> f64) -> TestCurve {
     TestCurve::new(displacement_mm, force_n)
 }
 
-/// F = A E ε exp(−(ε/ε_pk)³/3): the viscous limit of definitions 3.3, peak at ε_pk.
+/// F = A E ε exp(−(ε/ε_pk)³/3): the viscous limit, in which the toughness has no effect; the peak is at ε_pk.
 fn viscous(u: f64) -> f64 {
     let (area, young, height, peak) = (19.6, 275.0, 4.4, 0.03);
     let strain = u / height;
@@ -374,8 +374,8 @@ fn the_shape_of_a_parabola_is_read_exactly_wherever_its_points_lie() {
     }
 }
 
-/// Curves x e^((1 − x³)/3), where x is the displacement divided by the displacement at peak: the viscous limit of
-/// definitions 3.3. Relative forces do not depend on the other constants.
+/// Curves x e^((1 − x³)/3), where x is the displacement divided by the displacement at peak: the viscous
+/// limit, in which the toughness has no effect. Relative forces do not depend on the other constants.
 #[test]
 fn curves_of_one_shape_read_alike() {
     for (peak, step) in [(0.06, 0.005), (0.12, 0.005), (0.12, 0.001)] {
