@@ -70,8 +70,8 @@ impl Simulation {
             return Ok(*found);
         }
         let run = self.test.with_materials(materials(x).to_vec())?.run(&mut ());
-        let points = run.curve.iter().map(|p| (p.displacement_mm, p.force_n));
-        let (displacement_mm, force_n) = [(0.0, 0.0)].into_iter().chain(points).unzip();
+        let readings = run.curve.iter().map(|p| (p.displacement_mm, p.force_n));
+        let (displacement_mm, force_n) = [(0.0, 0.0)].into_iter().chain(readings).unzip();
         let q = Qois::of(&TestCurve::new(displacement_mm, force_n), 0.3)?;
         let found = [q.slope_n_per_mm, q.peak_force_n, q.displacement_at_peak_mm];
         writeln!(lock()?.1, "{},{};", key(x), key(&found))?;
@@ -140,9 +140,9 @@ fn main() -> Result<(), Error> {
     for (k, (name, [low, high])) in NAMES.iter().zip(PRIOR).enumerate() {
         let parameter = format!("theta[{k}]");
         let (Some(s), Some(d)) = (a.row(&parameter), b.row(&parameter)) else { continue };
-        let numbers = [s.mean, s.sd, d.mean, d.sd].map(|x| format!("{x:.5}")).join(",");
+        let moments = [s.mean, s.sd, d.mean, d.sd].map(|x| format!("{x:.5}")).join(",");
         let gap = (d.mean - s.mean) / d.mcse_mean.hypot(s.mcse_mean);
-        println!("{name},{numbers},{:.3},{gap:.1}", d.rhat);
+        println!("{name},{moments},{:.3},{gap:.1}", d.rhat);
         let cumulative = |posterior: &Posterior| {
             let mut draws = posterior.trace(&parameter).unwrap_or_default().concat();
             draws.sort_by(f64::total_cmp);

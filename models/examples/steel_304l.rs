@@ -94,7 +94,11 @@ fn material(x: &[f64]) -> Material {
 
 /// Returns the curves of bars with MatCal's dimensions and speed (2e-4 inch/s at the extensometer), simulated or read from
 /// `directory`.
-fn curves(directory: &Path, spacing: f64, points: &[Vec<f64>]) -> Result<Vec<BarCurve>, Error> {
+fn curves(
+    directory: &Path,
+    spacing: f64,
+    parameter_points: &[Vec<f64>],
+) -> Result<Vec<BarCurve>, Error> {
     let [radius_mm, length_mm, necking_mm, spacing_mm, taper_mm] =
         [0.125, 1.25, 0.375 * 0.75, spacing, 0.5 * 0.0015].map(|inch| inch * INCH_MM);
     let bar = RoundBar { radius_mm, taper_mm, length_mm, necking_mm, spacing_mm };
@@ -106,7 +110,8 @@ fn curves(directory: &Path, spacing: f64, points: &[Vec<f64>]) -> Result<Vec<Bar
     };
     let never = AtomicBool::new(false);
     let ensemble = Ensemble::open(directory, &format!("{test:?}"))?;
-    let records = ensemble.run(&RunInput::numbered(points), &NAMES, 0, &job, &(), &never)?;
+    let records =
+        ensemble.run(&RunInput::numbered(parameter_points), &NAMES, 0, &job, &(), &never)?;
     let curve = |record: &fem::RunRecord| {
         let readings = test.engineering_curve(record.finished_curve()?);
         Ok(BarCurve { specimen: format!("run {}", record.id), readings })
@@ -137,16 +142,16 @@ fn main() -> Result<(), Error> {
 
     let input = |(name, [low, high]): (&&str, [f64; 2])| Input::new(*name, low, high);
     let inputs = NAMES.iter().zip(RANGES).map(input).collect::<Result<Vec<_>, _>>()?;
-    let points = DesignMethod::Sobol.sample(&inputs, RUNS[0], 1)?;
-    let coarse = quantities(&curves(&directory.join("runs"), 0.03, &points)?)?;
-    let fine = quantities(&curves(&directory.join("fine"), 0.015, &points[..RUNS[1]])?)?;
+    let parameter_points = DesignMethod::Sobol.sample(&inputs, RUNS[0], 1)?;
+    let coarse = quantities(&curves(&directory.join("runs"), 0.03, &parameter_points)?)?;
+    let fine = quantities(&curves(&directory.join("fine"), 0.015, &parameter_points[..RUNS[1]])?)?;
     let corrections: Vec<_> =
         fine.iter().zip(&coarse).map(|(fine, coarse)| difference(fine, coarse)).collect();
     let correction = mean(&corrections);
     println!("finer mesh, logarithms of the ratios: {corrections:.4?}, mean {correction:.4?}");
     let outputs = (0..M).map(|k| format!("quantity_{k}")).collect();
     let mut runs = Dataset::new(inputs, outputs, "304L bars")?;
-    for (x, row) in points.iter().zip(&coarse) {
+    for (x, row) in parameter_points.iter().zip(&coarse) {
         runs.push(x, &from_fn::<_, M, _>(|k| row[k] + correction[k]))?;
     }
     let options = FitOptions { max_order: 4, scales: Scales::Linear, ..FitOptions::default() };

@@ -94,10 +94,10 @@ fn fitted(stiffness: f64) -> Result<DynPce, SurrogateError> {
         Input::new("matrix.toughness_n_per_mm", 1e-5, 5e-3)?,
         Input::new("matrix.viscosity_mpa_s", 0.05, 0.6)?,
     ];
-    let points = DesignMethod::Sobol.sample(&inputs, 40, 1)?;
+    let parameter_points = DesignMethod::Sobol.sample(&inputs, 40, 1)?;
     let outputs = ["slope_N_per_mm", "peak_force_N", "displacement_at_peak_mm"];
     let mut runs = Dataset::new(inputs, outputs.map(str::to_owned).to_vec(), "viscous limit")?;
-    for x in points {
+    for x in parameter_points {
         runs.push(&x, &response([x[0], x[1], x[2]], stiffness))?;
     }
     Ok(DynPce::fit(&runs, &FitOptions::default())?.pce)

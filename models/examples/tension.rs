@@ -66,8 +66,8 @@ fn look_at<L: HardeningLaw>(name: &str, tests: &[TensionTest]) -> Result<(Loo, C
         .over((0.0, 0.52), (150.0, 1050.0))
         .band("90 % of new specimens", Ink::Posterior, &strains, &curves, 0.9);
     for (k, test) in tests.iter().enumerate() {
-        let points = test.points.iter().map(|p| (p.plastic_strain, p.true_stress_mpa));
-        chart = chart.thin(if k == 0 { "eight specimens" } else { "" }, Ink::Measured, points);
+        let curve = test.points.iter().map(|p| (p.plastic_strain, p.true_stress_mpa));
+        chart = chart.thin(if k == 0 { "eight specimens" } else { "" }, Ink::Measured, curve);
     }
     Ok((loo, chart))
 }

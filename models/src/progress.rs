@@ -51,7 +51,7 @@ pub(crate) struct Bar {
 }
 
 impl Bar {
-    /// Starts a bar at zero. `title` is the stage, and `label` is what the bar counts.
+    /// Starts a bar at zero. `title` is the stage, and `label` names the counted items.
     pub(crate) fn new(title: &str, label: &str) -> Self {
         Self::for_part(speaker(), title, label)
     }

@@ -84,7 +84,7 @@ impl DesignCase {
     ///
     /// # Errors
     /// The errors of [`DesignMethod::sample`].
-    pub(crate) fn points(
+    pub(crate) fn parameter_points(
         &self,
         prior: &PriorCase,
         n: usize,
@@ -210,7 +210,7 @@ impl CalibrationCase {
             .interrupt(interrupt)
     }
 
-    /// Returns the settings without burn-in and thinning, for a posterior of which only averages are needed.
+    /// Returns the settings without burn-in and thinning, for a posterior from which only averages are computed.
     pub(crate) fn storing_all_draws(&self) -> Self {
         Self { burn_in: 0, thin: 1, ..self.clone() }
     }

@@ -73,8 +73,9 @@ mod tests {
         CalibrationCase, Case, CaseFile, DesignCase, SurrogateCase, validation_case,
     };
 
-    /// With `likelihood = "curve"`, other quantities than those of `qoi.quantities` are compared. The key keeps its value
-    /// in the case, in the written case and in the validations, whose `qoi.quantities` still have an effect.
+    /// With `likelihood = "curve"`, the compared quantities are not the quantities in `qoi.quantities`. The key
+    /// `qoi.quantities` nevertheless keeps its value in the case and in the written case, and a validation that sets the
+    /// key compares these quantities.
     #[test]
     fn the_likelihood_of_curves_changes_no_other_key() {
         let template = Case::TEMPLATE

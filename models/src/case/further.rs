@@ -269,7 +269,7 @@ impl CaseFile {
                 | SpecimenGeometry::Absent
                 | SpecimenGeometry::Surfaces { .. }
                 | SpecimenGeometry::Cylinder { scan: None, .. } => true,
-                // grains of a scan are those of the calibrated specimen, unless each run has a packing
+                // a scan has the grains of the calibrated specimen, unless each run has a packing
                 SpecimenGeometry::Cylinder { grains, .. } => {
                     grains.is_some() && own.case.design.microstructure == Microstructure::PerRun
                 }

@@ -322,7 +322,7 @@ impl Case {
     }
 
     /// Returns the parts of the case that calibrated parameters can change.
-    pub(crate) fn parts(&self) -> SimulationParts {
+    pub(crate) fn simulation_parts(&self) -> SimulationParts {
         let Self { material, interface, phase_field, test, machine, .. } = self.clone();
         SimulationParts { material, interface, phase_field, test, machine }
     }

@@ -481,10 +481,10 @@ mod tests {
         let again: ImageCase = table.clone().try_into().unwrap();
         assert_eq!(again, image);
         let slip = message(&with("h_voxels = ", "h_voxel = "));
-        let parts =
+        let fragments =
             ["specimen.image.h_voxel = 0.5", "unknown key \"h_voxel\"", "mean \"h_voxels\"?"];
-        for part in parts.into_iter().chain(table.keys().map(String::as_str)) {
-            assert!(slip.contains(part), "{part:?} is not in {slip:?}");
+        for fragment in fragments.into_iter().chain(table.keys().map(String::as_str)) {
+            assert!(slip.contains(fragment), "{fragment:?} is not in {slip:?}");
         }
         let slip = message(&with("# voxel_mm = ", "voxel_m = "));
         assert!(slip.contains("mean \"voxel_mm\"?"), "{slip}");

@@ -266,14 +266,14 @@ fn overlaid(file: &CaseFile, entry: &TestEntry) -> (Option<Table>, Vec<InputErro
     (Some(table).filter(|_| mistakes.is_empty()), mistakes)
 }
 
-/// The validations of a test. Their seeds of virtual specimens and of designs differ from those of all tests.
+/// Returns the validations of a test. The seeds of their virtual specimens and designs differ from the seeds of all tests.
 fn validations_of(file: &CaseFile, entry: &TestEntry) -> Vec<ValidationCase> {
     let case = &file.case;
     let own = case.validation.iter().enumerate();
     let own = own.filter(|(_, validation)| validation.test.as_ref() == Some(&entry.name));
     let seeded = |(place, validation): (usize, &ValidationCase)| {
         let mut validation = ValidationCase { test: None, ..validation.clone() };
-        // beyond the seeds of all tests
+        // larger than the increments of the seeds of all tests
         let later = (case.tests.len() + place) as u64;
         let seed = |seed: u64| Value::Integer((seed.wrapping_add(later) as i64) & i64::MAX);
         let specimens = case.experiments.as_ref().and_then(|own| own.virtual_specimens.as_ref());
@@ -556,11 +556,11 @@ mod tests {
                 &["material.machine", "not the name of a region"],
             ),
         ];
-        for (changes, parts) in cases {
+        for (changes, fragments) in cases {
             let (_, mistakes) = read(&with(changes));
             let all = mistakes.join("\n");
-            for part in parts {
-                assert!(all.contains(part), "{part:?} is not in {all:?}");
+            for fragment in fragments {
+                assert!(all.contains(fragment), "{fragment:?} is not in {all:?}");
             }
         }
         // a mistake of the case itself is reported once, without the name of a test

@@ -121,7 +121,7 @@ impl TestCase {
     /// whose default is 1 s.
     pub fn duration_s(&self) -> f64 {
         match self.program.as_deref() {
-            Some(points) => points.last().map_or(0.0, |point| point.time_s),
+            Some(program) => program.last().map_or(0.0, |point| point.time_s),
             None => self.duration_s.unwrap_or(ONE_SECOND),
         }
     }
@@ -129,11 +129,11 @@ impl TestCase {
     /// Speed of the platen while it first moves, mm/s; `None` if the platen does not move, or if the load program
     /// prescribes a force at first.
     pub(crate) fn first_speed_mm_per_s(&self) -> Option<f64> {
-        let Some(points) = self.program.as_deref() else {
+        let Some(program) = self.program.as_deref() else {
             return Some(self.displacement_mm? / self.duration_s());
         };
         let is_moved = |point: &&ProgramPointCase| point.displacement_mm.is_some();
-        let moved = points.iter().take_while(is_moved);
+        let moved = program.iter().take_while(is_moved);
         let ends = moved.map(|point| (point.time_s, point.displacement_mm.unwrap_or(0.0)));
         let starts = [(0.0, 0.0)].into_iter().chain(ends.clone());
         let speeds = starts.zip(ends).map(|(from, to)| (to.1 - from.1) / (to.0 - from.0));
@@ -144,9 +144,9 @@ impl TestCase {
     /// of load steps of the case.
     pub(crate) fn load_steps(&self, steps: Option<u32>) -> Option<u32> {
         let usual = steps.or(self.steps);
-        let Some(points) = self.program.as_deref() else { return usual };
+        let Some(program) = self.program.as_deref() else { return usual };
         let of_segment = |point: &ProgramPointCase| point.steps.or(usual);
-        points.iter().try_fold(0_u32, |sum, point| sum.checked_add(of_segment(point)?))
+        program.iter().try_fold(0_u32, |sum, point| sum.checked_add(of_segment(point)?))
     }
 
     /// Inserts the default values that depend on other keys.
@@ -161,9 +161,9 @@ impl TestCase {
     /// # Errors
     /// If the program is invalid.
     pub(crate) fn load_program(&self) -> Result<Option<LoadProgram>, FemError> {
-        let points = self.program.as_deref();
-        points
-            .map(|points| LoadProgram::new(points.iter().map(ProgramPointCase::in_fem).collect()))
+        let program = self.program.as_deref();
+        program
+            .map(|program| LoadProgram::new(program.iter().map(ProgramPointCase::in_fem).collect()))
             .transpose()
     }
 

@@ -342,12 +342,12 @@ fn every_bad_value_is_named_with_its_key_and_what_to_do() {
             &["experiments.virtual.scatter.matrix.young_mpa = 3", "relative"],
         ),
     ];
-    for (from, to, parts) in changes {
+    for (from, to, fragments) in changes {
         assert!(Case::TEMPLATE.contains(from), "the default case has no {from:?}");
         let text = Case::TEMPLATE.replacen(from, to, 1);
         let message = CaseFile::parse(&text, Path::new("case.toml")).unwrap_err().to_string();
-        for part in [&"case.toml"].into_iter().chain(*parts) {
-            assert!(message.contains(part), "{part:?} is not in {message:?}");
+        for fragment in [&"case.toml"].into_iter().chain(*fragments) {
+            assert!(message.contains(fragment), "{fragment:?} is not in {message:?}");
         }
         // messages that quote a line of the file state its number
         let line = 1 + text.lines().position(|line| line.contains(to)).unwrap_or_default();
@@ -379,7 +379,7 @@ fn laws_with_constants_of_their_own_become_materials() {
     assert!((shear(ogden) - 0.5 * (0.63 * 1.3 + 0.01 * 2.0)).abs() < 1e-12);
     let kirchhoff = shear("\"saint-venant-kirchhoff\"\nyoung_mpa = 275\npoisson = 0.25");
     assert!((kirchhoff - 110.0).abs() < 1e-10);
-    for (law, prior, parts) in [
+    for (law, prior, fragments) in [
         (mooney.replace("0.16", "-0.16"), "", ["material.matrix.law", "not both positive"]),
         (ogden.replace("-2.0", "0.0"), "", ["material.matrix.law.ogden.terms", "alpha = 0"]),
         (
@@ -389,8 +389,8 @@ fn laws_with_constants_of_their_own_become_materials() {
         ),
     ] {
         let message = parse(&law, prior).unwrap_err().to_string();
-        for part in parts {
-            assert!(message.contains(part), "{part:?} is not in {message:?}");
+        for fragment in fragments {
+            assert!(message.contains(fragment), "{fragment:?} is not in {message:?}");
         }
     }
 }
@@ -457,7 +457,7 @@ fn surfaces_take_the_place_of_a_packing_and_an_image() {
         (import.unit_mm, import.axis, import.decimation),
         (0.001, fem::SurfaceAxis::X, 20.0)
     );
-    for (specimen, stl, parts) in [
+    for (specimen, stl, fragments) in [
         (specimen, "surfaces = \"other\"", ["specimen.stl.surfaces", "there is no such file"]),
         (specimen, "unit_mm = 1.0", ["surfaces", "missing"]),
         (
@@ -486,8 +486,8 @@ fn surfaces_take_the_place_of_a_packing_and_an_image() {
         ),
     ] {
         let message = parse(specimen, stl).unwrap_err().to_string();
-        for part in parts {
-            assert!(message.contains(part), "{part:?} is not in {message:?}");
+        for fragment in fragments {
+            assert!(message.contains(fragment), "{fragment:?} is not in {message:?}");
         }
     }
 }
@@ -521,7 +521,7 @@ fn phases_of_labels_are_regions_with_materials() {
     let prior = "[prior]\ninclusion.young_mpa = [10000.0, 30000.0]\n";
     assert!(parse(phases, &format!("{both}{prior}")).is_ok());
 
-    for (image, rest, parts) in [
+    for (image, rest, fragments) in [
         (phases.to_owned(), of("grain"), ["material.inclusion", "is missing"]),
         (phases.to_owned(), both.clone() + &of("crust"), ["material.crust", "grain, inclusion"]),
         (phases.to_owned(), both.clone() + &of("void"), ["material.void", "no part of the mesh"]),
@@ -549,7 +549,10 @@ fn phases_of_labels_are_regions_with_materials() {
         ),
     ] {
         let message = parse(&image, &rest).unwrap_err().to_string();
-        assert!(parts.iter().all(|part| message.contains(part)), "{parts:?} in {message:?}");
+        assert!(
+            fragments.iter().all(|fragment| message.contains(fragment)),
+            "{fragments:?} in {message:?}"
+        );
     }
 }
 
@@ -572,7 +575,7 @@ fn conditions_replace_the_platens() {
                  table = [[0.5, 1.0]]\nextensometer = { from_mm = [0, 0, 1], to_mm = [0, 0, 2] }";
     let case = parse("steps = 2", &format!("{good}\n{loads}")).unwrap().case;
     assert_eq!(CaseFile::parse(&case.to_toml(), Path::new("again.toml")).unwrap().case, case);
-    for (test, conditions, parts) in [
+    for (test, conditions, fragments) in [
         ("displacement_mm = 0.1", good.clone(), ["test.displacement_mm", "remove one of the two"]),
         ("platens = \"unilateral\"", good.clone(), ["test.platens", "replace the platens"]),
         (
@@ -607,8 +610,8 @@ fn conditions_replace_the_platens() {
         ("steps = 2", good.replace("x_mm = 0.1", "x = 0.1"), ["unknown key \"x\"", "x_mm, y_mm"]),
     ] {
         let message = parse(test, &conditions).unwrap_err().to_string();
-        for part in parts {
-            assert!(message.contains(part), "{part:?} is not in {message:?}");
+        for fragment in fragments {
+            assert!(message.contains(fragment), "{fragment:?} is not in {message:?}");
         }
     }
     let nothing = format!("{specimen}[test]\nsteps = 2\n");

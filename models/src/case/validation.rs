@@ -26,7 +26,7 @@ const TABLES: [&str; 12] = [
     "design",
 ];
 
-/// Keys of `[experiments]` that name the specimens, each with the keys that do not apply beside it.
+/// Keys of `[experiments]` that name the specimens, each with the keys that are not allowed together with this key.
 const SPECIMENS: [(&str, &[&str]); 3] = [
     ("table", &["values", "virtual", "group", "test"]),
     ("values", &["table", "virtual", "read", "group", "test"]),
@@ -248,7 +248,7 @@ mod tests {
 
     #[test]
     fn keys_of_the_calibration_and_wrong_values_are_refused() {
-        for (text, parts) in [
+        for (text, fragments) in [
             (
                 "set.calibration.draws = 10",
                 vec!["calibration", "belongs to the calibration", "specimen, material"],
@@ -260,8 +260,8 @@ mod tests {
             ("typo = 1", vec!["typo"]),
         ] {
             let error = parsed(&format!("{MORE}{text}")).unwrap_err();
-            for part in parts {
-                assert!(error.contains(part), "{text}: {part}: {error}");
+            for fragment in fragments {
+                assert!(error.contains(fragment), "{text}: {fragment}: {error}");
             }
         }
     }

@@ -136,8 +136,8 @@ pub(super) fn slurm_study(
     replace: &[PathBuf],
 ) -> Result<(), Failure> {
     // fails here if a case is invalid or a folder belongs to another case
-    let parts = study.prepare()?;
-    let mut stages = parts.iter().flat_map(|part| &part.status.stages);
+    let study_parts = study.prepare()?;
+    let mut stages = study_parts.iter().flat_map(|part| &part.status.stages);
     if asked.slurm
         && stages.all(|stage| stage.is_done())
         && study.dir().join("report.html").is_file()
@@ -149,7 +149,7 @@ pub(super) fn slurm_study(
     let text = jobs.study_script(&absolute(file)?, set)?;
     let script = asked.write(&jobs, "study.sbatch", &text, replace)?;
     if asked.slurm {
-        for job in jobs.submit_study(&script, &parts)? {
+        for job in jobs.submit_study(&script, &study_parts)? {
             print_line(format_args!("job {}: {}", job.number, job.does))?;
         }
         print_line(format_args!("next: breccia status {}", study.dir().display()))?;

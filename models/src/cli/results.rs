@@ -11,11 +11,11 @@ use crate::{JointWorkflow, Workflow, WorkflowError};
 
 /// Prints the state of a results folder; exit code 3 if there is unfinished work.
 pub(super) fn status(dir: &Path) -> Result<ExitCode, Failure> {
-    let parts = match study_status(dir)? {
-        Some(parts) => parts,
+    let study_parts = match study_status(dir)? {
+        Some(study_parts) => study_parts,
         None => vec![PartStatus { name: String::new(), stages: workflow::status(dir)? }],
     };
-    for PartStatus { name, stages } in &parts {
+    for PartStatus { name, stages } in &study_parts {
         if !name.is_empty() {
             print_line(name)?;
         }
@@ -23,7 +23,7 @@ pub(super) fn status(dir: &Path) -> Result<ExitCode, Failure> {
             print_line(stage)?;
         }
     }
-    let mut stages = parts.iter().flat_map(|part| &part.stages);
+    let mut stages = study_parts.iter().flat_map(|part| &part.stages);
     Ok(if stages.all(StageStatus::is_done) { ExitCode::SUCCESS } else { ExitCode::from(3) })
 }
 

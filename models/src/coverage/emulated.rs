@@ -138,7 +138,7 @@ impl Emulated {
         rng: &mut R,
     ) -> Result<(Dataset, Vec<f64>), CalibrationError> {
         let inputs = self.parameters().to_vec();
-        let points = self.method.sample(&inputs, self.runs, rng.random())?;
+        let parameter_points = self.method.sample(&inputs, self.runs, rng.random())?;
         let outputs = self.response.outputs().to_vec();
         let mut data = Dataset::new(inputs, outputs, "emulated")?;
         let mut ratios = Vec::new();
@@ -149,7 +149,7 @@ impl Emulated {
             (factor.l() * normal, self.ratio(rng))
         };
         let common = packing(rng);
-        for x in points {
+        for x in parameter_points {
             let (deviations, ratio) = if per_run { packing(rng) } else { common.clone() };
             let inputs: Vec<f64> = x.iter().copied().chain(ratio).collect();
             let mean = self.response.value(&inputs)?;
@@ -201,15 +201,15 @@ mod tests {
     use crate::case::{CaseFile, PriorCase};
     use crate::qoi::Quantity;
 
-    /// Viscous limit of definitions 3.3: slope ~ E, peak force ~ E^(2/3) ξ^(1/3), displacement at peak ~ (ξ/E)^(1/3),
+    /// Viscous limit: slope ~ E, peak force ~ E^(2/3) ξ^(1/3), displacement at peak ~ (ξ/E)^(1/3),
     /// independent of Gc. If the stiffness ratio is an input, each quantity is multiplied by a power of the ratio; the
     /// exponents are taken from simulated packings.
     fn viscous_limit(prior: &PriorCase, stiffness: Option<Input>) -> DynPce {
         let inputs: Vec<Input> = prior.inputs().unwrap().into_iter().chain(stiffness).collect();
-        let points = DesignMethod::Sobol.sample(&inputs, 256, 1).unwrap();
+        let parameter_points = DesignMethod::Sobol.sample(&inputs, 256, 1).unwrap();
         let outputs = Quantity::of_the_paper().map(|q| q.column().into_owned()).to_vec();
         let mut data = Dataset::new(inputs, outputs, "closed form").unwrap();
-        for x in points {
+        for x in parameter_points {
             let (young, viscosity) = (x[0], x[2]);
             let ratio = (viscosity / young).cbrt();
             let k = x.get(3).copied().unwrap_or(1.0);
@@ -278,7 +278,7 @@ mod tests {
         }
     }
 
-    /// If the stiffness ratio explains the scatter of packings (definitions 5.3), intervals cover the truth for any
+    /// If the stiffness ratio explains the scatter of packings, intervals cover the truth for any
     /// number of known ratios. The more ratios are known, the narrower are the intervals of E.
     #[test]
     fn stiffness_ratios_of_some_specimens_narrow_intervals_that_cover() {

@@ -24,9 +24,9 @@ pub fn prony_picture(data: &MeasuredModuli, fit: &PronyFit) -> io::Result<Vec<u8
     let terms = format!("Prony series, {} terms", series.terms.len());
     let chart = match data {
         MeasuredModuli::Relaxation(rows) => {
-            let points = rows.iter().map(|&[t, modulus]| (log(t), log(modulus)));
+            let readings = rows.iter().map(|&[t, modulus]| (log(t), log(modulus)));
             Chart::new("log10 of time (s)", "log10 of relaxation modulus (MPa)")
-                .points("measured", Ink::Measured, points)
+                .points("measured", Ink::Measured, readings)
                 .line(
                     &terms,
                     Ink::Posterior,

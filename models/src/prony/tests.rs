@@ -185,7 +185,7 @@ fn tables_are_read_and_wrong_ones_refused_with_their_line() {
     assert!((hertz[1][0] - 4.0 * std::f64::consts::PI).abs() < 1e-12);
     let angular = read(&format!("angular_frequency_per_s,storage_mpa,loss_mpa\n{rows}"));
     assert_eq!(angular.expect("valid").times_s(), [0.2, 1.0]);
-    for (text, parts) in [
+    for (text, fragments) in [
         ("time,modulus\n1,2\n", ["line 1", "Name the columns time_s,modulus_mpa"]),
         ("time_s,modulus_mpa\n1,5\n2,-4\n", ["line 3, modulus_mpa = -4", "positive number"]),
         ("time_s,modulus_mpa\n0,5\n", ["line 2, time_s = 0", "positive number"]),
@@ -195,8 +195,8 @@ fn tables_are_read_and_wrong_ones_refused_with_their_line() {
         ("time_s,modulus_mpa\n1,5\n1,5\n1,4\n1,4\n1,4\n", ["same time_s", "several times"]),
     ] {
         let message = read(text).expect_err(text);
-        for part in parts {
-            assert!(message.contains(part), "{part:?} is not in {message:?}");
+        for fragment in fragments {
+            assert!(message.contains(fragment), "{fragment:?} is not in {message:?}");
         }
     }
     let missing = MeasuredModuli::read(Path::new("no-such-table.csv")).expect_err("no file");

@@ -140,8 +140,8 @@ impl Chart {
         ink: Ink,
         points: impl IntoIterator<Item = (f64, f64)>,
     ) -> Self {
-        let points = ScatterPlot::new().with_data(points).with_color(ink.colour()).with_size(3.0);
-        self.with(if name.is_empty() { points } else { points.with_legend(name) })
+        let plot = ScatterPlot::new().with_data(points).with_color(ink.colour()).with_size(3.0);
+        self.with(if name.is_empty() { plot } else { plot.with_legend(name) })
     }
 
     /// Adds vertical bars from a lower to an upper end, with a point between them: (x, lower end, point, upper end).

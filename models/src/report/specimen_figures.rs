@@ -14,8 +14,8 @@ pub(crate) fn grain_sizes(grains: &[(f64, f64)]) -> String {
         ("by volume", POSTERIOR, cumulative(sorted.iter().copied())),
     ]
     .into_iter()
-    .map(|(name, colour, points)| {
-        let line = LinePlot::new().with_data(points).with_color(colour).with_stroke_width(2.0);
+    .map(|(name, colour, steps)| {
+        let line = LinePlot::new().with_data(steps).with_color(colour).with_stroke_width(2.0);
         line.with_legend(name).into()
     })
     .collect();
@@ -29,13 +29,13 @@ pub(crate) fn grain_sizes(grains: &[(f64, f64)]) -> String {
 /// Step function of a cumulative distribution, from sorted values with weights.
 fn cumulative(values: impl Iterator<Item = (f64, f64)> + Clone) -> Vec<(f64, f64)> {
     let total: f64 = values.clone().map(|(_, weight)| weight).sum();
-    let (mut points, mut below) = (vec![(0.0, 0.0)], 0.0);
+    let (mut steps, mut below) = (vec![(0.0, 0.0)], 0.0);
     for (value, weight) in values {
-        points.push((value, below / total));
+        steps.push((value, below / total));
         below += weight;
-        points.push((value, below / total));
+        steps.push((value, below / total));
     }
-    points
+    steps
 }
 
 /// Histogram of the smallest dihedral angle of each tetrahedron, in degrees.
@@ -62,8 +62,8 @@ mod tests {
 
     #[test]
     fn cumulative_fractions_step_up_to_one() {
-        let points = cumulative([(1.0, 1.0), (2.0, 3.0)].into_iter());
-        assert_eq!(points, [(0.0, 0.0), (1.0, 0.0), (1.0, 0.25), (2.0, 0.25), (2.0, 1.0)]);
+        let steps = cumulative([(1.0, 1.0), (2.0, 3.0)].into_iter());
+        assert_eq!(steps, [(0.0, 0.0), (1.0, 0.0), (1.0, 0.25), (2.0, 0.25), (2.0, 1.0)]);
     }
 
     #[test]

@@ -74,15 +74,15 @@ pub(super) fn single(plots: Vec<Plot>, layout: Layout, width: f64, height: f64) 
 /// would differ, and figures of two processes could have equal names on one page.
 pub(super) fn named_clips(svg: &str, figure: &str) -> String {
     const CLIP: &str = "kuva-clip-";
-    let mut numbers: Vec<&str> = Vec::new();
-    let mut parts = svg.split(CLIP);
-    let mut named = parts.next().unwrap_or_default().to_string();
-    for part in parts {
-        let end = part.find(|c: char| !c.is_ascii_digit()).unwrap_or(part.len());
-        let (number, rest) = part.split_at(end);
-        let k = numbers.iter().position(|seen| *seen == number).unwrap_or_else(|| {
-            numbers.push(number);
-            numbers.len() - 1
+    let mut clip_numbers: Vec<&str> = Vec::new();
+    let mut pieces = svg.split(CLIP);
+    let mut named = pieces.next().unwrap_or_default().to_string();
+    for piece in pieces {
+        let end = piece.find(|c: char| !c.is_ascii_digit()).unwrap_or(piece.len());
+        let (number, rest) = piece.split_at(end);
+        let k = clip_numbers.iter().position(|seen| *seen == number).unwrap_or_else(|| {
+            clip_numbers.push(number);
+            clip_numbers.len() - 1
         });
         named += &format!("{figure}-clip-{k}{rest}");
     }
@@ -119,7 +119,7 @@ mod tests {
     }
 
     /// Returns the labels of a figure that are numbers, in the order of drawing.
-    fn numbers(svg: &str) -> Vec<String> {
+    fn numeric_labels(svg: &str) -> Vec<String> {
         let texts = svg.split("<text").skip(1).filter_map(|rest| {
             let (_, text) = rest.split_once('>')?;
             Some(text.split_once("</text>")?.0.trim().to_owned())
@@ -135,7 +135,7 @@ mod tests {
         let bars = Histogram::new().with_precomputed(edges, vec![1.0; 12]);
         let plots: Vec<Plot> = vec![bars.into()];
         let layout = framed(panel(&plots, "x", "y"), (low, high), (0.0, 1.3)).with_ticks(4);
-        let labels = numbers(&single(plots, layout, 400.0, 300.0));
+        let labels = numeric_labels(&single(plots, layout, 400.0, 300.0));
         for ticks in [["0.10", "0.15", "0.20"], ["0.0", "0.5", "1.0"]] {
             assert!(labels.windows(3).any(|window| window == ticks), "{ticks:?} in {labels:?}");
         }

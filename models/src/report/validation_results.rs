@@ -79,7 +79,7 @@ pub(crate) struct ValidatedQuantity {
 pub(crate) struct ValidationCoverage {
     /// Level of the interval.
     pub(crate) level: f64,
-    /// Number of measurements inside, and of all measurements.
+    /// Number of measurements inside the interval, and number of all measurements.
     pub(crate) counts: [usize; 2],
     /// 95 % interval of the coverage, if the measurements are independent.
     pub(crate) interval: [f64; 2],

@@ -87,14 +87,14 @@ impl StudyCheck {
             ));
         }
         let count = checks.len();
-        let parts = checks.into_iter().map(|(folder, check)| {
+        let checked_parts = checks.into_iter().map(|(folder, check)| {
             let only_here =
                 check.understood.into_iter().filter(|line| !shared.contains(line)).collect();
             PartCheck { folder, understood: only_here }
         });
         Self {
             understood,
-            parts: parts.collect(),
+            parts: checked_parts.collect(),
             notes: notes.into_texts(count),
             warnings: warnings.into_texts(count),
             mistakes: all.into_texts(count),
@@ -105,16 +105,16 @@ impl StudyCheck {
 impl Concerning {
     fn add(&mut self, part: &str, text: String) {
         match self.0.iter_mut().find(|(line, _)| *line == text) {
-            Some((_, parts)) => parts.push(part.to_owned()),
+            Some((_, users)) => users.push(part.to_owned()),
             None => self.0.push((text, vec![part.to_owned()])),
         }
     }
 
     /// Returns the messages, each preceded by the names of its parts; `count` is the number of all parts.
     fn into_texts(self, count: usize) -> Vec<String> {
-        let text = |(text, mut parts): (String, Vec<String>)| {
-            parts.dedup();
-            match &parts[..] {
+        let text = |(text, mut users): (String, Vec<String>)| {
+            users.dedup();
+            match &users[..] {
                 [users] if users.is_empty() => text,
                 all if all.len() == count && count > 1 => format!("all parts: {text}"),
                 few if few.len() <= NAMED => format!("{}: {text}", few.join(", ")),

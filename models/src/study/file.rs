@@ -331,7 +331,7 @@ mod tests {
 
     #[test]
     fn mistakes_are_told_with_their_case_and_key() {
-        for (from, to, parts) in [
+        for (from, to, fragments) in [
             ("fraction = 0.25", "fracton = 0.25", &["b: ", "fracton", "study.toml"][..]),
             ("laboratory = \"50C\"", "laboratory = \"60C\"", &["no laboratory \"60C\"", "50C"]),
             ("[\"fidelity\"]", "[\"fidelty\"]", &["b: without = fidelty", "not in the base case"]),
@@ -343,8 +343,8 @@ mod tests {
         ] {
             assert!(TWO.contains(from), "{from}");
             let error = study(&TWO.replacen(from, to, 1)).unwrap_err().to_string();
-            for part in parts {
-                assert!(error.contains(part), "{part:?} is not in {error:?}");
+            for fragment in fragments {
+                assert!(error.contains(fragment), "{fragment:?} is not in {error:?}");
             }
         }
     }

@@ -109,8 +109,8 @@ impl<'a> Study<'a> {
             let case = laboratories_of.iter().find(|(name, _)| *name == status.name);
             StudyPart { case: case.map(|(_, laboratory)| laboratory.clone()), status }
         };
-        let parts = study_status(&self.dir)?.unwrap_or_default();
-        Ok(parts.into_iter().map(part).collect())
+        let study_parts = study_status(&self.dir)?.unwrap_or_default();
+        Ok(study_parts.into_iter().map(part).collect())
     }
 
     /// Writes the comparison of the cases under each setting.
@@ -147,7 +147,11 @@ impl<'a> Study<'a> {
             }
             let folder = ProductFolder::new(&self.dir, &self.replace);
             let [table, page] = ["study.csv", "report.html"].map(|name| setting.within(name));
-            folder.write(&table, COMMAND, &numbers(&folder.path(&table), &results.cases)?)?;
+            folder.write(
+                &table,
+                COMMAND,
+                &comparison_csv(&folder.path(&table), &results.cases)?,
+            )?;
             folder.write(&page, COMMAND, study_page(results).as_bytes())?;
             say("study", &folder.path(&page).display().to_string());
         }
@@ -161,13 +165,13 @@ impl<'a> Study<'a> {
 }
 
 /// Contents of `study.csv`.
-fn numbers(file: &Path, cases: &[ComparedCase]) -> Result<Vec<u8>, WorkflowError> {
+fn comparison_csv(file: &Path, cases: &[ComparedCase]) -> Result<Vec<u8>, WorkflowError> {
     let header = ["case", "parameter", "map", "mean", "sd", "q05", "q95", "truth"];
     let rows = cases.iter().flat_map(|case| {
         case.names.iter().zip(&case.parameters).map(|(name, p)| {
-            let numbers = [p.map, p.mean.0, p.sd.0, p.q05.0, p.q95.0].map(|x| x.to_string());
+            let statistics = [p.map, p.mean.0, p.sd.0, p.q05.0, p.q95.0].map(|x| x.to_string());
             let truth = p.truth.map(|truth| truth.to_string()).unwrap_or_default();
-            [case.name.clone(), name.clone()].into_iter().chain(numbers).chain([truth])
+            [case.name.clone(), name.clone()].into_iter().chain(statistics).chain([truth])
         })
     });
     to_csv(header, rows).map_err(|e| WorkflowError::io(file, e))

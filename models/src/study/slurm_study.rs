@@ -72,12 +72,12 @@ esac
     pub fn submit_study(
         &self,
         script: &Path,
-        parts: &[StudyPart],
+        study_parts: &[StudyPart],
     ) -> Result<Vec<StudyJob>, SlurmError> {
         let mut jobs: Vec<StudyJob> = Vec::new();
         // folder of each part, and the number of the last job submitted for the part
         let mut last: Vec<(&str, String)> = Vec::new();
-        for StudyPart { status, case } in parts {
+        for StudyPart { status, case } in study_parts {
             let name = status.name.as_str();
             let done = |stage: &str| status.stages.iter().any(|s| s.stage == stage && s.is_done());
             if status.stages.iter().all(|stage| stage.is_done()) {

@@ -35,11 +35,11 @@ pub fn study_status(dir: &Path) -> Result<Option<Vec<PartStatus>>, WorkflowError
         }
         Ok(PartStatus { name, stages })
     };
-    let mut parts: Vec<PartStatus> =
+    let mut study_parts: Vec<PartStatus> =
         laboratories.chain(cases).map(part_status).collect::<Result<_, _>>()?;
     // a case with several tests has joint stages in addition to the stages of its tests
     if dir.join("case.toml").is_file() {
-        parts.push(PartStatus { name: "all tests".to_owned(), stages: status(dir)? });
+        study_parts.push(PartStatus { name: "all tests".to_owned(), stages: status(dir)? });
     }
-    Ok(Some(parts))
+    Ok(Some(study_parts))
 }

@@ -104,8 +104,8 @@ impl WrittenStudy {
     pub(super) fn name_mistakes(&self, path: &Path) -> Vec<InputError> {
         let mut mistakes = Vec::new();
         let mut names = vec![LABORATORIES, RUNS];
-        let parts = self.laboratory.iter().chain(&self.case).map(|part| &part.name);
-        for name in parts.chain(self.variant.iter().map(|variant| &variant.name)) {
+        let part_names = self.laboratory.iter().chain(&self.case).map(|part| &part.name);
+        for name in part_names.chain(self.variant.iter().map(|variant| &variant.name)) {
             let mut refuse = |problem, help| {
                 mistakes.push(InputError::new(path, "name", format!("{name:?}"), problem, help));
             };

@@ -245,11 +245,11 @@ pub(super) fn write_draws(task: &Task<'_>, posterior: &Posterior) -> Result<(), 
     let count = group.chains * group.draws;
     let rows = (0..count).map(|row| {
         let chain_and_draw = [row / group.draws, row % group.draws].map(|i| i.to_string());
-        let numbers = group.variables.iter().flat_map(move |variable| {
+        let values = group.variables.iter().flat_map(move |variable| {
             let size = variable.data.len() / count;
             variable.data[row * size..(row + 1) * size].iter().map(f64::to_string)
         });
-        chain_and_draw.into_iter().chain(numbers).collect::<Vec<_>>()
+        chain_and_draw.into_iter().chain(values).collect::<Vec<_>>()
     });
     task.write_csv("posterior.csv", header, rows)
 }
@@ -283,7 +283,7 @@ pub(super) struct ChainsBar {
 }
 
 impl ChainsBar {
-    /// Starts a bar at zero for a number of chains. `label` is what the bar counts.
+    /// Starts a bar at zero for a number of chains. `label` names the counted items.
     pub(super) fn new(chains: usize, label: &str) -> Self {
         Self { bar: Bar::new("calibrate", label), fractions: Mutex::new(vec![(0.0, 0); chains]) }
     }

@@ -161,7 +161,7 @@ mod tests {
     use super::*;
     use crate::qoi::{DisplacementAtPeak, PeakForce, Slope};
 
-    /// Definitions 3.4: the matrix of the paper, η = 0.01, peaks at 122.855 N and 0.13559 mm in 1 s, and
+    /// Exact solution of a homogeneous cylinder: the matrix of the paper, η = 0.01, peaks at 122.855 N and 0.13559 mm in 1 s, and
     /// without viscosity at ε = 7.1067e-3 and 1.09932 MPa.
     #[test]
     fn the_closed_form_is_near_the_exact_peaks_of_a_homogeneous_cylinder() {

@@ -49,7 +49,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
 /// no simulation is possible.
 fn confirm_outside(task: &Task<'_>) -> Result<String, WorkflowError> {
     let source = source_of(&task.inputs)?;
-    if source.points().is_some() {
+    if source.parameter_points().is_some() {
         return Ok("imported runs cannot be repeated at the mode: nothing to confirm".to_owned());
     }
     let Points { names, runs } = Points::read(task)?;
@@ -79,10 +79,14 @@ impl Points {
     fn read(task: &Task<'_>) -> Result<Self, WorkflowError> {
         let inputs = &task.inputs;
         let (names, mode) = read_map(&inputs.file("map.csv")?)?;
-        let mut points = vec![mode];
-        points.extend(read_draws(&inputs.file("posterior.csv")?, &names, inputs.confirm().draws)?);
+        let mut parameter_points = vec![mode];
+        parameter_points.extend(read_draws(
+            &inputs.file("posterior.csv")?,
+            &names,
+            inputs.confirm().draws,
+        )?);
         let run = |(i, inputs)| RunInput { id: i + 1, inputs };
-        let runs = points.into_iter().enumerate().map(run).collect();
+        let runs = parameter_points.into_iter().enumerate().map(run).collect();
         Ok(Self { names, runs })
     }
 }
@@ -140,9 +144,9 @@ fn write_misfits(
         map.iter().zip(&experiments).map(|(map, mean)| 100.0 * (map / mean - 1.0).abs()).collect();
     let worst = errors.iter().copied().fold(0.0, f64::max);
     let rows = columns.iter().enumerate().map(|(m, column)| {
-        let numbers = [experiments[m], map[m], errors[m]].map(|x| x.to_string());
+        let percentages = [experiments[m], map[m], errors[m]].map(|x| x.to_string());
         let mesh = mesh_errors.map_or_else(String::new, |errors| errors[m].to_string());
-        [column.clone()].into_iter().chain(numbers).chain([mesh]).collect::<Vec<_>>()
+        [column.clone()].into_iter().chain(percentages).chain([mesh]).collect::<Vec<_>>()
     });
     let header =
         ["qoi", "experiment_mean", "map_simulation", "percent_error", "mesh_error_percent"];

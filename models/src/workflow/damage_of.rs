@@ -9,10 +9,10 @@ use crate::report::{DamagedBody, Raster, damage_picture};
 pub(super) fn damage_of(problem: &Problem, fields: &Fields) -> Raster {
     let tets = problem.linear_tets();
     // an element of higher order is drawn as several linear tetrahedra
-    let parts = grain_parts(problem.mesh());
-    let each = tets.len() / parts.len().max(1);
+    let grain_shares = grain_parts(problem.mesh());
+    let each = tets.len() / grain_shares.len().max(1);
     let grain: Vec<f64> =
-        parts.into_iter().flat_map(|part| std::iter::repeat_n(part, each)).collect();
+        grain_shares.into_iter().flat_map(|share| std::iter::repeat_n(share, each)).collect();
     damage_picture(&DamagedBody {
         nodes: problem.nodes(),
         tets: &tets,

@@ -99,7 +99,7 @@ struct Detached<'a> {
     from: &'a Path,
     to: &'a Path,
     inputs: Vec<CopiedInput>,
-    /// Number of folders in the folder of the inputs.
+    /// Number of folders created so far in the folder of the copied inputs.
     count: usize,
 }
 
@@ -372,8 +372,8 @@ fn hash_of(manifest: &str) -> String {
     ContentHash::of(manifest).to_string()
 }
 
-/// Changes the lines `name = fingerprint` of an identity of runs. Consecutive lines of files are sorted by name, as an
-/// identity lists them. A line of which the fingerprint is not that of the case remains.
+/// Changes the lines `name = fingerprint` of an identity of runs. Consecutive lines of files are sorted by name, like the
+/// lines of every identity. A line is not changed if its fingerprint differs from the fingerprint of the case.
 fn moved_manifest(manifest: &str, moves: &[Move<'_>], files: &BTreeSet<String>) -> String {
     let mut lines: Vec<String> = Vec::new();
     let mut of_files: BTreeMap<String, String> = BTreeMap::new();

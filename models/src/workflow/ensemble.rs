@@ -51,11 +51,11 @@ impl<'a> Plan<'a> {
         let first = inputs.first_prior()?;
         let design = inputs.design();
         let source = source_of(inputs)?;
-        let mut points = match source.points() {
-            Some(points) => points,
-            None => design.points(first, design.runs, design.seed)?,
+        let mut parameter_points = match source.parameter_points() {
+            Some(parameter_points) => parameter_points,
+            None => design.parameter_points(first, design.runs, design.seed)?,
         };
-        let mut specimens = source.specimens(inputs, filled.min(points.len()))?;
+        let mut specimens = source.specimens(inputs, filled.min(parameter_points.len()))?;
         let meshes = specimens.as_ref().map_or(source.meshes(), Microstructures::meshes);
         let levels = Level::all(inputs, meshes)?;
         // everything read up to `Level::all` (prior, design, specimens) identifies the runs; inputs that are read later
@@ -64,13 +64,17 @@ impl<'a> Plan<'a> {
         let prior = inputs.prior()?;
         for (extension, k) in inputs.extend().iter().zip(1..) {
             let within = first.within(&extension.prior);
-            points.extend(design.points(&within, extension.runs, design.seed.wrapping_add(k))?);
+            parameter_points.extend(design.parameter_points(
+                &within,
+                extension.runs,
+                design.seed.wrapping_add(k),
+            )?);
         }
         if !inputs.extend().is_empty() {
-            specimens = source.specimens(inputs, filled.min(points.len()))?;
+            specimens = source.specimens(inputs, filled.min(parameter_points.len()))?;
         }
         let run = |(i, inputs)| RunInput { id: i + 1, inputs };
-        let runs: Vec<RunInput> = points.into_iter().enumerate().map(run).collect();
+        let runs: Vec<RunInput> = parameter_points.into_iter().enumerate().map(run).collect();
         let names = prior.iter().map(|input| input.name.clone()).collect();
         Ok(Self { source, prior, names, runs, specimens, levels, batches: None })
     }
@@ -328,13 +332,14 @@ fn all_levels(runner: &Runner<'_>, plan: &Plan<'_>) -> Result<Vec<LevelRuns>, Wo
         let qoi = runner.task.inputs.qoi();
         let level_runs = LevelRuns::new(records, qoi, level.setup.derivatives);
         let usable: Vec<&RunRecord> = level_runs.usable().map(|(record, _)| record).collect();
-        let points: Vec<&[f64]> = usable.iter().map(|record| &record.inputs[..]).collect();
+        let parameter_points: Vec<&[f64]> =
+            usable.iter().map(|record| &record.inputs[..]).collect();
         let specimen = |run: &&RunRecord| match &plan.specimens {
             Some(specimens) => specimens.of_run(run.id),
             None => 0,
         };
         let specimens: Vec<usize> = usable.iter().map(specimen).collect();
-        let repeated = spread(&plan.prior, &points, &specimens, level.repeats);
+        let repeated = spread(&plan.prior, &parameter_points, &specimens, level.repeats);
         let input = |i: usize| RunInput { id: usable[i].id, inputs: usable[i].inputs.clone() };
         runs = repeated.into_iter().map(input).collect();
         done.push(level_runs);
@@ -364,7 +369,7 @@ pub(super) struct Progress {
 pub(super) fn progress(inputs: &Inputs<'_>, dir: &Path) -> Result<Vec<Progress>, WorkflowError> {
     // one packing is sufficient, because the identity of the runs does not depend on the number of generated packings
     let plan = Plan::with_batches(inputs, dir, 1)?;
-    if plan.source.points().is_some() {
+    if plan.source.parameter_points().is_some() {
         // there is nothing to compute
         return Ok(Vec::new());
     }
@@ -411,7 +416,7 @@ pub(super) fn so_far(inputs: &Inputs<'_>) -> Result<(LevelRuns, usize), Workflow
     let dir = inputs.folder();
     let plan = Plan::with_batches(&inputs, dir, 1)?;
     let level = &plan.levels[0];
-    if plan.source.points().is_some() {
+    if plan.source.parameter_points().is_some() {
         let none = LevelRuns::new(Vec::new(), inputs.qoi(), false);
         return Ok((none, plan.levels.len()));
     }

@@ -121,10 +121,10 @@ pub(super) fn write_corrections(
     let header = ["level", "run"].into_iter().chain(names).chain(outputs).chain(["seconds"]);
     let rows = levels.iter().zip(1..).flat_map(|(runs, level)| {
         runs.usable().map(move |(run, quantities)| {
-            let numbers = run.inputs.iter().chain(quantities).map(f64::to_string);
+            let values = run.inputs.iter().chain(quantities).map(f64::to_string);
             let level_and_run = [level, run.id].map(|n: usize| n.to_string());
             let seconds = [format!("{:.3}", run.seconds)];
-            level_and_run.into_iter().chain(numbers).chain(seconds).collect::<Vec<_>>()
+            level_and_run.into_iter().chain(values).chain(seconds).collect::<Vec<_>>()
         })
     });
     task.write_csv("fidelity_runs.csv", header, rows)?;
@@ -212,11 +212,11 @@ pub(super) fn added(a: &[Vec<f64>], b: &[Vec<f64>]) -> Vec<Vec<f64>> {
 /// is largest. The first n indices do not depend on `count`.
 pub(super) fn spread(
     inputs: &[Input],
-    points: &[&[f64]],
+    parameter_points: &[&[f64]],
     specimens: &[usize],
     count: usize,
 ) -> Vec<usize> {
-    let unit: Vec<Vec<f64>> = points
+    let unit: Vec<Vec<f64>> = parameter_points
         .iter()
         .map(|point| {
             let position =
@@ -257,12 +257,12 @@ mod tests {
     #[test]
     fn chosen_points_are_the_middle_and_then_the_corners() {
         let inputs = [input("a"), input("b")];
-        let points: Vec<[f64; 2]> =
+        let parameter_points: Vec<[f64; 2]> =
             (0..25).map(|i| [(i % 5) as f64 * 0.5, (i / 5) as f64 * 0.5]).collect();
-        let points: Vec<&[f64]> = points.iter().map(|p| &p[..]).collect();
+        let parameter_points: Vec<&[f64]> = parameter_points.iter().map(|p| &p[..]).collect();
         // one specimen for all points, or a separate specimen for each point: the specimens do not affect the choice
         for specimens in [vec![0; 25], (0..25).collect()] {
-            let spread = |count| spread(&inputs, &points, &specimens, count);
+            let spread = |count| spread(&inputs, &parameter_points, &specimens, count);
             let mut five = spread(5);
             assert_eq!(five[0], 12);
             assert_eq!(spread(3), five[..3]);
@@ -274,7 +274,7 @@ mod tests {
         // the four corners belong to the same specimen
         let specimens: Vec<usize> =
             (0..25).map(|i| usize::from([0, 4, 20, 24].contains(&i))).collect();
-        let four = spread(&inputs, &points, &specimens, 4);
+        let four = spread(&inputs, &parameter_points, &specimens, 4);
         let of_corners = four.iter().filter(|&&i| specimens[i] == 1).count();
         assert_eq!(of_corners, 2, "{four:?}");
     }
@@ -285,15 +285,16 @@ mod tests {
     fn ratios_are_found_again_with_their_errors() {
         let inputs = [input("a"), input("b")];
         let names = ["q".to_owned(), "r".to_owned()];
-        let points: Vec<[f64; 2]> = (0..9).map(|i| [(i % 3) as f64, (i / 3) as f64]).collect();
+        let parameter_points: Vec<[f64; 2]> =
+            (0..9).map(|i| [(i % 3) as f64, (i / 3) as f64]).collect();
         let plane = |x: &[f64]| (0.2 - 0.1 * x[0] + 0.03 * x[1]).exp();
-        let cheap: Vec<[f64; 2]> = points.iter().map(|x| [3.0 + x[0], 5.0]).collect();
-        let better: Vec<[f64; 2]> = points
+        let cheap: Vec<[f64; 2]> = parameter_points.iter().map(|x| [3.0 + x[0], 5.0]).collect();
+        let better: Vec<[f64; 2]> = parameter_points
             .iter()
             .zip(&cheap)
             .map(|(x, cheap)| [cheap[0] * plane(x), cheap[1] * plane(x).powi(2)])
             .collect();
-        let runs: Vec<(&[f64], &[f64], &[f64])> = points
+        let runs: Vec<(&[f64], &[f64], &[f64])> = parameter_points
             .iter()
             .zip(cheap.iter().zip(&better))
             .map(|(x, (c, b))| (&x[..], &c[..], &b[..]))
@@ -322,7 +323,7 @@ mod tests {
             .zip(noise)
             .map(|(cheap, e)| [cheap[0] * 0.8 * e.exp(), cheap[1] * 1.1 * (-2.0 * e).exp()])
             .collect();
-        let runs: Vec<(&[f64], &[f64], &[f64])> = points
+        let runs: Vec<(&[f64], &[f64], &[f64])> = parameter_points
             .iter()
             .zip(cheap.iter().zip(&better))
             .map(|(x, (c, b))| (&x[..], &c[..], &b[..]))

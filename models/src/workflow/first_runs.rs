@@ -94,10 +94,10 @@ fn means_of(file: &Path, qoi: &QoiComparison) -> Option<Vec<f64>> {
     let columns: Vec<String> = qoi.quantities.iter().map(|q| q.column().into_owned()).collect();
     let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
     let table = CsvTable::read(file, &columns).ok()?;
-    let numbers = |row: TableRow<'_>| -> Option<Vec<f64>> {
+    let row_values = |row: TableRow<'_>| -> Option<Vec<f64>> {
         columns.iter().map(|column| read_cell(&row, column, false).ok()).collect()
     };
-    let rows: Option<Vec<Vec<f64>>> = table.rows().map(numbers).collect();
+    let rows: Option<Vec<Vec<f64>>> = table.rows().map(row_values).collect();
     rows.filter(|rows| !rows.is_empty()).map(|rows| column_means(&rows))
 }
 

@@ -36,7 +36,7 @@ pub(super) fn write_fit(
         let scatter = of_specimens.as_ref().map_or(0.0, |scatter| scatter[(m, m)]);
         let variance = scatter / evidence.specimens_with(m) as f64 + of_all[m][m];
         let percent = |variance: f64| 100.0 * variance.sqrt();
-        let numbers = [
+        let statistics = [
             means[m],
             predicted[m],
             100.0 * (predicted[m] / means[m] - 1.0),
@@ -44,7 +44,7 @@ pub(super) fn write_fit(
             percent(variance + of_microstructures[m]),
         ];
         let name = [fitted.pce.outputs()[m].clone()];
-        name.into_iter().chain(numbers.map(|x| x.to_string())).collect::<Vec<_>>()
+        name.into_iter().chain(statistics.map(|x| x.to_string())).collect::<Vec<_>>()
     });
     let header = [
         "qoi",

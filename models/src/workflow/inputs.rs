@@ -131,7 +131,7 @@ impl<'a> Inputs<'a> {
 }
 
 /// Defines a method for each listed part of the case. The method records the key of the part and returns the part.
-macro_rules! parts {
+macro_rules! case_keys {
     ($($name:ident: $first:ident $(. $rest:ident)* => $type:ty;)*) => {
         impl Inputs<'_> {$(
             pub(super) fn $name(&self) -> &$type {
@@ -142,7 +142,7 @@ macro_rules! parts {
     };
 }
 
-parts! {
+case_keys! {
     order: specimen.order => Order;
     homogenisation: specimen.homogenisation => Homogenisation;
     material: material => BTreeMap<String, MaterialCase>;
@@ -200,7 +200,7 @@ impl Inputs<'_> {
     /// Records all keys and files that `other` has read.
     pub(super) fn reads_with(&self, other: &Inputs<'_>) {
         let sources = other.sources();
-        sources.parts().for_each(|key| self.reads(key));
+        sources.case_keys().for_each(|key| self.reads(key));
         sources.files().for_each(|name| drop(self.reads_file(name)));
     }
 
@@ -277,7 +277,7 @@ impl Inputs<'_> {
     /// that this case has read.
     pub(super) fn reads_in_folder(&self, inner: &Inputs<'_>, folder: &str) {
         let sources = inner.sources();
-        sources.parts().for_each(|key| self.reads(key));
+        sources.case_keys().for_each(|key| self.reads(key));
         self.reads("tests");
         sources.files().for_each(|name| drop(self.reads_file(&format!("{folder}/{name}"))));
     }

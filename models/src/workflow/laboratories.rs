@@ -56,7 +56,7 @@ pub struct SimulatedLaboratories {
 pub fn simulate_laboratories(
     file: &CaseFile,
     dir: &Path,
-    [laboratories, points]: [usize; 2],
+    [laboratories, point_count]: [usize; 2],
     inner: f64,
     threads: usize,
     interrupt: &AtomicBool,
@@ -82,8 +82,8 @@ pub fn simulate_laboratories(
     let case_seed = study.packings(Vec::new())?.case_seed();
     let one_packing =
         study.ensemble(&of_design, vec![case_seed.unwrap_or_default(); design.runs])?;
-    let at = DesignMethod::Sobol.sample(&study.prior, points, design.seed ^ 1)?;
-    let mean_response = study.mean_response(&at, seeds(&mut rng, points))?;
+    let at = DesignMethod::Sobol.sample(&study.prior, point_count, design.seed ^ 1)?;
+    let mean_response = study.mean_response(&at, seeds(&mut rng, point_count))?;
     let laboratories = study.laboratories(laboratories, inner)?;
     let seen: Vec<f64> =
         laboratories.iter().flat_map(|l| l.stiffness_ratios.iter().copied()).collect();
@@ -109,13 +109,13 @@ impl Study<'_> {
     /// runs and the stiffness ratios of the packings.
     fn records(
         &self,
-        points: &[Vec<f64>],
+        parameter_points: &[Vec<f64>],
         seeds: Vec<u64>,
     ) -> Result<(Vec<RunRecord>, Vec<f64>), WorkflowError> {
         let names: Vec<String> = self.prior.iter().map(|input| input.name.clone()).collect();
         // the keys of the case do not identify the runs of a laboratory: add the seeds and points
         // of the runs to the manifest
-        let points_and_seeds = format!("{seeds:?}\n{points:?}\n");
+        let points_and_seeds = format!("{seeds:?}\n{parameter_points:?}\n");
         let packings = self.packings(seeds)?;
         let mut levels = Level::all(&self.task.inputs, 0)?;
         let mut level = levels.swap_remove(0);
@@ -124,19 +124,26 @@ impl Study<'_> {
         let specimens = Some(&packings);
         let runner = Runner { task: self.task, source: &*source, names: &names, specimens };
         let run = |(i, inputs): (usize, &Vec<f64>)| RunInput { id: i + 1, inputs: inputs.clone() };
-        let records =
-            runner.run(&level, &points.iter().enumerate().map(run).collect::<Vec<_>>(), true)?;
-        let places = (0..points.len()).collect();
+        let records = runner.run(
+            &level,
+            &parameter_points.iter().enumerate().map(run).collect::<Vec<_>>(),
+            true,
+        )?;
+        let places = (0..parameter_points.len()).collect();
         let ratios = packings.stiffness_ratios(&self.task.inputs, &level, &places)?;
         Ok((records, ratios.into_values().collect()))
     }
 
-    fn ensemble(&self, points: &[Vec<f64>], seeds: Vec<u64>) -> Result<Dataset, WorkflowError> {
+    fn ensemble(
+        &self,
+        parameter_points: &[Vec<f64>],
+        seeds: Vec<u64>,
+    ) -> Result<Dataset, WorkflowError> {
         let qoi = self.task.inputs.qoi();
         let outputs = qoi.quantities.iter().map(|q| q.column().into_owned()).collect();
         let mut data = Dataset::new(self.prior.clone(), outputs, "coverage")?
             .with_notes(&[STIFFNESS_RATIO])?;
-        let (records, ratios) = self.records(points, seeds)?;
+        let (records, ratios) = self.records(parameter_points, seeds)?;
         for (record, ratio) in records.iter().zip(ratios) {
             if let Ok(values) = quantities(record, qoi) {
                 data.push_noted(&record.inputs, &values, &[&ratio.to_string()])?;
@@ -154,13 +161,13 @@ impl Study<'_> {
     /// terms to the same number of packings.
     fn mean_response(
         &self,
-        points: &[Vec<f64>],
+        parameter_points: &[Vec<f64>],
         seeds: Vec<u64>,
     ) -> Result<Dataset, WorkflowError> {
         let qoi = self.task.inputs.qoi();
         let middle: Vec<f64> = self.prior.iter().map(|i| 0.5 * (i.lower + i.upper)).collect();
-        let (at_point, _) = self.records(points, seeds.clone())?;
-        let (in_middle, _) = self.records(&vec![middle; points.len()], seeds)?;
+        let (at_point, _) = self.records(parameter_points, seeds.clone())?;
+        let (in_middle, _) = self.records(&vec![middle; parameter_points.len()], seeds)?;
         let both = at_point.iter().zip(&in_middle).filter_map(|(point, middle)| {
             Some((&point.inputs, quantities(point, qoi).ok()?, quantities(middle, qoi).ok()?))
         });
@@ -203,9 +210,9 @@ impl Study<'_> {
             ));
             truths.push(truth);
         }
-        let points: Vec<Vec<f64>> = drawn.iter().map(|v| v.parameters.clone()).collect();
+        let parameter_points: Vec<Vec<f64>> = drawn.iter().map(|v| v.parameters.clone()).collect();
         let seeds = drawn.iter().map(|v| v.packing_seed).collect();
-        let (records, ratios) = self.records(&points, seeds)?;
+        let (records, ratios) = self.records(&parameter_points, seeds)?;
         let (machine, preparation) =
             (experiment_inputs::known_machine(inputs).machine(), Preparation::of(inputs));
         let measured = drawn.iter().zip(&records).map(|(specimen, record)| {

@@ -39,9 +39,10 @@ pub(super) fn write_fields(
         steps.push((point.time_s, file));
         let picture = format!("fields/map-{name}.png");
         write_picture(task, &picture, &damage_of(&problem, fields))?;
-        let numbers = [point.time_s, point.displacement_mm, point.force_n].map(|x| x.to_string());
+        let point_values =
+            [point.time_s, point.displacement_mm, point.force_n].map(|x| x.to_string());
         rows.push(
-            [name.to_string()].into_iter().chain(numbers).chain([picture]).collect::<Vec<_>>(),
+            [name.to_string()].into_iter().chain(point_values).chain([picture]).collect::<Vec<_>>(),
         );
     }
     let steps: Vec<(f64, &str)> = steps.iter().map(|(time, file)| (*time, file.as_str())).collect();

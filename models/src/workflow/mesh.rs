@@ -22,7 +22,7 @@ use crate::report::{mesh_picture, mesh_quality};
 pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let geometry = task.inputs.geometry()?;
     if geometry == SpecimenGeometry::Absent {
-        // record the source, so that the stage is run again once the case has a specimen
+        // record the source of the runs, so that the stage is run again once the case has a specimen
         task.inputs.is_built_in();
         return Ok("the case has no specimen: nothing to mesh".to_owned());
     }

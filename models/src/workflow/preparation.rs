@@ -20,8 +20,8 @@ impl Preparation {
     /// The preparation of a case.
     pub(super) fn of(inputs: &Inputs<'_>) -> Self {
         let needs_peak = || inputs.qoi().quantities.iter().any(|quantity| quantity.needs_peak());
-        let program = inputs.test().program.as_ref().map(|points| CheckedProgram {
-            prescribes_force: points.iter().any(|point| point.force_n.is_some()),
+        let program = inputs.test().program.as_ref().map(|program| CheckedProgram {
+            prescribes_force: program.iter().any(|point| point.force_n.is_some()),
             // reading the key makes it an input of the stage
             needs_peak: needs_peak(),
         });

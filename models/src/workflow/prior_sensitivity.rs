@@ -31,14 +31,14 @@ pub(super) fn write_sensitivity(
         ));
     }
     let row = |one: &PriorSensitivity| {
-        let numbers = [one.prior, one.scatter_prior, one.likelihood, one.pareto_k];
+        let sensitivities = [one.prior, one.scatter_prior, one.likelihood, one.pareto_k];
         let diagnosis = match one.diagnosis() {
             _ if one.pareto_k > LARGEST_K => "unreliable",
             Sensitivity::None => "prior has little influence",
             Sensitivity::PriorDataConflict => "prior and data disagree",
             Sensitivity::StrongPrior => "prior dominates",
         };
-        let cells = [one.parameter.clone()].into_iter().chain(numbers.map(|x| x.to_string()));
+        let cells = [one.parameter.clone()].into_iter().chain(sensitivities.map(|x| x.to_string()));
         cells.chain([diagnosis.to_owned()]).collect::<Vec<_>>()
     };
     let header = ["parameter", "prior", "scatter_prior", "likelihood", "pareto_k", "diagnosis"];

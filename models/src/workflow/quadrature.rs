@@ -80,10 +80,12 @@ pub(super) fn compare_quadratures(
     runs: &LevelRuns,
 ) -> Result<(), WorkflowError> {
     let usable: Vec<_> = runs.usable().collect();
-    let points: Vec<&[f64]> = usable.iter().map(|(record, _)| &record.inputs[..]).collect();
-    let (Some(field), Some(&middle)) =
-        (level.setup.phase_field, spread(prior, &points, &vec![0; points.len()], 1).first())
-    else {
+    let parameter_points: Vec<&[f64]> =
+        usable.iter().map(|(record, _)| &record.inputs[..]).collect();
+    let (Some(field), Some(&middle)) = (
+        level.setup.phase_field,
+        spread(prior, &parameter_points, &vec![0; parameter_points.len()], 1).first(),
+    ) else {
         return Ok(());
     };
     let (record, with_selected) = usable[middle];
@@ -120,7 +122,7 @@ pub(super) fn compare_quadratures(
         ["qoi".to_owned(), own_name.to_owned(), other_name.to_owned(), "percent".to_owned()];
     runner.task.write_csv("quadrature.csv", header, rows)?;
     if percent.iter().any(|percent| percent.abs() > WORTH_TELLING) {
-        let parts: Vec<String> = qoi
+        let changes: Vec<String> = qoi
             .quantities
             .iter()
             .zip(&percent)
@@ -132,7 +134,7 @@ pub(super) fn compare_quadratures(
                 "the intervals do not include the choice of phase_field.quadrature, which matters on the \
                  cheapest mesh: \"{other_name}\" in place of \"{own_name}\" changes {}; a finer mesh \
                  reduces the difference",
-                parts.join(", ")
+                changes.join(", ")
             ),
         );
     }

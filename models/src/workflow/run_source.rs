@@ -14,7 +14,7 @@ use super::task::Task;
 pub(super) trait RunSource: Sync {
     /// Returns the points of finished runs; `None` if the source can compute a run at any point. The design of the case
     /// then chooses the points.
-    fn points(&self) -> Option<Vec<Vec<f64>>> {
+    fn parameter_points(&self) -> Option<Vec<Vec<f64>>> {
         None
     }
 

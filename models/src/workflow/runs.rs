@@ -20,7 +20,7 @@ use super::task::Task;
 use crate::progress::{Bar, speaker};
 
 /// Computes the unfinished runs of an ensemble and stores them in `folder/<fingerprint>`. `simulator` returns the
-/// simulator of a run, and `label` says in the progress bar what the runs are.
+/// simulator of a run, and `label` is the name of the runs in the progress bar.
 ///
 /// The fingerprint is the hash of everything that the stage has read so far. Thus each ensemble has a separate
 /// folder. After a change of the case, a new ensemble is started in a new folder. If the change is undone, the runs

@@ -248,8 +248,8 @@ impl<'a> Batches<'a> {
     /// Fails if the file cannot be written.
     pub(super) fn write(&self, task: &Task<'_>, looks: &[Look]) -> Result<(), WorkflowError> {
         let rows = looks.iter().enumerate().flat_map(|(k, look)| {
-            let numbers = look.contractions.iter().zip(&look.shares);
-            look.parameters.iter().zip(numbers).map(move |(parameter, (contraction, share))| {
+            let statistics = look.contractions.iter().zip(&look.shares);
+            look.parameters.iter().zip(statistics).map(move |(parameter, (contraction, share))| {
                 let [k, runs] = [k, look.runs].map(|n| n.to_string());
                 [k, runs, parameter.clone(), contraction.to_string(), share.to_string()]
             })

@@ -34,7 +34,7 @@ pub(super) fn simulate_outside(
     let folder = file.path.with_file_name("");
     let inputs = Inputs::new(file, &folder, Stage::that_writes);
     let source = source_of(&inputs)?;
-    if source.points().is_some() {
+    if source.parameter_points().is_some() {
         let message = "the runs of design.import are finished: there is no [simulator] to run";
         return Err(WorkflowError::Unusable(message.to_owned()));
     }

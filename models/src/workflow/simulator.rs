@@ -82,7 +82,7 @@ pub(super) fn radius_mm(mesh: &TetMesh) -> f64 {
 pub(super) struct Simulator {
     problem: Problem,
     /// Parts of the case in which the parameters are set.
-    parts: SimulationParts,
+    simulation: SimulationParts,
     parameters: Vec<Parameter>,
     rest: Rest,
     derivatives: bool,
@@ -123,15 +123,15 @@ impl Simulator {
             let message = format!("{p} is calibrated, but the mesh's regions are: {region_names}");
             return Err(WorkflowError::Unusable(message));
         }
-        let parts = SimulationParts {
+        let simulation = SimulationParts {
             material: setup.material.clone(),
             interface: setup.interface.clone(),
             phase_field: setup.phase_field.copied(),
             test: setup.test.clone(),
             machine: MachineCase::default(),
         };
-        let is_idle = |name: &&String| regions_of(name, &parts, &mesh.regions).is_none();
-        for name in parts.interface.keys().filter(is_idle) {
+        let is_idle = |name: &&String| regions_of(name, &simulation, &mesh.regions).is_none();
+        for name in simulation.interface.keys().filter(is_idle) {
             let table = format!("interface.{name}.");
             if let Some(p) = parameters.iter().find(|p| p.path().starts_with(&table)) {
                 let region_names = mesh.regions.join(", ");
@@ -149,27 +149,28 @@ impl Simulator {
             device: setup.device.cloned(),
             ranks: setup.ranks.cloned(),
         };
-        let problem = problem(&rest, &parts, mesh)
+        let problem = problem(&rest, &simulation, mesh)
             .map_err(|source| WorkflowError::Test { file: setup.path.to_owned(), source })?;
-        Ok(Self { problem, parts, parameters, rest, derivatives: setup.derivatives })
+        Ok(Self { problem, simulation, parameters, rest, derivatives: setup.derivatives })
     }
 
     /// Returns the test with the given parameter values.
     pub(super) fn at(&self, values: &[f64]) -> Result<Problem, FemError> {
-        let parts = self.parts_at(values)?;
+        let simulation = self.parts_at(values)?;
         let regions = &self.problem.mesh().regions;
-        let is_material = |parts: &SimulationParts| {
-            (&parts.phase_field, &parts.test) == (&self.parts.phase_field, &self.parts.test)
+        let is_material = |simulation: &SimulationParts| {
+            (&simulation.phase_field, &simulation.test)
+                == (&self.simulation.phase_field, &self.simulation.test)
         };
-        let problem = match is_material(&parts) {
+        let problem = match is_material(&simulation) {
             true => {
-                let problem = self.problem.with_materials(in_fem(&parts, regions)?)?;
-                match interfaces(&parts, regions) {
+                let problem = self.problem.with_materials(in_fem(&simulation, regions)?)?;
+                match interfaces(&simulation, regions) {
                     none if none.is_empty() => problem,
                     interfaces => problem.with_interfaces(interfaces)?,
                 }
             }
-            false => problem(&self.rest, &parts, self.problem.mesh().clone())?,
+            false => problem(&self.rest, &simulation, self.problem.mesh().clone())?,
         };
         if !self.derivatives {
             return Ok(problem);
@@ -180,10 +181,10 @@ impl Simulator {
                 let mut values = values.to_vec();
                 values[i] = value;
                 let shifted = self.parts_at(&values)?;
-                let others = |parts: &SimulationParts| {
-                    (parts.phase_field, parts.test.clone(), parts.machine)
+                let others = |simulation: &SimulationParts| {
+                    (simulation.phase_field, simulation.test.clone(), simulation.machine)
                 };
-                match others(&shifted) == others(&parts) {
+                match others(&shifted) == others(&simulation) {
                     true => Ok((in_fem(&shifted, regions)?, interfaces(&shifted, regions))),
                     false => Err(unsupported(
                         parameter,
@@ -199,13 +200,13 @@ impl Simulator {
 
     /// Returns the parts of the case with the given parameter values.
     fn parts_at(&self, values: &[f64]) -> Result<SimulationParts, FemError> {
-        let mut parts = self.parts.clone();
+        let mut simulation = self.simulation.clone();
         for (parameter, &value) in self.parameters.iter().zip(values) {
-            parameter.set(&mut parts, value).map_err(|TargetError { problem, .. }| {
+            parameter.set(&mut simulation, value).map_err(|TargetError { problem, .. }| {
                 unsupported(parameter, &problem, "leave the parameter out")
             })?;
         }
-        Ok(parts)
+        Ok(simulation)
     }
 
     /// Checks that the materials and derivatives are valid at the given parameter values. Errors name the case
@@ -235,7 +236,7 @@ impl Simulator {
 
     /// The fraction of the test that is done.
     pub(super) fn fraction_done(&self, point: &CurvePoint) -> f64 {
-        point.time_s / self.parts.test.duration_s()
+        point.time_s / self.simulation.test.duration_s()
     }
 }
 
@@ -247,10 +248,10 @@ fn unsupported(parameter: &Parameter, problem: &str, help: &'static str) -> FemE
     FemError::Unsupported { entity: parameter.to_string(), reason }
 }
 
-fn problem(rest: &Rest, parts: &SimulationParts, mesh: TetMesh) -> Result<Problem, FemError> {
-    let materials = in_fem(parts, &mesh.regions)?;
-    let interfaces = interfaces(parts, &mesh.regions);
-    let SimulationParts { test, phase_field, .. } = parts;
+fn problem(rest: &Rest, simulation: &SimulationParts, mesh: TetMesh) -> Result<Problem, FemError> {
+    let materials = in_fem(simulation, &mesh.regions)?;
+    let interfaces = interfaces(simulation, &mesh.regions);
+    let SimulationParts { test, phase_field, .. } = simulation;
     let builder = match &rest.conditions {
         Some(conditions) => Problem::builder(mesh)
             .conditions(conditions.in_fem(test.duration_s()))
@@ -279,9 +280,9 @@ const EQUAL: f64 = 1e-6;
 
 /// Converts a simulated curve to the form that a testing machine records: the first point is the unloaded start. Hold and
 /// unloading of a load program are branches of the curve.
-pub(super) fn recorded(points: &[CurvePoint]) -> TestCurve {
+pub(super) fn recorded(curve_points: &[CurvePoint]) -> TestCurve {
     let start = CurvePoint::default();
-    let all = || iter::once(&start).chain(points);
+    let all = || iter::once(&start).chain(curve_points);
     let curve = TestCurve {
         displacement_mm: all().map(|point| point.displacement_mm).collect(),
         force_n: all().map(|point| point.force_n).collect(),
@@ -291,7 +292,7 @@ pub(super) fn recorded(points: &[CurvePoint]) -> TestCurve {
     let largest = |values: &[f64]| values.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
     let (equal_mm, equal_n) =
         (EQUAL * largest(&curve.displacement_mm), EQUAL * largest(&curve.force_n));
-    match points.iter().any(|point| point.force_is_prescribed) {
+    match curve_points.iter().any(|point| point.force_is_prescribed) {
         true => curve.with_force_branches(equal_mm, equal_n, 0),
         false => curve.with_branches(equal_mm),
     }
@@ -308,9 +309,9 @@ pub(super) fn recorded_run(record: &RunRecord) -> TestCurve {
 /// pairs of name and value.
 pub(super) fn recorded_with<'a>(
     inputs: impl IntoIterator<Item = (&'a str, f64)>,
-    points: &[CurvePoint],
+    curve_points: &[CurvePoint],
 ) -> TestCurve {
-    MachineCase::of_inputs(inputs).machine().record(&recorded(points))
+    MachineCase::of_inputs(inputs).machine().record(&recorded(curve_points))
 }
 
 /// Returns the error of a failed run.
@@ -322,32 +323,35 @@ pub(super) fn failure(end: &End) -> Option<FemError> {
 }
 
 /// Materials of the regions of a mesh, at the temperature of the test.
-fn in_fem(parts: &SimulationParts, regions: &[String]) -> Result<Vec<fem::Material>, FemError> {
-    let at_temperature = |material: fem::Material| match parts.test.temperature_celsius {
+fn in_fem(
+    simulation: &SimulationParts,
+    regions: &[String],
+) -> Result<Vec<fem::Material>, FemError> {
+    let at_temperature = |material: fem::Material| match simulation.test.temperature_celsius {
         Some(celsius) => material.at_temperature(celsius),
         None => material,
     };
-    regions.iter().map(|region| parts.material[region].in_fem().map(at_temperature)).collect()
+    regions.iter().map(|region| simulation.material[region].in_fem().map(at_temperature)).collect()
 }
 
 /// The two regions of an interface; `None` if one of them is not in the mesh.
 fn regions_of<'a>(
     name: &'a str,
-    parts: &SimulationParts,
+    simulation: &SimulationParts,
     regions: &[String],
 ) -> Option<[&'a str; 2]> {
-    let pair = InterfaceCase::regions(name, &parts.material)?;
+    let pair = InterfaceCase::regions(name, &simulation.material)?;
     pair.iter()
         .all(|region| regions.iter().any(|known_region| known_region == region))
         .then_some(pair)
 }
 
 /// Interfaces between regions of a mesh.
-fn interfaces(parts: &SimulationParts, regions: &[String]) -> Vec<fem::Interface> {
+fn interfaces(simulation: &SimulationParts, regions: &[String]) -> Vec<fem::Interface> {
     let in_mesh = |(name, interface): (&String, &InterfaceCase)| {
-        Some(interface.in_fem(regions_of(name, parts, regions)?))
+        Some(interface.in_fem(regions_of(name, simulation, regions)?))
     };
-    parts.interface.iter().filter_map(in_mesh).collect()
+    simulation.interface.iter().filter_map(in_mesh).collect()
 }
 
 /// Quantities of interest of a run, or the reason why the run has no quantities.

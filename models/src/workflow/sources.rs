@@ -119,7 +119,7 @@ pub(super) struct Sources {
 
 impl Sources {
     /// Keys of the case that were read.
-    pub(super) fn parts(&self) -> impl Iterator<Item = &str> {
+    pub(super) fn case_keys(&self) -> impl Iterator<Item = &str> {
         self.case.keys().map(String::as_str)
     }
 
@@ -229,7 +229,7 @@ mod tests {
         assert_eq!(sources, before);
         let older = Sources { stamps: BTreeMap::new(), ..sources.clone() };
         assert_eq!(change(&older).as_deref(), Some("stack.tif has changed"));
-        // the same content with another time is no change; another content is one
+        // another modification time with the same content does not count as a change; another content does
         written(1, 50);
         assert_eq!(change(&sources), None);
         written(2, 50);

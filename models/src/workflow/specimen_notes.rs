@@ -121,7 +121,7 @@ pub(super) fn note_sizes(table: &SpecimenTable, mesh: MeshSize, notes: &mut Note
     }
 }
 
-/// Notes what compliance and force offset of the machine change in the curves. Returns an error for each curve whose
+/// Notes how compliance and force offset of the machine change the curves. Returns an error for each curve whose
 /// displacement the machine would explain completely.
 pub(super) fn check_machine(
     machine: MachineCase,

@@ -201,8 +201,8 @@ fn grain_surfaces(inputs: &Inputs<'_>) -> Result<Vec<GrainSurface>, WorkflowErro
         }
         SpecimenGeometry::Cylinder { radius_mm, height_mm, grains, .. } => {
             let list: GrainList = packed(case, grains.as_ref(), *radius_mm, *height_mm)?;
-            let numbers = (1..=list.grains() as u32).into_par_iter();
-            Ok(numbers.map(|number| of_one_phase((number, list.surface(number)))).collect())
+            let grain_numbers = (1..=list.grains() as u32).into_par_iter();
+            Ok(grain_numbers.map(|number| of_one_phase((number, list.surface(number)))).collect())
         }
         SpecimenGeometry::Mesh { file, .. } => {
             let mesh = direct_mesh(case, &geometry)?.0;

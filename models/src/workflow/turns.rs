@@ -47,10 +47,10 @@ mod tests {
     #[test]
     fn specimens_are_not_mixed_up_with_the_order_of_a_design() {
         let input = surrogate::Input::new("x", 0.0, 1.0).unwrap();
-        let points = surrogate::DesignMethod::Sobol.sample(&[input], 64, 1).unwrap();
+        let design = surrogate::DesignMethod::Sobol.sample(&[input], 64, 1).unwrap();
         let in_lower_half = |turns: &[usize], specimen: usize| {
             let points_of_specimen =
-                points.iter().zip(turns).filter(|(_, turn)| **turn == specimen);
+                design.iter().zip(turns).filter(|(_, turn)| **turn == specimen);
             points_of_specimen.filter(|(x, _)| x[0] < 0.5).count()
         };
         let fixed: Vec<usize> = (0..64).map(|i| i % 4).collect();

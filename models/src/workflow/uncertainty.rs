@@ -264,7 +264,8 @@ pub(super) fn sources_of_test(
                     .collect()
             };
             let columns = matrix(&slopes.iter().map(column).collect::<Vec<_>>());
-            // each specimen has its own stiffness; all groups of the population share the error of its mean
+            // each specimen has a different stiffness; the error of the estimated mean stiffness of the population is the
+            // same for all groups of the population
             let between = &columns * columns.transpose();
             let of_groups = |a: usize, b: usize| {
                 let is_unknown = groups[a].population.is_some() && groups[b].population.is_some();
@@ -424,8 +425,8 @@ fn groups(evidence: &Evidence) -> Vec<Group<'_>> {
     groups.into_iter().map(group).collect()
 }
 
-/// Assembles a matrix for the means of the quantities of all groups from one block for each pair of groups. A block has all
-/// quantities, of which those that the groups have are used.
+/// Assembles a matrix for the means of the quantities of all groups from one block for each pair of groups. A block has one
+/// row and one column per quantity. Rows and columns of quantities that a group has not recorded are omitted.
 fn blocks(groups: &[Group<'_>], block: impl Fn(usize, usize) -> DMatrix<f64>) -> DMatrix<f64> {
     let starts: Vec<usize> = groups
         .iter()

@@ -73,7 +73,7 @@ pub trait Target: Debug + Send + Sync + 'static {
     ///
     /// # Errors
     /// If the case has no such parameter.
-    fn set(&self, parts: &mut SimulationParts, value: f64) -> Result<(), TargetError>;
+    fn set(&self, simulation: &mut SimulationParts, value: f64) -> Result<(), TargetError>;
 
     /// Open interval of the allowed values. The checks of a case apply in addition.
     fn range(&self) -> [f64; 2] {

@@ -15,7 +15,7 @@ pub(super) struct InelasticConstant {
 }
 
 /// Splits a path into the region and the keys below it; `None` if the path is not in one of these tables.
-fn parts(path: &str) -> Option<(&str, impl Iterator<Item = &str>)> {
+fn region_and_keys(path: &str) -> Option<(&str, impl Iterator<Item = &str>)> {
     let (region, below) = path.split_once('.')?;
     let first = below.split('.').next()?;
     TABLES.contains(&first).then(|| (region, below.split('.')))
@@ -23,7 +23,7 @@ fn parts(path: &str) -> Option<(&str, impl Iterator<Item = &str>)> {
 
 /// Returns whether a path is in one of these tables, or is such a table.
 pub(super) fn is_inelastic(path: &str) -> bool {
-    parts(path).is_some()
+    region_and_keys(path).is_some()
 }
 
 /// Returns whether a path in one of these tables is itself a table, and not a number.
@@ -34,7 +34,7 @@ pub(super) fn is_table(path: &str) -> bool {
 impl InelasticConstant {
     /// Returns the constant that a path addresses, such as `matrix.plastic.hardening.voce.saturation_mpa`.
     pub(super) fn of_path(path: &str) -> Option<Self> {
-        let (_, keys) = parts(path)?;
+        let (_, keys) = region_and_keys(path)?;
         let keys: Vec<&str> = keys.collect();
         // plastic.rate is a table, plastic.hardening.voce.rate is a number
         let is_number = match keys[..] {
@@ -102,14 +102,14 @@ impl Target for InelasticConstant {
         self.path.split('.').next()
     }
 
-    fn set(&self, parts_of_case: &mut SimulationParts, value: f64) -> Result<(), TargetError> {
+    fn set(&self, simulation: &mut SimulationParts, value: f64) -> Result<(), TargetError> {
         let (region, keys) =
-            parts(&self.path).unwrap_or_else(|| unreachable!("checked by of_path"));
+            region_and_keys(&self.path).unwrap_or_else(|| unreachable!("checked by of_path"));
         let missing = || TargetError {
             problem: format!("the case has no number material.{}", self.path),
             help: "Add it to the material, or leave the parameter out.".to_owned(),
         };
-        let material = parts_of_case.material.get_mut(region).ok_or_else(missing)?;
+        let material = simulation.material.get_mut(region).ok_or_else(missing)?;
         // a material is a tree of tables and lists; the number is replaced in this tree
         let mut tree = toml::Value::try_from(&*material).map_err(|_| missing())?;
         let mut at = &mut tree;
@@ -160,16 +160,16 @@ mod tests {
         ] {
             let parameter: Parameter = path.parse().unwrap();
             assert_eq!((&*parameter.label(), &*parameter.unit()), (label, unit));
-            let mut parts = case.parts();
-            parameter.set(&mut parts, 0.0625).unwrap();
-            assert_ne!(parts, case.parts(), "{path}");
-            let mut again = parts.clone();
+            let mut simulation = case.simulation_parts();
+            parameter.set(&mut simulation, 0.0625).unwrap();
+            assert_ne!(simulation, case.simulation_parts(), "{path}");
+            let mut again = simulation.clone();
             parameter.set(&mut again, 0.0625).unwrap();
-            assert_eq!(parts, again, "{path}");
+            assert_eq!(simulation, again, "{path}");
         }
         for path in ["matrix.viscoelastic.shear.2.fraction", "matrix.plastic.yield_mpa"] {
             let parameter: Parameter = path.parse().unwrap();
-            let error = parameter.set(&mut case.parts(), 0.1).unwrap_err();
+            let error = parameter.set(&mut case.simulation_parts(), 0.1).unwrap_err();
             assert!(error.to_string().contains(path), "{error}");
         }
         assert!("grain.plastic.rate".parse::<Parameter>().is_err());
@@ -184,12 +184,12 @@ mod tests {
         let case = parse(&text).unwrap().case;
         let parameter: Parameter = "matrix.strength.tensile_mpa".parse().unwrap();
         assert_eq!((&*parameter.label(), &*parameter.unit()), ("σ_ts", "MPa"));
-        let mut parts = case.parts();
-        parameter.set(&mut parts, 2.5).unwrap();
-        assert_eq!(parts.material["matrix"].strength.unwrap().tensile_mpa, 2.5);
+        let mut simulation = case.simulation_parts();
+        parameter.set(&mut simulation, 2.5).unwrap();
+        assert_eq!(simulation.material["matrix"].strength.unwrap().tensile_mpa, 2.5);
         let error = parse(&text.replace("at1", "at2")).unwrap_err().to_string();
         assert!(error.contains("AT1"), "{error}");
-        // each bound is possible, but not the largest tensile strength beside the smallest compressive strength
+        // each bound is possible, but not the largest tensile strength together with the smallest compressive strength
         let prior = "[prior]\nmatrix.strength.tensile_mpa = [1.5, 3.0]\nmatrix.strength.compressive_mpa = [2.5, 8.0]\n";
         let error = parse(&format!("{text}{prior}")).unwrap_err().to_string();
         assert!(error.contains("corner of the priors") && error.contains("2.5"), "{error}");

@@ -48,8 +48,8 @@ impl Target for InterfaceToughness {
         "N/mm".into()
     }
 
-    fn set(&self, parts: &mut SimulationParts, value: f64) -> Result<(), TargetError> {
-        match parts.interface.get_mut(&self.name) {
+    fn set(&self, simulation: &mut SimulationParts, value: f64) -> Result<(), TargetError> {
+        match simulation.interface.get_mut(&self.name) {
             Some(interface) => {
                 interface.toughness_n_per_mm = value;
                 Ok(())

@@ -109,13 +109,13 @@ impl Target for MaterialConstant {
         Some(&self.region)
     }
 
-    fn set(&self, parts: &mut SimulationParts, value: f64) -> Result<(), TargetError> {
+    fn set(&self, simulation: &mut SimulationParts, value: f64) -> Result<(), TargetError> {
         let Self { region, property } = self;
         let error = |problem: String, help| Err(TargetError { problem, help });
-        let has_phase_field = parts.phase_field.is_some();
-        let names: Vec<&str> = parts.material.keys().map(String::as_str).collect();
+        let has_phase_field = simulation.phase_field.is_some();
+        let names: Vec<&str> = simulation.material.keys().map(String::as_str).collect();
         let names = format!("Choose one of: {}.", names.join(", "));
-        let Some(material) = parts.material.get_mut(region) else {
+        let Some(material) = simulation.material.get_mut(region) else {
             return error(format!("there is no material {region:?}"), names);
         };
         let has_damage = has_phase_field && material.toughness_n_per_mm.is_some();

@@ -22,43 +22,43 @@ pub(super) const NUMBERS: [CaseNumber; 7] = [
         path: "phase_field.length_mm",
         label: "l₀",
         unit: "mm",
-        number: |parts| Some(&mut parts.phase_field.as_mut()?.length_mm),
+        number: |simulation| Some(&mut simulation.phase_field.as_mut()?.length_mm),
     },
     CaseNumber {
         path: "test.friction",
         label: "μ",
         unit: "1",
-        number: |parts| Some(&mut parts.test.friction),
+        number: |simulation| Some(&mut simulation.test.friction),
     },
     CaseNumber {
         path: "test.drag_mpa_s_per_mm",
         label: "drag",
         unit: "MPa s/mm",
-        number: |parts| Some(&mut parts.test.drag_mpa_s_per_mm),
+        number: |simulation| Some(&mut simulation.test.drag_mpa_s_per_mm),
     },
     CaseNumber {
         path: "test.slip_velocity_mm_per_s",
         label: "slip velocity",
         unit: "mm/s",
-        number: |parts| Some(&mut parts.test.slip_velocity_mm_per_s),
+        number: |simulation| Some(&mut simulation.test.slip_velocity_mm_per_s),
     },
     CaseNumber {
         path: "test.temperature_celsius",
         label: "T",
         unit: "°C",
-        number: |parts| Some(parts.test.temperature_celsius.get_or_insert_default()),
+        number: |simulation| Some(simulation.test.temperature_celsius.get_or_insert_default()),
     },
     CaseNumber {
         path: MachineCase::COMPLIANCE,
         label: "C",
         unit: "mm/N",
-        number: |parts| Some(parts.machine.compliance_mm_per_n.get_or_insert_default()),
+        number: |simulation| Some(simulation.machine.compliance_mm_per_n.get_or_insert_default()),
     },
     CaseNumber {
         path: MachineCase::FORCE_OFFSET,
         label: "F₀",
         unit: "N",
-        number: |parts| Some(parts.machine.force_offset_n.get_or_insert_default()),
+        number: |simulation| Some(simulation.machine.force_offset_n.get_or_insert_default()),
     },
 ];
 
@@ -75,8 +75,8 @@ impl Target for CaseNumber {
         self.unit.into()
     }
 
-    fn set(&self, parts: &mut SimulationParts, value: f64) -> Result<(), TargetError> {
-        let number = (self.number)(parts).ok_or_else(|| {
+    fn set(&self, simulation: &mut SimulationParts, value: f64) -> Result<(), TargetError> {
+        let number = (self.number)(simulation).ok_or_else(|| {
             let table = self.path.split('.').next().unwrap_or_default();
             TargetError {
                 problem: format!("the case has no table [{table}]"),

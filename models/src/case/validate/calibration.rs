@@ -61,7 +61,7 @@ impl CaseFile {
 
     fn check_sampler(&self, mistakes: &mut Mistakes) {
         let c = &self.case.calibration;
-        let numbers = [
+        let settings = [
             (
                 "chains",
                 c.chains as f64,
@@ -97,7 +97,7 @@ impl CaseFile {
                 "0.95 follows the posterior's narrow parts; 0.8 is faster.",
             ),
         ];
-        for (key, value, lower, upper, unit, help) in numbers {
+        for (key, value, lower, upper, unit, help) in settings {
             let key = format!("calibration.{key}");
             mistakes.note(self.within(&key, value, lower, upper, unit, help));
         }

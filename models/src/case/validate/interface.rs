@@ -93,7 +93,7 @@ mod tests {
     #[test]
     fn wrong_interfaces_are_refused_with_their_key() {
         let (width, toughness) = ("width_mm = 0.4", "toughness_n_per_mm = 0.001\nwidth");
-        for (from, to, parts) in [
+        for (from, to, fragments) in [
             (
                 width,
                 "width_mm = -0.4",
@@ -137,8 +137,8 @@ mod tests {
             ),
         ] {
             let message = read(&[(from, to)]).expect_err(to);
-            for part in parts {
-                assert!(message.contains(part), "{part:?} is not in {message:?}");
+            for fragment in fragments {
+                assert!(message.contains(fragment), "{fragment:?} is not in {message:?}");
             }
         }
     }

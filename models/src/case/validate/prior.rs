@@ -139,15 +139,16 @@ impl CaseFile {
         if !(least < value && value < most) {
             return refuse(format!("must lie between {least} and {most}"), "Check its unit.");
         }
-        let mut parts = self.case.parts();
-        if parameter.set(&mut parts, value).is_err() {
+        let mut simulation = self.case.simulation_parts();
+        if parameter.set(&mut simulation, value).is_err() {
             // `check_parameter` reports the error of a parameter that cannot be set
             return Ok(());
         }
-        let changed =
-            |(region, _): &(&String, &_)| parts.material[*region] != self.case.material[*region];
+        let changed = |(region, _): &(&String, &_)| {
+            simulation.material[*region] != self.case.material[*region]
+        };
         for (region, _) in self.case.material.iter().filter(changed) {
-            match self.in_fem(region, &parts.material[region]) {
+            match self.in_fem(region, &simulation.material[region]) {
                 Ok(()) => {}
                 Err(FemError::OutOfRange { requirement, .. }) => {
                     let help = "Check the unit in the key's name.";
@@ -157,14 +158,15 @@ impl CaseFile {
             }
         }
         // a shift depends on constants of its material and on the temperature of the test
-        for series in parts.material.values().filter_map(|m| m.viscoelastic.as_ref()) {
-            if let (Some(shift), Some(celsius)) = (&series.shift, parts.test.temperature_celsius)
+        for series in simulation.material.values().filter_map(|m| m.viscoelastic.as_ref()) {
+            if let (Some(shift), Some(celsius)) =
+                (&series.shift, simulation.test.temperature_celsius)
                 && let Err(error) = shift.validate("test", celsius)
             {
                 return refuse(error.to_string(), "Choose another value.");
             }
         }
-        let changed = parts
+        let changed = simulation
             .interface
             .iter()
             .filter(|(name, interface)| self.case.interface[*name] != **interface);
@@ -176,10 +178,12 @@ impl CaseFile {
             }
         }
         let Case { phase_field, test, machine, .. } = &self.case;
-        if (&parts.phase_field, &parts.test, &parts.machine) == (phase_field, test, machine) {
+        if (&simulation.phase_field, &simulation.test, &simulation.machine)
+            == (phase_field, test, machine)
+        {
             return Ok(());
         }
-        let SimulationParts { phase_field, test, machine, .. } = parts;
+        let SimulationParts { phase_field, test, machine, .. } = simulation;
         let case = Case { phase_field, test, machine, ..self.case.clone() };
         let mut mistakes = Mistakes::default();
         let file = Self { path: self.path.clone(), case, table_files: Vec::new() };
@@ -197,19 +201,20 @@ impl CaseFile {
         let Some(prior) = self.case.whole_prior().filter(|_| self.case.is_built_in()) else {
             return Ok(());
         };
-        let mut parts = self.case.parts();
+        let mut simulation = self.case.simulation_parts();
         for (parameter, parameter_prior) in prior.iter() {
             let path = parameter.to_string();
             if path.contains(".viscoelastic.") && path.ends_with(".fraction") {
                 let [_, upper] = parameter_prior.range();
                 // `check_parameter` reports a parameter that cannot be set
-                let _ = parameter.set(&mut parts, upper);
+                let _ = parameter.set(&mut simulation, upper);
             }
         }
-        let changed =
-            |(region, _): &(&String, &_)| parts.material[*region] != self.case.material[*region];
+        let changed = |(region, _): &(&String, &_)| {
+            simulation.material[*region] != self.case.material[*region]
+        };
         for (region, _) in self.case.material.iter().filter(changed) {
-            let error = self.in_fem(region, &parts.material[region]);
+            let error = self.in_fem(region, &simulation.material[region]);
             if let Err(FemError::OutOfRange { field: "fraction", value, .. }) = error {
                 let key = format!("prior.{region}.viscoelastic");
                 let problem =
@@ -222,14 +227,14 @@ impl CaseFile {
         Ok(())
     }
 
-    /// Refuses priors with a corner where a region's strength is not defined: a tensile strength at its upper bound beside
-    /// a compressive strength, a toughness and a Young's modulus at their lower bounds and the largest regularisation
-    /// length. The check of single bounds takes the other values from the case.
+    /// Refuses priors with a corner at which the strength of a region is not defined: tensile strength and regularisation
+    /// length have their upper bounds; compressive strength, toughness and Young's modulus have their lower bounds. The
+    /// check of a single bound uses the values of the case for the other parameters.
     pub(super) fn check_strengths(&self) -> Result<(), InputError> {
         let Some(prior) = self.case.whole_prior().filter(|_| self.case.is_built_in()) else {
             return Ok(());
         };
-        let mut parts = self.case.parts();
+        let mut simulation = self.case.simulation_parts();
         let mut names = Vec::new();
         for (parameter, parameter_prior) in prior.iter() {
             let path = parameter.to_string();
@@ -246,13 +251,13 @@ impl CaseFile {
                 continue;
             };
             // `check_parameter` reports a parameter that cannot be set
-            let _ = parameter.set(&mut parts, value);
+            let _ = parameter.set(&mut simulation, value);
             names.push(format!("{path} = {value}"));
         }
-        for (region, material) in parts.material.iter().filter(|(_, m)| m.strength.is_some()) {
+        for (region, material) in simulation.material.iter().filter(|(_, m)| m.strength.is_some()) {
             let checked = material
                 .in_fem()
-                .and_then(|material| material.validate(region, parts.phase_field.as_ref()));
+                .and_then(|material| material.validate(region, simulation.phase_field.as_ref()));
             if let Err(error) = checked {
                 let key = format!("prior.{region}.strength");
                 let problem = format!("is not possible in a corner of the priors: {error}");
@@ -266,7 +271,7 @@ impl CaseFile {
 
     /// Checks that the parameter exists in the case.
     fn check_parameter(&self, key: &str, parameter: &Parameter) -> Result<(), InputError> {
-        let set = parameter.set(&mut self.case.parts(), 1.0);
+        let set = parameter.set(&mut self.case.simulation_parts(), 1.0);
         set.map_err(|TargetError { problem, help }| self.error(key, "", problem, help))
     }
 }

@@ -11,18 +11,18 @@ const MOST_POINTS: usize = 1000;
 
 /// Checks the load program, and refuses keys that a load program replaces or does not allow.
 pub(super) fn check_program(file: &CaseFile, mistakes: &mut Mistakes) {
-    let Some(points) = &file.case.test.program else { return };
+    let Some(program) = &file.case.test.program else { return };
     mistakes.note(check_beside_program(file));
     let help =
         "List points in the order of time: program = [{ time_s = 1.0, displacement_mm = 0.1 }, …].";
-    let count = points.len();
+    let count = program.len();
     if count == 0 || count > MOST_POINTS {
         let problem = format!("has {count} points: 1 to {MOST_POINTS} are allowed");
         mistakes.note(Err(file.error("test.program", "", problem, help)));
         return;
     }
     let mut is_complete = true;
-    for (k, point) in points.iter().enumerate() {
+    for (k, point) in program.iter().enumerate() {
         let checked = check_point(file, k, point);
         is_complete &= checked.is_ok();
         mistakes.note(checked);
@@ -221,7 +221,7 @@ mod tests {
     fn mistakes_name_the_point_and_the_key() {
         let point = |point: &str| HOLD.replace("{ time_s = 5.0, displacement_mm = 0.05 }", point);
         let both = |key: &str| format!("{key}\nprogram = {HOLD}");
-        for (test, parts) in [
+        for (test, fragments) in [
             (both("displacement_mm = 0.1"), ["test.displacement_mm", "beside test.program"]),
             (both("duration_s = 5.0"), ["test.duration_s", "beside test.program"]),
             (
@@ -280,8 +280,8 @@ mod tests {
             ("steps = 4".into(), ["test.displacement_mm", "test.program"]),
         ] {
             let message = parse(&test, "").unwrap_err();
-            for part in parts {
-                assert!(message.contains(part), "{part:?} is not in {message:?} of {test}");
+            for fragment in fragments {
+                assert!(message.contains(fragment), "{fragment:?} is not in {message:?} of {test}");
             }
         }
         let measure = "measure = { surface = \"top\", direction = [0, 0, -1] }";

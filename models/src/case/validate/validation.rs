@@ -87,8 +87,8 @@ fn check_entry(file: &CaseFile, entry: &ValidationCase, own: &CaseFile, mistakes
     }
 }
 
-/// Refuses specimens that the calibration uses, as far as the keys of the case show it. The curves are compared when the
-/// files are read.
+/// Refuses specimens that the calibration uses, if the keys of the case show the use. The curves are compared later, when
+/// the files are read.
 fn check_held_out(
     file: &CaseFile,
     key: &str,

@@ -14,8 +14,8 @@ pub(in crate::report) fn traces(parameters: &[CalibratedParameter]) -> Vec<Strin
     let one = |p: &CalibratedParameter| {
         let plots = p.chains.iter().zip(SERIES.iter().cycle()).map(|(chain, color)| -> Plot {
             let every = (chain.len() / 500).max(1);
-            let points = chain.iter().enumerate().step_by(every);
-            line(points.map(|(i, &v)| (i as f64, v)), color, 0.7).into()
+            let draws = chain.iter().enumerate().step_by(every);
+            line(draws.map(|(i, &v)| (i as f64, v)), color, 0.7).into()
         });
         let plots: Vec<Plot> = plots.collect();
         let length = p.chains.iter().map(Vec::len).max().unwrap_or(1);
@@ -83,8 +83,8 @@ mod tests {
 
     #[test]
     fn chains_that_are_alike_have_even_ranks_and_one_that_lags_has_not() {
-        // first two chains with interleaved values, then two chains of which one has only smaller
-        // values
+        // first two chains with interleaved values, then two chains: all values of one chain are smaller than the values
+        // of the other chain
         let even: Vec<f64> = (0..40).map(|i| f64::from(2 * i)).collect();
         let odd: Vec<f64> = even.iter().map(|x| x + 1.0).collect();
         assert_eq!(rank_histograms(&[even.clone(), odd], 4), [[1.0; 4]; 2]);

@@ -100,9 +100,9 @@ mod tests {
     #[test]
     fn density_integrates_to_one_over_the_prior() {
         let draws: Vec<f64> = (0..400).map(|i| (f64::from(i) / 400.0).powi(2)).collect();
-        let points = density(&draws, (0.0, 1.0));
+        let curve = density(&draws, (0.0, 1.0));
         let integral: f64 =
-            points.windows(2).map(|w| 0.5 * (w[0].1 + w[1].1) * (w[1].0 - w[0].0)).sum();
+            curve.windows(2).map(|w| 0.5 * (w[0].1 + w[1].1) * (w[1].0 - w[0].0)).sum();
         assert!((integral - 1.0).abs() < 2e-3, "{integral}");
     }
 

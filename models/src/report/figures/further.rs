@@ -20,10 +20,10 @@ pub(in crate::report) fn further(parameter: &FurtherParameter) -> String {
     let mut plots: Vec<Plot> = Vec::new();
     for (k, test) in parameter.tests.iter().enumerate() {
         let (colour, dashes, mark) = look(k);
-        let points = test.expected.iter().filter(|expected| expected.specimens > 0);
-        let points: Vec<(f64, f64)> = points.map(|e| (e.specimens as f64, e.contraction)).collect();
-        let marks = ScatterPlot::new().with_data(points.clone()).with_color(colour);
-        let line = line(points, colour, 1.8).with_line_style(dashes);
+        let curve = test.expected.iter().filter(|expected| expected.specimens > 0);
+        let curve: Vec<(f64, f64)> = curve.map(|e| (e.specimens as f64, e.contraction)).collect();
+        let marks = ScatterPlot::new().with_data(curve.clone()).with_color(colour);
+        let line = line(curve, colour, 1.8).with_line_style(dashes);
         plots.push(line.with_legend(test.name.as_str()).into());
         plots.push(marks.with_size(3.5).with_marker(mark).into());
     }

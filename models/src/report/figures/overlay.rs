@@ -24,9 +24,10 @@ pub(in crate::report) fn overlaid(label: &str, cases: &[(usize, &CalibratedParam
         let colour = colour_of(case);
         let draws: Vec<f64> = p.draws().collect();
         let prior = p.prior.curve();
-        let points = if draws.is_empty() { Vec::new() } else { density(&draws, p.range()) };
-        top = points.iter().chain(&prior).map(|point| point.1).fold(top, f64::max);
-        plots.push(line(points, colour, 2.0).into());
+        let posterior_curve =
+            if draws.is_empty() { Vec::new() } else { density(&draws, p.range()) };
+        top = posterior_curve.iter().chain(&prior).map(|point| point.1).fold(top, f64::max);
+        plots.push(line(posterior_curve, colour, 2.0).into());
         plots.push(line(prior, colour, 1.2).with_dashed().into());
     }
     let top = 1.05 * top;

@@ -22,7 +22,7 @@ pub(in crate::report) enum Place {
 
 /// Style in which a sample is drawn.
 struct Look {
-    points: &'static str,
+    marks: &'static str,
     bars: &'static str,
     line: &'static str,
     bins: usize,
@@ -32,9 +32,9 @@ struct Look {
 }
 
 const OF_DESIGN: Look =
-    Look { points: DESIGN, bars: ENSEMBLE, line: DESIGN, bins: 10, size: 3.0, opacity: 0.8 };
+    Look { marks: DESIGN, bars: ENSEMBLE, line: DESIGN, bins: 10, size: 3.0, opacity: 0.8 };
 const OF_POSTERIOR: Look = Look {
-    points: POSTERIOR,
+    marks: POSTERIOR,
     bars: DRAWS_FILL,
     line: POSTERIOR,
     bins: 40,
@@ -146,8 +146,8 @@ fn contours(
 
 fn scattered(pairs: impl ExactSizeIterator<Item = (f64, f64)>, look: &Look) -> Vec<Plot> {
     let every = (pairs.len() / 700).max(1);
-    let points = ScatterPlot::new().with_data(pairs.step_by(every)).with_color(look.points);
-    vec![points.with_size(look.size).with_marker_opacity(look.opacity).into()]
+    let marks = ScatterPlot::new().with_data(pairs.step_by(every)).with_color(look.marks);
+    vec![marks.with_size(look.size).with_marker_opacity(look.opacity).into()]
 }
 
 #[cfg(test)]

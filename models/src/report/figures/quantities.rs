@@ -107,12 +107,12 @@ fn densities(edges: &[f64], values: &[f64]) -> Vec<f64> {
 
 /// The outline of a histogram as one line.
 fn outline(edges: &[f64], heights: &[f64]) -> Vec<(f64, f64)> {
-    let mut points = vec![(edges[0], 0.0)];
+    let mut outline = vec![(edges[0], 0.0)];
     for (i, &height) in heights.iter().enumerate() {
-        points.extend([(edges[i], height), (edges[i + 1], height)]);
+        outline.extend([(edges[i], height), (edges[i + 1], height)]);
     }
-    points.extend(edges.last().map(|&end| (end, 0.0)));
-    points
+    outline.extend(edges.last().map(|&end| (end, 0.0)));
+    outline
 }
 
 #[cfg(test)]

@@ -22,13 +22,13 @@ pub(in crate::report) fn orders(results: &Results) -> String {
     ];
     let mut plots: Vec<Plot> = Vec::new();
     for ((name, error), color) in series.into_iter().zip(SERIES) {
-        let points: Vec<(f64, f64)> = results
+        let curve: Vec<(f64, f64)> = results
             .orders
             .iter()
             .filter_map(|o| Some((o.order as f64, error(o).filter(|e| *e >= LEAST)?)))
             .collect();
-        let dots = ScatterPlot::new().with_data(points.clone()).with_color(color).with_size(3.5);
-        plots.push(line(points, color, 1.8).with_legend(name).into());
+        let dots = ScatterPlot::new().with_data(curve.clone()).with_color(color).with_size(3.5);
+        plots.push(line(curve, color, 1.8).with_legend(name).into());
         plots.push(dots.into());
     }
     let layout = panel(&plots, "order", "relative error")

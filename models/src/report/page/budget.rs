@@ -32,11 +32,11 @@ pub(super) fn show(Budget { sources, parameters, is_outside }: &Budget<'_>) -> M
         }
     };
     let rows = html! {
-        @for (parameter, parts) in *parameters {
+        @for (parameter, shares) in *parameters {
             tr {
-                td.name { (parameter) (bar(parts)) }
+                td.name { (parameter) (bar(shares)) }
                 @for source in sources {
-                    td { @if let Some(share) = share(parts, source) { (percent(share)) } }
+                    td { @if let Some(share) = share(shares, source) { (percent(share)) } }
                 }
             }
         }
@@ -69,7 +69,7 @@ pub(super) fn show(Budget { sources, parameters, is_outside }: &Budget<'_>) -> M
 /// Sources that occur in the budget, in the order of [`SOURCES`]; other sources follow.
 fn sources(budget: &[(String, Vec<(String, f64)>)]) -> Vec<&str> {
     let mut ordered: Vec<&str> = Vec::new();
-    for (source, _) in budget.iter().flat_map(|(_, parts)| parts) {
+    for (source, _) in budget.iter().flat_map(|(_, shares)| shares) {
         if !ordered.contains(&source.as_str()) {
             ordered.push(source);
         }
@@ -80,8 +80,8 @@ fn sources(budget: &[(String, Vec<(String, f64)>)]) -> Vec<&str> {
     ordered
 }
 
-fn share(parts: &[(String, f64)], source: &str) -> Option<f64> {
-    parts.iter().find(|(name, _)| name == source).map(|(_, share)| *share)
+fn share(shares: &[(String, f64)], source: &str) -> Option<f64> {
+    shares.iter().find(|(name, _)| name == source).map(|(_, share)| *share)
 }
 
 /// Kind of a source: with several tests, the name of the source begins with the name of its test.
@@ -103,10 +103,10 @@ fn percent(share: f64) -> String {
 }
 
 /// Bar that is divided into the shares of the sources.
-fn bar(parts: &[(String, f64)]) -> Markup {
+fn bar(shares: &[(String, f64)]) -> Markup {
     let names: Vec<String> =
-        parts.iter().map(|(source, share)| format!("{source} {}", percent(*share))).collect();
-    let mut ordered: Vec<&(String, f64)> = parts.iter().collect();
+        shares.iter().map(|(source, share)| format!("{source} {}", percent(*share))).collect();
+    let mut ordered: Vec<&(String, f64)> = shares.iter().collect();
     let rank = |part: &&(String, f64)| SOURCES.iter().position(|s| *s == kind(&part.0));
     ordered.sort_by_key(|part| rank(part).unwrap_or(SOURCES.len()));
     let ends = ordered.iter().scan(0.0, |end, part| {
@@ -130,7 +130,7 @@ mod tests {
     use super::*;
 
     fn results() -> Results {
-        let parts = |shares: [f64; 3]| -> Vec<(String, f64)> {
+        let shares = |shares: [f64; 3]| -> Vec<(String, f64)> {
             ["surrogate", "geometry", "specimens"]
                 .map(str::to_owned)
                 .into_iter()
@@ -138,8 +138,8 @@ mod tests {
                 .collect()
         };
         let budget = vec![
-            ("E (MPa)".to_owned(), parts([0.056, 0.148, 0.796])),
-            ("ξ (MPa s)".to_owned(), parts([0.001, 0.4, 0.599])),
+            ("E (MPa)".to_owned(), shares([0.056, 0.148, 0.796])),
+            ("ξ (MPa s)".to_owned(), shares([0.001, 0.4, 0.599])),
         ];
         Results { budget, ..Results::default() }
     }
@@ -161,8 +161,9 @@ mod tests {
     #[test]
     fn sources_of_several_tests_have_the_colours_of_their_kinds() {
         let part = |source: &str| (source.to_owned(), 0.5);
-        let parts = vec![part("slow mesh"), part("fast specimens")];
-        let results = Results { budget: vec![("E (MPa)".to_owned(), parts)], ..Results::default() };
+        let shares = vec![part("slow mesh"), part("fast specimens")];
+        let results =
+            Results { budget: vec![("E (MPa)".to_owned(), shares)], ..Results::default() };
         let html = collect(&results).map(|budget| show(&budget).into_string()).unwrap_or_default();
         assert!(html.contains("<rect class=\"specimens\" x=\"0.00\""), "{html}");
         assert!(html.contains("key mesh") && !html.contains("do not include the error"), "{html}");

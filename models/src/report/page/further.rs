@@ -34,7 +34,7 @@ pub(super) fn show(parameters: &[FurtherParameter]) -> Markup {
 }
 
 fn parameter_section(parameter: &FurtherParameter) -> Markup {
-    let numbers: Vec<usize> = parameter
+    let specimen_counts: Vec<usize> = parameter
         .tests
         .first()
         .map_or(Vec::new(), |test| test.expected.iter().map(|e| e.specimens).collect());
@@ -45,7 +45,7 @@ fn parameter_section(parameter: &FurtherParameter) -> Markup {
         (table(
             html! {
                 th { "further test" }
-                @for n in &numbers { th { (n) } }
+                @for n in &specimen_counts { th { (n) } }
                 @for goal in &goals { th { (wanted(goal)) } }
             },
             html! { @for test in &parameter.tests { tr {

@@ -25,7 +25,7 @@ pub(super) fn collect(results: &Results) -> Option<Paragraph<'_>> {
     }
     let parameters =
         results.parameters.iter().map(|p| format!("{} ({})", p.label, p.prior_words()));
-    let numbers = || results.summary.iter();
+    let summary_rows = || results.summary.iter();
     Some(Paragraph {
         settings,
         specimens: results.experiments.len().max(results.specimens.len()),
@@ -38,8 +38,8 @@ pub(super) fn collect(results: &Results) -> Option<Paragraph<'_>> {
         order: results.chosen_order,
         parameters: parameters.collect(),
         quantities: results.qois.iter().map(|qoi| qoi.label.as_str()).collect(),
-        rhat: numbers().map(|row| row.rhat).fold(f64::NEG_INFINITY, f64::max),
-        ess: numbers().map(|row| row.ess_bulk).fold(f64::INFINITY, f64::min),
+        rhat: summary_rows().map(|row| row.rhat).fold(f64::NEG_INFINITY, f64::max),
+        ess: summary_rows().map(|row| row.ess_bulk).fold(f64::INFINITY, f64::min),
         divergences: results.divergences,
     })
 }

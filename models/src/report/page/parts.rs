@@ -12,10 +12,10 @@ const NUMBER: &str = "<!--number of the figure-->";
 
 /// Numbers the figures of a page in their order.
 pub(super) fn numbered(page: &str) -> String {
-    let mut parts = page.split(NUMBER);
-    let mut numbered = parts.next().unwrap_or_default().to_owned();
-    for (k, part) in parts.enumerate() {
-        numbered += &format!("{}{part}", k + 1);
+    let mut pieces = page.split(NUMBER);
+    let mut numbered = pieces.next().unwrap_or_default().to_owned();
+    for (k, piece) in pieces.enumerate() {
+        numbered += &format!("{}{piece}", k + 1);
     }
     numbered
 }

@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use super::ComparedCase;
 use crate::report::page::parts::table;
 
-/// A case beside the case with the largest held-out density.
+/// Comparison of a case with the case that has the largest held-out density.
 #[derive(Clone, Debug, PartialEq)]
 struct Compared {
     name: String,

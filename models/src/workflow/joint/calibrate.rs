@@ -110,9 +110,9 @@ fn relations(inputs: &Inputs<'_>) -> Result<BTreeMap<String, BetweenTests>, Work
     all.map(|(parameter, entry)| Ok((parameter.to_string(), relation(entry)?))).collect()
 }
 
-/// Writes the draws at which each validation simulates its test. The parameters are those of the test that the validation
-/// changes, except that varying parameters have new values about their centre, and that trends are evaluated at the
-/// temperature or rate of the validation.
+/// Writes the draws at which each validation simulates its test. A validation changes one of the tests, and has the
+/// parameters of this test, with two exceptions: varying parameters have new values about their centre, and trends are
+/// evaluated at the temperature or rate of the validation.
 fn write_draws_of_validations(
     task: &Task<'_>,
     joint: &JointCalibration,
@@ -223,7 +223,7 @@ fn write_without_tests(
         for (left_out, others) in without {
             let Some(index) = others.names.iter().position(|other| other == name) else { continue };
             let moments = Moments::of(others, index);
-            let numbers = [
+            let statistics = [
                 moments.mean,
                 moments.sd,
                 moments.quantiles[0],
@@ -233,7 +233,7 @@ fn write_without_tests(
                 moments.sd / all.sd,
             ];
             let cells = [name.clone(), left_out.clone()].into_iter();
-            rows.push(cells.chain(numbers.map(|x| x.to_string())).collect::<Vec<_>>());
+            rows.push(cells.chain(statistics.map(|x| x.to_string())).collect::<Vec<_>>());
         }
     }
     let header =

@@ -55,7 +55,7 @@ fn budget(inputs: &Inputs<'_>) -> Result<Vec<Shares>, WorkflowError> {
         let label = label(row.text("parameter"));
         let part = (row.text("source").to_owned(), row.number("share")?);
         match budget.last_mut() {
-            Some((parameter, parts)) if *parameter == label => parts.push(part),
+            Some((parameter, sources)) if *parameter == label => sources.push(part),
             _ => budget.push((label, vec![part])),
         }
     }

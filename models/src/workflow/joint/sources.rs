@@ -20,15 +20,15 @@ pub(super) fn write_uncertainty(
     tests: &[TestEvidence],
     joint: &JointCalibration,
 ) -> Result<(), WorkflowError> {
-    let mut parts = Vec::new();
+    let mut sources_by_test = Vec::new();
     for (test, draws) in tests.iter().zip(&joint.tests) {
         let single = calibration_of_draws(&test.fitted.pce, &test.priors, &test.evidence, draws)?;
         let part = sources_of_test(&test.fitted, &single.posterior, &test.evidence, &test.shared)?;
         let Some(part) = part else { return Ok(()) };
-        parts.push(part);
+        sources_by_test.push(part);
     }
     let prior: Vec<f64> = joint.priors.iter().map(Univariate::variance).collect();
-    let (jacobian, sources) = stacked(tests, joint, &parts);
+    let (jacobian, sources) = stacked(tests, joint, &sources_by_test);
     let (names, covariances): (Vec<String>, Vec<DMatrix<f64>>) = sources.into_iter().unzip();
     let Some(shares) = shares(&jacobian, &prior, &covariances) else { return Ok(()) };
     let rows = joint.names.iter().zip(&shares).flat_map(|(parameter, shares)| {
@@ -47,13 +47,13 @@ type NamedMatrix = (String, DMatrix<f64>);
 fn stacked(
     tests: &[TestEvidence],
     joint: &JointCalibration,
-    parts: &[TestSources],
+    sources_by_test: &[TestSources],
 ) -> (Vec<Vec<f64>>, Vec<NamedMatrix>) {
-    let size = parts.iter().map(|part| part.jacobian.len()).sum();
+    let size = sources_by_test.iter().map(|part| part.jacobian.len()).sum();
     let mut jacobian: Vec<Vec<f64>> = Vec::with_capacity(size);
     let mut sources: Vec<(String, DMatrix<f64>)> = Vec::new();
     let mut between = DMatrix::zeros(size, size);
-    for (k, (test, part)) in tests.iter().zip(parts).enumerate() {
+    for (k, (test, part)) in tests.iter().zip(sources_by_test).enumerate() {
         let (first, rows) = (jacobian.len(), part.jacobian.len());
         let within_all = |covariance: &DMatrix<f64>| {
             let mut whole = DMatrix::zeros(size, size);

@@ -49,21 +49,21 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         })?;
         candidates.push(Candidate { name: case.name.clone(), belief, test });
     }
-    let mut numbers = further.specimens.clone();
-    numbers.sort_unstable();
-    numbers.dedup();
-    let numbers: Vec<usize> = [0].into_iter().chain(numbers).collect();
+    let mut specimen_counts = further.specimens.clone();
+    specimen_counts.sort_unstable();
+    specimen_counts.dedup();
+    let specimen_counts: Vec<usize> = [0].into_iter().chain(specimen_counts).collect();
     let parameters: Vec<&str> = present.prior.iter().map(|input| input.name.as_str()).collect();
     let mut rows = Vec::new();
     let mut needed = Vec::new();
     for Candidate { name, belief, test } in &candidates {
-        for &specimens in &numbers {
+        for &specimens in &specimen_counts {
             let expected = test.expected(belief, specimens).map_err(|error| named(name, error))?;
             rows.extend(parameters.iter().zip(expected).map(|(parameter, expected)| {
                 let Expected { contraction, range: [low, high], width90 } = expected;
-                let numbers = [contraction, low, high, width90].map(|x| x.to_string());
+                let statistics = [contraction, low, high, width90].map(|x| x.to_string());
                 let key = [name.clone(), (*parameter).to_owned(), specimens.to_string()];
-                key.into_iter().chain(numbers).collect::<Vec<_>>()
+                key.into_iter().chain(statistics).collect::<Vec<_>>()
             }));
         }
         for (i, parameter) in parameters.iter().enumerate() {

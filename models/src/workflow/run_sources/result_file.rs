@@ -101,9 +101,9 @@ mod tests {
             ("time_s,displacement_mm,force_N\n1,0.1,5\n2.5,0.2,8\n", [1.0, 2.5]),
         ] {
             let outcome = read(text).unwrap();
-            let points: Vec<[f64; 3]> =
+            let curve: Vec<[f64; 3]> =
                 outcome.curve.iter().map(|p| [p.time_s, p.displacement_mm, p.force_n]).collect();
-            assert_eq!(points, [[time_s[0], 0.1, 5.0], [time_s[1], 0.2, 8.0]]);
+            assert_eq!(curve, [[time_s[0], 0.1, 5.0], [time_s[1], 0.2, 8.0]]);
             assert!(outcome.values.is_empty());
         }
         let error = read("displacement_mm,load\n0.1,5\n").unwrap_err();

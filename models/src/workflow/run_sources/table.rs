@@ -102,7 +102,7 @@ fn record(
 }
 
 impl RunSource for ImportedRuns {
-    fn points(&self) -> Option<Vec<Vec<f64>>> {
+    fn parameter_points(&self) -> Option<Vec<Vec<f64>>> {
         Some(self.records.iter().map(|record| record.inputs.clone()).collect())
     }
 

@@ -61,9 +61,9 @@ impl Laboratory {
         let outputs = vec!["slope_N_per_mm".into(), "displacement_at_peak_mm".into()];
         let mut runs = Dataset::new(prior(), outputs, "emulated").unwrap();
         runs = runs.with_notes(&[SEED, STIFFNESS_RATIO]).unwrap();
-        let points = DesignMethod::LatinHypercube.sample(&prior(), RUNS, self.seed).unwrap();
+        let design = DesignMethod::LatinHypercube.sample(&prior(), RUNS, self.seed).unwrap();
         let turns = in_turn(RUNS, self.count, self.seed);
-        for (i, (x, place)) in points.iter().zip(turns).enumerate() {
+        for (i, (x, place)) in design.iter().zip(turns).enumerate() {
             let noise = [(); 2].map(|()| 0.001 * rng.sample::<f64, _>(StandardNormal));
             let y = grains[place].quantities([x[0], x[1]], noise);
             let name = if shared { place } else { i }.to_string();

@@ -58,10 +58,10 @@ impl Band {
     pub(super) fn rows(&self, name: &str) -> Vec<Vec<String>> {
         let row = |(i, (curves, inside)): (usize, &(usize, [usize; LEVELS.len()]))| {
             let forces = self.band.force_n.iter().map(|quantile| quantile[i]);
-            let numbers = [self.band.displacement_mm[i]].into_iter().chain(forces);
+            let displacement_and_forces = [self.band.displacement_mm[i]].into_iter().chain(forces);
             let counts = [*curves].into_iter().chain(*inside).map(|n| n.to_string());
-            let numbers = numbers.map(|x| x.to_string());
-            [name.to_owned()].into_iter().chain(numbers).chain(counts).collect()
+            let displacement_and_forces = displacement_and_forces.map(|x| x.to_string());
+            [name.to_owned()].into_iter().chain(displacement_and_forces).chain(counts).collect()
         };
         self.inside.iter().enumerate().map(row).collect()
     }
@@ -147,8 +147,8 @@ fn prediction_of_force(
 
 /// Force at a displacement on the loading part of a curve, interpolated linearly; `None` outside the curve.
 fn force_at(curve: &TestCurve, u: f64) -> Option<f64> {
-    let points = || curve.displacement_mm.iter().zip(&curve.force_n);
-    points().zip(points().skip(1)).find_map(|((a, force_a), (b, force_b))| {
+    let readings = || curve.displacement_mm.iter().zip(&curve.force_n);
+    readings().zip(readings().skip(1)).find_map(|((a, force_a), (b, force_b))| {
         (*a <= u && u <= *b && a < b).then(|| force_a + (force_b - force_a) * (u - a) / (b - a))
     })
 }

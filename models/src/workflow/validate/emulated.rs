@@ -141,8 +141,8 @@ mod tests {
         assert!(SharedGiven::new(&one(0.0), &one(0.0), &gaps).is_none());
     }
 
-    /// Two correlated quantities of specimens that may lack one: the conditional distribution of δ from the joint normal
-    /// distribution of δ and of all recorded quantities.
+    /// Specimens have two correlated quantities, of which one may be missing. The distribution of the shared error δ
+    /// equals the conditional distribution from the joint normal distribution of δ and all recorded quantities.
     #[test]
     fn the_shared_error_is_that_of_the_joint_distribution() {
         let s = DMatrix::from_row_slice(2, 2, &[0.04, 0.01, 0.01, 0.02]);

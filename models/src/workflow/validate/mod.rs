@@ -188,8 +188,8 @@ fn write_coverage(task: &Task<'_>, all: &[Compared]) -> Result<(), WorkflowError
         }
         let [low, high] = coverage.interval(CONFIDENCE);
         let counts = [coverage.inside, coverage.total].map(|n| n.to_string());
-        let numbers = [coverage.fraction(), low, high].map(|x| x.to_string());
-        Some([level.to_string()].into_iter().chain(counts).chain(numbers).collect::<Vec<_>>())
+        let fractions = [coverage.fraction(), low, high].map(|x| x.to_string());
+        Some([level.to_string()].into_iter().chain(counts).chain(fractions).collect::<Vec<_>>())
     });
     let rows: Vec<_> = rows.collect();
     let header = ["level", "inside", "total", "fraction", "low", "high"];

@@ -146,12 +146,12 @@ mod tests {
             let predicted = Predicted::new("peak_force_N", means.to_vec(), None, 0.0);
             predicted.err().unwrap().to_string()
         };
-        for (means, parts) in [
+        for (means, fragments) in [
             (vec![1.0, f64::NAN], ["peak_force_N", "NaN", "set.qoi.quantities"]),
             (vec![1.0], ["peak_force_N", "1 posterior draws", "raise the number of draws"]),
         ] {
             let message = error(&means);
-            assert!(parts.iter().all(|part| message.contains(part)), "{message}");
+            assert!(fragments.iter().all(|fragment| message.contains(fragment)), "{message}");
         }
     }
 }

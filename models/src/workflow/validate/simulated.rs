@@ -164,7 +164,7 @@ fn records(
     }
     let parameters: Vec<String> = inputs.parameters()?.iter().map(ToString::to_string).collect();
     let source = source_of(inputs)?;
-    if source.points().is_some() {
+    if source.parameter_points().is_some() {
         let text =
             "the runs of the case are imported, so that no run at posterior draws can be made";
         return Err(WorkflowError::Unusable(text.to_owned()));
@@ -181,8 +181,9 @@ fn records(
     let run = |(i, inputs)| RunInput { id: i + 1, inputs };
     let runs: Vec<RunInput> = draws.iter().map(point).enumerate().map(run).collect();
     // other draws are other runs
-    let points: String = runs.iter().map(|run| format!("draw = {:?}\n", run.inputs)).collect();
-    let manifest = format!("{}{points}", level.manifest);
+    let manifest_lines: String =
+        runs.iter().map(|run| format!("draw = {:?}\n", run.inputs)).collect();
+    let manifest = format!("{}{manifest_lines}", level.manifest);
     let folder = format!("{}/runs", folder_of(&entry.name));
     let named = NamedRuns {
         folder: &folder,

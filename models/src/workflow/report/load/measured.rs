@@ -21,18 +21,18 @@ use crate::table::{CsvTable, TableRow};
 /// Returns the curve of a confirming simulation, starting at the origin, as recorded by a machine with the
 /// properties among the parameters of the simulation.
 pub(super) fn confirmed(inputs: &Inputs<'_>, label: &str) -> Result<Points, WorkflowError> {
-    let points = read_curve(inputs.file(&format!("curves/{label}.csv"))?)?;
+    let curve = read_curve(inputs.file(&format!("curves/{label}.csv"))?)?;
     let path = inputs.file("confirm_runs.csv")?;
     let runs = CsvTable::read(&path, &["run"])?;
     // the baseline has no calibrated parameters, and therefore no row
     let Some(row) = runs.rows().find(|row| row.text("run") == label) else {
-        return Ok(points_of(recorded_with([], &points)));
+        return Ok(points_of(recorded_with([], &curve)));
     };
     let calibrated = [MachineCase::COMPLIANCE, MachineCase::FORCE_OFFSET].into_iter();
     let calibrated = calibrated.filter(|column| runs.has_column(column));
     let machine = calibrated.map(|column| row.number(column).map(|value| (column, value)));
     let machine = machine.collect::<Result<Vec<_>, InputError>>()?;
-    Ok(points_of(recorded_with(machine, &points)))
+    Ok(points_of(recorded_with(machine, &curve)))
 }
 
 /// The curve of a confirming simulation, see [`confirmed`]; empty for a simulation that has quantities and no curve.
@@ -79,10 +79,10 @@ pub(super) fn ensemble(
         let name = format!("curves/run-{:0>3}.csv", note("run"));
         // a simulation that has quantities and no curve writes no file
         if inputs.case().is_built_in() || inputs.file_if_there(&name).is_some() {
-            let points = read_curve(inputs.file(&name)?)?;
+            let curve = read_curve(inputs.file(&name)?)?;
             let names = data.inputs().iter().map(|input| input.name.as_str());
             let of_run = names.zip(data.row(i).0.iter().copied());
-            results.ensemble.push(points_of(recorded_with(of_run, &points)));
+            results.ensemble.push(points_of(recorded_with(of_run, &curve)));
         }
     }
     let path = inputs.file("failed_runs.csv")?;
@@ -161,9 +161,9 @@ pub(super) fn experiments(
         let curve = preparation.specimen_curve(&specimen.curve).shift_displacement(-toe);
         let curve = scale.apply(&curve);
         // points far beyond the simulated range would compress the rest of the figure
-        let points = points_of(curve).into_iter();
+        let curve = points_of(curve).into_iter();
         let is_shown = |p: &(f64, f64)| end == 0.0 || p.0 <= 1.05 * end;
-        results.experiments.push((specimen.id, points.filter(is_shown).collect()));
+        results.experiments.push((specimen.id, curve.filter(is_shown).collect()));
     }
     Ok(())
 }

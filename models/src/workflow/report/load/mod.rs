@@ -298,8 +298,8 @@ fn orders(fit: &FitReport) -> Vec<OrderErrors> {
 
 fn discrepancy_in_words(calibration: &CalibrationCase) -> String {
     let part = |(quantity, percent): (&Quantity, &f64)| format!("{quantity} {percent} %");
-    let parts: Vec<String> = calibration.discrepancy.percent.iter().map(part).collect();
-    if parts.is_empty() { "none".to_owned() } else { parts.join(", ") }
+    let percentages: Vec<String> = calibration.discrepancy.percent.iter().map(part).collect();
+    if percentages.is_empty() { "none".to_owned() } else { percentages.join(", ") }
 }
 
 /// Describes burn-in and thinning; empty if there is neither.

@@ -30,11 +30,11 @@ pub(super) fn mesh_errors(
     let path = inputs.file("confirm.csv")?;
     let table = CsvTable::read(&path, &["qoi", "mesh_error_percent"])?;
     let stated = &inputs.calibration().discrepancy.percent;
-    let (mut parts, mut left_out) = (Vec::new(), Vec::new());
+    let (mut percentages, mut left_out) = (Vec::new(), Vec::new());
     for quantity in quantities {
         let row = table.named("qoi", &quantity.column())?;
         let Ok(percent) = row.text("mesh_error_percent").parse::<f64>() else { return Ok(None) };
-        parts.push(format!("{} {percent:+.1} %", quantity.label()));
+        percentages.push(format!("{} {percent:+.1} %", quantity.label()));
         if stated.get(quantity).is_none_or(|stated| *stated < percent.abs()) {
             left_out.push(quantity.label().to_string());
         }
@@ -46,7 +46,7 @@ pub(super) fn mesh_errors(
     };
     Ok(Some(format!(
         "Error of the mesh at the mode, estimated from a second mesh with another spacing: {}. {included}",
-        parts.join(", ")
+        percentages.join(", ")
     )))
 }
 
@@ -66,15 +66,15 @@ pub(super) fn quadrature(
 ) -> Result<Option<String>, WorkflowError> {
     let Some(path) = inputs.file_if_there("quadrature.csv") else { return Ok(None) };
     let table = CsvTable::read(&path, &["qoi", "percent"])?;
-    let mut parts = Vec::new();
+    let mut percentages = Vec::new();
     for quantity in quantities {
         let percent = table.named("qoi", &quantity.column())?.number("percent")?;
-        parts.push(format!("{} {percent:+.1} %", quantity.label()));
+        percentages.push(format!("{} {percent:+.1} %", quantity.label()));
     }
     Ok(Some(format!(
         "On a mesh that is coarse for a crack, the result depends on the quadrature of the damage terms. On the cheapest \
          mesh the other quadrature would change: {}. The intervals do not include this difference.",
-        parts.join(", ")
+        percentages.join(", ")
     )))
 }
 
@@ -83,16 +83,16 @@ fn bias(inputs: &Inputs<'_>, quantities: &[Quantity]) -> Result<Vec<String>, Wor
     let Some(path) = inputs.file_if_there("experiments/bias.csv") else { return Ok(Vec::new()) };
     let table = CsvTable::read(&path, &["quantity", "surrogate_mesh", "experiments_mesh"])?;
     let mesh = table.named("quantity", "spacing_mm")?;
-    let mut parts = Vec::new();
+    let mut percentages = Vec::new();
     for quantity in quantities {
         let percent = table.named("quantity", &quantity.column())?.number("percent_bias")?;
-        parts.push(format!("{} {percent:+.1} %", quantity.label()));
+        percentages.push(format!("{} {percent:+.1} %", quantity.label()));
     }
     Ok(vec![format!(
         "The virtual specimens were meshed at {} mm, the surrogate's at {} mm. At the true \
          parameters the coarser mesh changes: {}. The calibrated parameters compensate this.",
         mesh.text("experiments_mesh"),
         mesh.text("surrogate_mesh"),
-        parts.join(", ")
+        percentages.join(", ")
     )])
 }

@@ -78,9 +78,9 @@ pub(crate) fn sensitivities(
 pub(crate) fn evidence(inputs: &Inputs<'_>) -> Result<Option<[f64; 2]>, WorkflowError> {
     let Some(path) = inputs.file_if_there("evidence.csv") else { return Ok(None) };
     let table = CsvTable::read(&path, &["ln_evidence", "error"])?;
-    let numbers =
+    let estimate =
         |row: TableRow<'_>| Some([row.number("ln_evidence").ok()?, row.number("error").ok()?]);
-    Ok(table.rows().next().and_then(numbers))
+    Ok(table.rows().next().and_then(estimate))
 }
 
 /// Label of a parameter, from its path.
@@ -211,7 +211,7 @@ pub(super) fn budget(inputs: &Inputs<'_>, case: &Case) -> Result<Vec<Shares>, Wo
         let label = label_of(case, name);
         let part = (row.text("source").to_owned(), row.number("share")?);
         match budget.last_mut() {
-            Some((parameter, parts)) if *parameter == label => parts.push(part),
+            Some((parameter, sources)) if *parameter == label => sources.push(part),
             _ => budget.push((label, vec![part])),
         }
     }

@@ -111,8 +111,8 @@ fn curves(inputs: &Inputs<'_>, name: &str) -> Result<Vec<Vec<(f64, f64)>>, Workf
     let validation_inputs = inputs.of_folder(&file, &dir).of_held_out();
     let curves = specimen_curves(&validation_inputs)?;
     inputs.reads_in_folder(&validation_inputs, &folder);
-    let points = |curve: crate::experiment::TestCurve| {
+    let readings = |curve: crate::experiment::TestCurve| {
         curve.displacement_mm.into_iter().zip(curve.force_n).collect()
     };
-    Ok(curves.into_iter().map(points).collect())
+    Ok(curves.into_iter().map(readings).collect())
 }
