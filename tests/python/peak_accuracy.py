@@ -24,7 +24,7 @@ PEAK_N, PEAK_MM = 150.0, 0.12
 
 
 def viscous(x):
-    """Curve of viscous damage: definitions 3.3."""
+    """Curve in the viscous limit; displacement and force are divided by their values at the peak."""
     return x * np.exp((1 - x**3) / 3)
 
 

@@ -11,7 +11,7 @@ const NAMES: [&str; 3] = ["young_mpa", "toughness_n_per_mm", "viscosity_mpa_s"];
 /// Slope in N/mm, peak force in N and displacement at peak in mm, for E = 275 MPa and ξ = 0.3 MPa s.
 const UNITS: [f64; 3] = [1375.0, 113.24, 0.10294];
 
-/// The viscous limit (definitions 3.3) with a small effect of the toughness: slope ~ E, peak force ~ E^(2/3) ξ^(1/3),
+/// The viscous limit with a small effect of the toughness: slope ~ E, peak force ~ E^(2/3) ξ^(1/3),
 /// displacement at peak ~ (ξ/E)^(1/3).
 struct ViscousLimit;
 

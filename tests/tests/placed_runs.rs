@@ -8,7 +8,7 @@ use surrogate::{Dataset, DesignMethod, DynPce, FitOptions, Input, PceFit};
 const NAMES: [&str; 3] = ["young_mpa", "toughness_n_per_mm", "viscosity_mpa_s"];
 const PRIOR: [[f64; 2]; 3] = [[250.0, 300.0], [1e-5, 5e-3], [0.05, 0.55]];
 
-/// Slope, peak force and displacement at peak in the viscous limit (definitions 3.3), with a small effect of the
+/// Slope, peak force and displacement at peak in the viscous limit, with a small effect of the
 /// toughness.
 fn exact(x: &[f64]) -> [f64; 3] {
     let place = (x[2] / x[0]).cbrt() * (1.0 + 4.0 * x[1]);

@@ -81,7 +81,7 @@ fn a_slow_test_tells_what_fast_ones_leave_open() {
             assert!(at[0] <= at[1] && at[1] <= at[2] && at[2] < 1.0, "{name} {parameter} {at:?}");
         }
     }
-    // definitions 3.3 and 3.4: Gc has an effect only in slow tests
+    // Gc has an effect only in slow tests
     let of_gc = |name: &str| contraction(&rows, name, "8", GC);
     assert!(of_gc("more specimens") < 0.2, "{}", of_gc("more specimens"));
     let slow = of_gc("a hundred times slower");

@@ -311,7 +311,7 @@ fn from_an_empty_directory_to_every_documented_file() {
         assert!((250.0..=300.0).contains(&number(run, "matrix.young_mpa")));
         assert!(number(run, "seconds") >= 0.0);
     }
-    // definitions 3.3: the slope is proportional to E, the displacement at peak to (ξ/E)^(1/3)
+    // viscous limit: the slope is proportional to E, the displacement at peak to (ξ/E)^(1/3)
     let correlation = |x: &dyn Fn(&BTreeMap<String, String>) -> f64, y: &str| {
         let pairs: Vec<(f64, f64)> = runs.iter().map(|r| (x(r), number(r, y))).collect();
         let n = pairs.len() as f64;
