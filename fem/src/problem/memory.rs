@@ -95,7 +95,7 @@ impl Memory {
     }
 
     /// Stores the state at the equilibrium `fields` of an increment that lasted `duration` seconds; `law_state` is the
-    /// result of [`law_state_at`](Self::points_at). Returns the state from which the laws compute the stress at `fields`.
+    /// result of [`law_state_at`](Self::law_state_at). Returns the state from which the laws compute the stress at `fields`.
     pub(crate) fn record(
         &mut self,
         law_state: Vec<f64>,
