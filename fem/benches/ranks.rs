@@ -64,7 +64,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mesh = specimen(spacing_mm)?;
     println!("{} quadratic tetrahedra", mesh.tets.len());
     for count in [2, 8, 64, 512] {
-        let sizes = bench::sizes(&mesh, count);
+        let sizes = bench::parts(&mesh, count);
         let sum =
             |size: fn(&bench::PartSize) -> usize| sizes.iter().map(size).sum::<usize>() as f64;
         let most = sizes.iter().map(|p| p.ghosts[0]).max().unwrap_or(0);

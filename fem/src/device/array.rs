@@ -56,7 +56,7 @@ impl<T: Pod + Zeroable> Array<T> {
         self.memory.write(at * size_of::<T>(), bytemuck::cast_slice(values))
     }
 
-    /// Copies the first `numbers.len()` elements of the array to `values`.
+    /// Copies the first `values.len()` elements of the array to `values`.
     pub fn read(&self, values: &mut [T]) -> Result<(), DeviceError> {
         assert!(values.len() <= self.len, "the array has fewer elements than are read");
         if values.is_empty() {

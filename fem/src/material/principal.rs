@@ -219,7 +219,7 @@ struct Jacobi<T> {
 }
 
 impl<T: Scalar> Jacobi<T> {
-    /// Row and column of the entries of `m` in [`values`](Self::numbers): the lower triangle of `m`, then `q`, then
+    /// Row and column of the entries of `m` in [`values`](Self::values): the lower triangle of `m`, then `q`, then
     /// `limit`.
     const PLACES: [(usize, usize); 6] = [(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2)];
 

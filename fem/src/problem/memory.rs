@@ -14,7 +14,7 @@ use crate::parallel::Part;
 #[serde(from = "Saved", into = "Saved")]
 pub(crate) struct Memory {
     /// State values of the laws, ordered by element and then by integration point.
-    points: Vec<f64>,
+    law_state: Vec<f64>,
     /// Number of state values per point.
     per_point: usize,
     bounds: Option<Bounds>,
@@ -55,7 +55,7 @@ impl Memory {
         Saved { points: part.gather_tets(&saved.points), lower, ..saved }.into()
     }
 
-    /// Returns the part of the state on this rank. `points` is the number of elastic quadrature points per element.
+    /// Returns the part of the state on this rank. `elastic_points` is the number of elastic quadrature points per element.
     pub(crate) fn of_part(self, part: &Part, elastic_points: usize) -> Self {
         let saved = Saved::from(self);
         let lower = saved.lower.map(|lower| part.pick_nodes(&lower));

@@ -105,17 +105,17 @@ impl StudyCheck {
 impl Concerning {
     fn add(&mut self, part: &str, text: String) {
         match self.0.iter_mut().find(|(line, _)| *line == text) {
-            Some((_, users)) => users.push(part.to_owned()),
+            Some((_, part_names)) => part_names.push(part.to_owned()),
             None => self.0.push((text, vec![part.to_owned()])),
         }
     }
 
     /// Returns the messages, each preceded by the names of its parts; `count` is the number of all parts.
     fn into_texts(self, count: usize) -> Vec<String> {
-        let text = |(text, mut users): (String, Vec<String>)| {
-            users.dedup();
-            match &users[..] {
-                [users] if users.is_empty() => text,
+        let text = |(text, mut part_names): (String, Vec<String>)| {
+            part_names.dedup();
+            match &part_names[..] {
+                [part_name] if part_name.is_empty() => text,
                 all if all.len() == count && count > 1 => format!("all parts: {text}"),
                 few if few.len() <= NAMED => format!("{}: {text}", few.join(", ")),
                 [first, second, others @ ..] => {

@@ -302,7 +302,7 @@ impl KindInputs {
         let (mut rows, mut constants) = (Vec::with_capacity(kind.count), Vec::new());
         for (at, &(tet, _)) in elements.iter().enumerate() {
             let of_points = space.geometry(tet);
-            for q in 0..elastic_points {
+            for q in 0..geometry_count {
                 let Geometry { barycentric, volume } =
                     &of_points[if of_points.len() == 1 { 0 } else { q }];
                 let entries = barycentric.as_flattened().iter().chain([volume]);

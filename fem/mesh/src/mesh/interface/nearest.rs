@@ -74,7 +74,7 @@ impl<'a> Grid<'a> {
                         continue;
                     };
                     for &piece_id in piece_ids {
-                        least = least.min(self.pieces[number as usize].distance(x));
+                        least = least.min(self.pieces[piece_id as usize].distance(x));
                     }
                 }
             }
