@@ -19,6 +19,9 @@ mod inelastic;
 #[cfg(test)]
 #[path = "../../tests/unit/inelastic.rs"]
 mod inelastic_tests;
+#[cfg(test)]
+#[path = "../../tests/unit/lane_functions.rs"]
+mod lane_functions;
 mod law;
 mod mixture;
 mod number;

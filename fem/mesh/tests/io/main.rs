@@ -4,6 +4,7 @@ mod builders;
 mod decimation;
 mod fuzz;
 mod gmsh;
+mod gmsh_variants;
 mod import;
 mod interface;
 mod mesh;
