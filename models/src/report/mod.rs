@@ -14,6 +14,7 @@ mod study;
 mod style;
 mod ticks;
 mod validation_results;
+mod verdict;
 
 pub use chart::{Chart, Ink};
 pub(crate) use digits::number;
