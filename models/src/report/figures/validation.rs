@@ -37,9 +37,11 @@ fn quantity(validated: &ValidatedQuantity) -> String {
     if let Some(median) = median {
         plots.push(line(ends.map(|x| (x, median)), POSTERIOR, 2.0).into());
     }
-    let values = (1..).zip(&validated.specimens).map(|(k, (_, y))| (f64::from(k), *y));
-    let values: Vec<(f64, f64)> = values.collect();
-    plots.push(ScatterPlot::new().with_data(values).with_color(MEASURED).with_size(4.0).into());
+    let specimen_values = (1..).zip(&validated.specimens).map(|(k, (_, y))| (f64::from(k), *y));
+    let specimen_values: Vec<(f64, f64)> = specimen_values.collect();
+    plots.push(
+        ScatterPlot::new().with_data(specimen_values).with_color(MEASURED).with_size(4.0).into(),
+    );
     let values = validated.specimens.iter().map(|(_, y)| *y);
     let range = round_range(values.chain(validated.quantiles.into_iter().flatten()));
     let layout = panel(&plots, "specimen", &validated.label);
