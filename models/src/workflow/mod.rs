@@ -146,6 +146,7 @@ mod turns;
 mod uncertainty;
 mod validate;
 mod validation_folders;
+mod unusable_runs;
 mod verdict;
 mod virtual_inputs;
 mod warnings;
