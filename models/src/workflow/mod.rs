@@ -125,6 +125,7 @@ mod sharing;
 mod simulate;
 mod simulate_outside;
 mod simulator;
+mod simulated_displacement;
 mod sources;
 mod specimen;
 mod specimen_checks;
