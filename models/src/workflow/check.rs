@@ -7,6 +7,7 @@ use fem::{ReadOptions, StackHeader, TetMesh};
 
 use super::check_mask::mask_in_words;
 use super::check_outside::{measured_specimens, source_in_words};
+use super::common_specimens::refuse_counted_twice;
 use super::expected_cost::ExpectedCost;
 use super::experiment_inputs;
 use super::inputs::Inputs;
@@ -76,8 +77,8 @@ impl CaseCheck {
         let names: Vec<&str> = file.case.tests.iter().map(|test| test.name.as_str()).collect();
         self.say("tests", names.join(", "));
         let Ok(tests) = single_tests(file) else { return };
-        if let Err(mistake) = refuse_calibrated_by_others(&tests) {
-            self.fail(mistake);
+        for refused in [refuse_counted_twice(&tests), refuse_calibrated_by_others(&tests)] {
+            refused.err().into_iter().for_each(|mistake| self.fail(mistake));
         }
         let mut costs = Vec::new();
         for SingleTest { name, file, own: separate } in tests {

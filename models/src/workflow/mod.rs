@@ -57,6 +57,7 @@ mod check;
 mod check_mask;
 mod check_outside;
 mod closed_form;
+mod common_specimens;
 mod confirm;
 mod content_hash;
 mod copies;
