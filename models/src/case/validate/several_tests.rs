@@ -26,12 +26,20 @@ pub(super) fn check_tests(file: &CaseFile) -> Vec<InputError> {
         let help = "Give the region another name.";
         mistakes.note(Err(file.error(&format!("material.{region}"), "", problem, help)));
     }
+    // each test can name its own specimens instead
+    let has_specimens = |test: &TestEntry| {
+        let experiments =
+            test.set.get("experiments").and_then(|experiments| experiments.as_table());
+        let sources = ["table", "values", "virtual"];
+        experiments.is_some_and(|own| sources.iter().any(|key| own.contains_key(*key)))
+    };
     for (table, is_missing, help) in [
         ("prior", file.case.prior.is_none(), "Add [prior]: it names the parameters of all tests."),
         (
             "experiments",
-            file.case.experiments.is_none(),
-            "Add [experiments] with a table that has the column test, or with virtual specimens.",
+            file.case.experiments.is_none() && !file.case.tests.iter().all(has_specimens),
+            "Add [experiments] with a table that has the column test, or with virtual specimens; or write set.experiments.table \
+             in each test.",
         ),
     ] {
         if is_missing {
