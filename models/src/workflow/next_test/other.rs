@@ -12,6 +12,7 @@ use super::super::posterior_draws::Draw;
 use super::super::specimen_stiffness::{knowing_stiffness, of_specimens};
 use super::super::task::Task;
 use super::super::uncertainty::SharedError;
+use super::super::unusable_runs::{RunOrigin, UnusableRuns};
 use super::present::{Present, at_draws};
 use crate::case::CandidateCase;
 use crate::further_test::FurtherTest;
@@ -41,17 +42,20 @@ pub(super) fn test(
         runs.failed().map(|(record, why)| format!("run {}: {why}", record.id)).collect();
     let (data, _) = plan.learnt(&test_task.inputs, &quantities, &[runs])?;
     task.inputs.reads_with(&test_task.inputs);
-    if data.len() < LEAST_RUNS {
-        return Err(WorkflowError::Unusable(format!(
-            "{} of {} runs are usable, which is too few; {}",
-            data.len(),
-            case.runs,
-            failed.first().map_or("make more", String::as_str)
-        )));
+    let runs = runs?;
+    let failed = runs.failed().map(|(record, reason)| (record.id, reason));
+    let unusable = UnusableRuns::of(runs.records.len(), failed, RunOrigin::of(&test_task.inputs));
+    let usable = runs.usable().count();
+    if usable < LEAST_RUNS {
+        return Err(WorkflowError::Unusable(match unusable {
+            Some(unusable) => unusable.too_few(LEAST_RUNS),
+            None => format!("{usable} runs are too few: write runs = 30 in the candidate"),
+        }));
     }
-    if let Some(first) = failed.first() {
-        let all = data.len() + failed.len();
-        say("note", &format!("{} of {all} runs have no quantities: {first}", failed.len()));
+    let (data, _) = plan.learnt(&test_task.inputs, &quantities, &[runs])?;
+    task.inputs.reads_with(&test_task.inputs);
+    if let Some(unusable) = unusable {
+        say("warning", &format!("the further test {:?}: {}", case.name, unusable.warning()));
     }
     let name = format!("next-test/candidate-{number}.csv");
     let table = data.to_csv().map_err(|e| WorkflowError::io(&task.path(&name), e))?;
