@@ -23,7 +23,8 @@ use crate::qoi::Quantity;
 ///
 /// The shared error is the error of the surrogate of the candidate's runs. For the quantities that the case compares,
 /// the errors of `[fidelity]` and of the discrepancy are added, because the candidate uses the same meshes and the same
-/// model.
+/// model. A candidate with the specimen and the quantities of the present test can share its error: see
+/// [`FurtherTest::alike`].
 pub(super) fn test(
     task: &Task<'_>,
     present: &Present,
@@ -37,10 +38,8 @@ pub(super) fn test(
     test_task.inputs.geometry()?;
     let mut plan = Plan::of(&test_task.inputs, usize::MAX)?;
     let quantities = file.case.compared_quantities();
-    let runs = plan.make_cheap(&test_task)?;
-    let failed: Vec<String> =
-        runs.failed().map(|(record, why)| format!("run {}: {why}", record.id)).collect();
-    let (data, _) = plan.learnt(&test_task.inputs, &quantities, &[runs])?;
+    let runs = plan.make_cheap(&test_task);
+    // a candidate that fails depends on the same keys
     task.inputs.reads_with(&test_task.inputs);
     let runs = runs?;
     let failed = runs.failed().map(|(record, reason)| (record.id, reason));
@@ -73,7 +72,11 @@ pub(super) fn test(
     add_error_of_meshes(task, data.outputs(), &mut shared)?;
     let scatter = |draw: &Draw| scatter(draw, present, case, &quantities);
     let draws = at_draws(&fit.pce, &known_inputs, &present.draws, &scatter)?;
-    Ok(FurtherTest { draws, shared, seen: Vec::new() })
+    let alike = match file.case.specimen == task.inputs.unrecorded().case.specimen {
+        true => present.alike(&quantities)?,
+        false => None,
+    };
+    Ok(FurtherTest { draws, shared, seen: Vec::new(), alike })
 }
 
 /// Minimum number of runs from which derivatives can be estimated.
