@@ -442,6 +442,7 @@ impl CaseCheck {
             let height_mm = mean_of(|specimen| specimen.height_mm);
             Some(MeshSize::of_cylinder([height_mm, mean_of(|specimen| specimen.radius_mm)]))
         });
+        let size = size.map(|size| size.measured_by(file.case.conditions.as_ref()));
         let curve = |id: &str| recorded_file(path, id).unwrap_or_else(|_| path.to_owned());
         let names = SpecimenNames { table: path, curve: &curve };
         match inspect(&inputs, table, size, &names, false) {
