@@ -24,6 +24,10 @@ quantities = ["peak-force", "displacement-at-peak", "energy-to-peak"]
 scatter_percent = { energy-to-peak = 15.0 }
 set.test.duration_s = 100.0
 set.test.displacement_mm = 0.11
+[[further_tests.candidate]]
+name = "too short"
+runs = 4
+set.test.displacement_mm = 0.01
 "#
 }
 
@@ -60,11 +64,18 @@ fn a_slow_test_tells_what_fast_ones_leave_open() {
     let kept = finished(&runs);
     let (code, _, err) = run();
     assert_eq!(code, Some(0), "{err}");
-    // 12 runs of the design, one run with the other quadrature, 8 slow runs
+    // 12 runs of the design, one run with the other quadrature, 8 slow runs, 4 runs that end before their peak
     let now = finished(&runs);
-    assert_eq!(now.len(), 21);
+    assert_eq!(now.len(), 25);
     assert!(kept.iter().all(|(path, time)| now.get(path) == Some(time)), "a run was run again");
 
+    // a candidate whose runs have no peak is omitted with a warning, and the run continues to its report
+    let failed = table(&results.join("next-test-failed.csv"));
+    assert_eq!(failed.len(), 1);
+    assert_eq!(failed[0]["candidate"], "too short");
+    for part in ["4 of 4 runs have no quantities", "no peak", "test.displacement_mm"] {
+        assert!(failed[0]["reason"].contains(part) && err.contains(part), "{part}: {failed:?}");
+    }
     let rows = table(&results.join("next-test.csv"));
     assert_eq!(rows.len(), 3 * 3 * 3);
     // with no further specimens, the contraction equals the contraction of the calibration
@@ -105,6 +116,7 @@ fn a_slow_test_tells_what_fast_ones_leave_open() {
     let page = std::fs::read_to_string(results.join("report.html")).unwrap();
     assert!(page.contains("Expected benefit of further tests"));
     assert!(page.contains("a hundred times slower") && page.contains("never: "));
+    assert!(page.contains("<li>too short: 4 of 4 runs have no quantities"));
 
     // the same command makes no product again; another number of specimens needs no run
     let before = std::fs::read(results.join("next-test.csv")).unwrap();

@@ -252,7 +252,7 @@ fn from_an_empty_directory_to_every_documented_file() {
         ("influence.csv", "specimen,parameter,shift_sd,method\nV-01,matrix.young_mpa,"),
         (
             "fit.csv",
-            "qoi,experiment_mean,map_surrogate,percent_error,sd_percent,simulation_sd_percent\nslope_N_per_mm,",
+            "qoi,experiment_mean,map_surrogate,percent_error,sd_percent,simulation_sd_percent,sample_bound_percent\nslope_N_per_mm,",
         ),
         ("verdict.csv", "parameter,contraction,verdict\nmatrix.young_mpa,"),
         (

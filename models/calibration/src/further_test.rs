@@ -10,9 +10,12 @@
 //! covariance is V = (P⁻¹ + I(n))⁻¹, averaged over the draws. No linear estimator of the parameters has smaller
 //! variances. If all distributions are Gaussian, no estimator has smaller variances.
 
+mod alike;
+
 use nalgebra::{Cholesky, DMatrix, Dyn};
 
 use crate::budget::matrix;
+use crate::further_test::alike::{MeanResponse, gained, information, precision_of};
 use crate::prior::Prior;
 
 /// Number of specimens that represents the limit of infinitely many specimens.
@@ -118,6 +121,15 @@ pub struct TestAtDraw {
     pub scatter: Vec<Vec<f64>>,
 }
 
+impl TestAtDraw {
+    /// Derivatives with respect to the parameters in units of the prior standard deviations.
+    fn scaled_jacobian(&self, belief: &Belief) -> DMatrix<f64> {
+        DMatrix::from_fn(self.jacobian.len(), belief.prior_sd.len(), |m, i| {
+            self.jacobian[m][i] * belief.prior_sd[i]
+        })
+    }
+}
+
 /// A test that could be made on further specimens.
 ///
 /// # Example
@@ -129,7 +141,7 @@ pub struct TestAtDraw {
 /// let draws: Vec<Vec<f64>> = (0..10_001).map(|i| vec![width * f64::from(i) / 1e4]).collect();
 /// let belief = Belief::of_draws(&[Prior::uniform(0.0, width)], &draws)?;
 /// let draw = TestAtDraw { jacobian: vec![vec![1.0]], scatter: vec![vec![1.0]] };
-/// let test = FurtherTest { draws: vec![draw], shared: vec![vec![0.0]], seen: Vec::new() };
+/// let test = FurtherTest { draws: vec![draw], shared: vec![vec![0.0]], seen: Vec::new(), alike: None };
 ///
 /// // n specimens reduce the variance by the fraction n/(n + 1)
 /// assert!((test.expected(&belief, 4)?[0].contraction - 0.8).abs() < 1e-3);
@@ -150,6 +162,62 @@ pub struct FurtherTest {
     /// Specimens of the same test that the present posterior already includes: the indices of the recorded quantities of
     /// each specimen. These specimens share one error with further specimens.
     pub seen: Vec<Vec<usize>>,
+    /// The present test, if this test is another test with the same mesh, specimen and quantities: the errors of both
+    /// tests are then alike. The expected variances are the larger ones of two assumptions: the errors of both tests are
+    /// independent, or all specimens of both tests have the error of the present test.
+    pub alike: Option<AlikeTest>,
+}
+
+/// The present test, whose error a further test may share.
+#[derive(Clone, Debug)]
+pub struct AlikeTest {
+    /// The quantities of the present test, linearised at the same draws as those of the further test.
+    pub draws: Vec<TestAtDraw>,
+    /// Covariance S of the error that all specimens share, quantities × quantities.
+    pub shared: Vec<Vec<f64>>,
+    /// Tested specimens: the indices of the recorded quantities of each specimen.
+    pub seen: Vec<Vec<usize>>,
+    /// Index in the present test of each quantity of the further test.
+    pub quantities: Vec<usize>,
+}
+
+impl AlikeTest {
+    /// Returns the information of `specimens` specimens of the further test `other` at the draw `k`.
+    fn gained(
+        &self,
+        k: usize,
+        other: &TestAtDraw,
+        belief: &Belief,
+        specimens: usize,
+    ) -> Option<DMatrix<f64>> {
+        let draw = self.draws.get(k)?;
+        let precision = precision_of(&matrix(&draw.scatter), &self.seen)?;
+        let present = MeanResponse { jacobian: draw.scaled_jacobian(belief), precision };
+        let precision = Cholesky::new(matrix(&other.scatter))?.inverse() * specimens as f64;
+        let other = MeanResponse { jacobian: other.scaled_jacobian(belief), precision };
+        gained(&present, &other, &matrix(&self.shared), &self.quantities)
+    }
+
+    fn check(&self, draws: usize, quantities: usize) -> Result<(), FurtherTestError> {
+        let sized = |what, expected: usize, found: usize| match expected == found {
+            true => Ok(()),
+            false => Err(FurtherTestError::Size { what, expected, found }),
+        };
+        sized("the list of draws of the present test", draws, self.draws.len())?;
+        sized("the list of common quantities", quantities, self.quantities.len())?;
+        let most = self.shared.len();
+        let largest = self.quantities.iter().chain(self.seen.iter().flatten()).max();
+        if let Some(largest) = largest.filter(|largest| **largest >= most) {
+            return sized("the shared error of the present test", largest + 1, most);
+        }
+        self.shared.iter().try_for_each(|row| sized("the shared error", most, row.len()))?;
+        for draw in &self.draws {
+            sized("the jacobian of the present test", most, draw.jacobian.len())?;
+            sized("the scatter of the present test", most, draw.scatter.len())?;
+            draw.scatter.iter().try_for_each(|row| sized("the scatter", most, row.len()))?;
+        }
+        Ok(())
+    }
 }
 
 /// Expected posterior of one parameter.
@@ -220,10 +288,16 @@ impl FurtherTest {
         let shared = matrix(&self.shared);
         let mut contractions: Vec<Vec<f64>> = vec![Vec::new(); belief.prior_sd.len()];
         let mut widths = vec![0.0; belief.prior_sd.len()];
-        for draw in &self.draws {
-            let gained = self.gained(draw, &shared, belief, specimens);
-            let after = gained.and_then(|gained| belief.after(&gained));
-            let variances = after.ok_or(FurtherTestError::Covariance)?.diagonal();
+        for (k, draw) in self.draws.iter().enumerate() {
+            let after = |gained: Option<DMatrix<f64>>| {
+                let after = gained.and_then(|gained| belief.after(&gained));
+                after.map(|after| after.diagonal()).ok_or(FurtherTestError::Covariance)
+            };
+            let mut variances = after(self.gained(draw, &shared, belief, specimens))?;
+            if let Some(alike) = &self.alike {
+                let sharing = after(alike.gained(k, draw, belief, specimens))?;
+                variances = variances.zip_map(&sharing, f64::max);
+            }
             for (i, &variance) in variances.iter().enumerate() {
                 contractions[i].push(1.0 - variance);
                 let width = 2.0 * HALF_90 * belief.prior_sd[i] * variance.sqrt();
@@ -276,33 +350,19 @@ impl FurtherTest {
         belief: &Belief,
         specimens: usize,
     ) -> Option<DMatrix<f64>> {
-        let jacobian = DMatrix::from_fn(draw.jacobian.len(), belief.prior_sd.len(), |m, i| {
-            draw.jacobian[m][i] * belief.prior_sd[i]
-        });
+        let jacobian = draw.scaled_jacobian(belief);
         let scatter = matrix(&draw.scatter);
-        let size = scatter.nrows();
-        let complete = self.seen.iter().filter(|recorded| recorded.len() == size).count();
-        // sum over the specimens that lack quantities of Hᵀ Σ_k⁻¹ H, where H selects the recorded quantities and Σ_k is
-        // their covariance
-        let mut incomplete = DMatrix::zeros(size, size);
-        for recorded in self.seen.iter().filter(|recorded| recorded.len() < size) {
-            let part = scatter.select_rows(recorded).select_columns(recorded);
-            let inverse = Cholesky::new(part)?.inverse();
-            for (a, &i) in recorded.iter().enumerate() {
-                recorded.iter().enumerate().for_each(|(b, &j)| {
-                    incomplete[(i, j)] += inverse[(a, b)];
-                });
-            }
-        }
+        let complete =
+            self.seen.iter().filter(|recorded| recorded.len() == scatter.nrows()).count();
+        let incomplete = self.seen.iter().filter(|recorded| recorded.len() < scatter.nrows());
+        let incomplete = precision_of(&scatter, &incomplete.cloned().collect::<Vec<_>>())?;
         let information = |n: usize| -> Option<DMatrix<f64>> {
             if complete == self.seen.len() {
                 let covariance: Cholesky<f64, Dyn> = Cholesky::new(&scatter / n as f64 + shared)?;
                 return Some(jacobian.transpose() * covariance.solve(&jacobian));
             }
-            // with the precision P of the mean response without S, the precision with S is P (1 + S P)⁻¹ = (1 + P S)⁻¹ P
             let precision = &incomplete + Cholesky::new(scatter.clone())?.inverse() * n as f64;
-            let within = DMatrix::identity(size, size) + &precision * shared;
-            Some(jacobian.transpose() * within.lu().solve(&(precision * &jacobian))?)
+            information(&jacobian, &precision, shared)
         };
         let all = information(complete + specimens)?;
         if self.seen.is_empty() { Some(all) } else { Some(all - information(complete)?) }
@@ -325,7 +385,7 @@ impl FurtherTest {
             rows.iter().try_for_each(|row| sized("the jacobian", parameters, row.len()))?;
             draw.scatter.iter().try_for_each(|row| sized("the scatter", quantities, row.len()))?;
         }
-        Ok(())
+        self.alike.as_ref().map_or(Ok(()), |alike| alike.check(self.draws.len(), quantities))
     }
 }
 

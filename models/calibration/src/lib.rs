@@ -81,7 +81,9 @@ pub use fracture::{
     TrendOverTests, calibrate, calibrate_after, calibrate_groups, calibrate_tests,
     calibration_of_draws, calibration_on, calibration_over_groups, calibration_over_tests,
 };
-pub use further_test::{Belief, Expected, FurtherTest, FurtherTestError, Goal, Needed, TestAtDraw};
+pub use further_test::{
+    AlikeTest, Belief, Expected, FurtherTest, FurtherTestError, Goal, Needed, TestAtDraw,
+};
 pub use machine::Machine;
 pub use prior::{Prior, PriorBounds, PriorFamily, PriorKey};
 pub use qoi::{

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use super::overlay::{merge, nested, remove};
-use super::{ByParameter, Case, CaseFile, Microstructure, SpecimenGeometry};
+use super::{ByParameter, Case, CaseFile, Microstructure, SpecimenGeometry, TestCase};
 use crate::error::InputError;
 use crate::qoi::Quantity;
 
@@ -173,6 +173,21 @@ impl CaseFile {
         })
     }
 
+    /// Whether a candidate, whose case is `own`, changes nothing of the test: only keys of runs, load steps and solvers differ
+    /// from the present test, or none.
+    pub(super) fn is_present_test(&self, candidate: &CandidateCase, own: &Self) -> bool {
+        let unchanged =
+            CandidateCase { set: Table::new(), without: Vec::new(), ..candidate.clone() };
+        let test = |case: &Case| {
+            let (design, fidelity, solver) = Default::default();
+            let test = TestCase { steps: None, adaptive: None, ..case.test.clone() };
+            Case { design, fidelity, solver, test, ..case.clone() }
+        };
+        // the present test can lack a quantity of the candidate, and is then another test
+        let present = self.of_candidate(&unchanged);
+        present.is_ok_and(|present| test(&own.case) == test(&present.case))
+    }
+
     /// Checks each candidate as a complete case.
     pub(super) fn check_further_tests(&self) -> Result<(), InputError> {
         let further = &self.case.further_tests;
@@ -264,6 +279,11 @@ impl CaseFile {
                 );
             }
             let own = self.of_candidate(candidate)?;
+            if self.is_present_test(candidate, &own) {
+                let help = "Change a value of the present test. More specimens of the present test need no candidate, and \
+                            further quantities of its curves need quantities alone, without set.";
+                return refuse(".set", "", "has the values of the present test", help);
+            }
             let is_made_anew = match own.geometry()? {
                 SpecimenGeometry::Mesh { .. }
                 | SpecimenGeometry::Absent
@@ -289,4 +309,57 @@ pub(crate) const PRESENT: &str = "more specimens";
 
 fn thirty() -> usize {
     30
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    const CASE: &str = "[specimen]\nradius_mm = 2.5\nheight_mm = 4.4\nspacing_mm = 1.4\n\
+        [material.matrix]\nyoung_mpa = 275\npoisson = 0.25\n\
+        [test]\ndisplacement_mm = 0.2\nduration_s = 1.0\nsteps = 20\n\
+        [prior]\nmatrix.young_mpa = [250.0, 300.0]\n[experiments]\ntable = \"specimens.csv\"\n";
+
+    fn mistakes(text: &str) -> Vec<String> {
+        let mistakes = CaseFile::parse_all(text, Path::new("case.toml")).1;
+        mistakes.iter().map(ToString::to_string).collect()
+    }
+
+    /// Values of the present test, and other settings of its runs, are no other test.
+    #[test]
+    fn a_candidate_with_the_values_of_the_present_test_is_refused() {
+        let with = |set: &str| {
+            mistakes(&format!("{CASE}[[further_tests.candidate]]\nname = \"slow\"\n{set}\n"))
+        };
+        for set in [
+            "set.test.duration_s = 1.0",
+            "set.test = { displacement_mm = 0.2, steps = 40 }",
+            "set.design.seed = 7",
+            "set.material.matrix.young_mpa = 275.0",
+        ] {
+            let found = with(set);
+            assert_eq!(found.len(), 1, "{set}: {found:?}");
+            let part = "further_tests.candidate (slow).set: has the values of the present test";
+            assert!(found[0].contains(part), "{found:?}");
+        }
+        for set in ["set.test.duration_s = 1.0001", "set.specimen.height_mm = 4.5"] {
+            assert_eq!(with(set), [""; 0], "{set}");
+        }
+    }
+
+    /// A candidate of one test that has the values of another test is refused, too.
+    #[test]
+    fn a_candidate_with_the_values_of_another_test_is_refused() {
+        let with = |duration_s: f64| {
+            mistakes(&format!(
+                "{CASE}[[tests]]\nname = \"fast\"\n[[tests]]\nname = \"slow\"\nset.test.duration_s = 30.0\n\
+                 [[further_tests.candidate]]\nname = \"slower\"\ntest = \"fast\"\nset.test.duration_s = {duration_s:?}\n"
+            ))
+        };
+        assert_eq!(with(60.0), [""; 0]);
+        let found = with(30.0);
+        assert!(found[0].contains("has the values of the test slow"), "{found:?}");
+    }
 }

@@ -90,6 +90,8 @@ pub(crate) struct Results {
     pub(crate) validation_coverage: Vec<ValidationCoverage>,
     /// Expected benefit of further tests for each parameter; empty if it was not computed.
     pub(crate) further: Vec<FurtherParameter>,
+    /// Further tests that are omitted from the comparison: name and reason.
+    pub(crate) failed_candidates: Vec<(String, String)>,
     /// Warnings of all stages and rules; empty if there are none.
     pub(crate) warnings: Vec<String>,
     /// Notes on the interpretation of the results: scaled displacements, mesh bias and similar.

@@ -48,6 +48,8 @@ pub(crate) enum Qualifier {
     MeshError,
     /// Displacements of the measured curves include a toe.
     Toe,
+    /// More than a tenth of the runs have no quantities of interest, so that the surrogate extrapolates.
+    MissingRuns,
     /// The model at the posterior mode does not reproduce the specimens.
     PoorFit,
     /// Held-out specimens contradict their prediction.
@@ -61,6 +63,7 @@ impl Qualifier {
             Self::OneMicrostructure => " for this microstructure",
             Self::MeshError => " on this mesh",
             Self::Toe => " with the toe",
+            Self::MissingRuns => " with missing runs",
             Self::PoorFit => ", fit poor",
             Self::NotValidated => ", validation failed",
         }
@@ -203,11 +206,12 @@ mod tests {
             qualifiers: qualifiers.iter().copied().collect(),
             ..parameter(50.0, middle.clone())
         };
-        use Qualifier::{MeshError, OneMicrostructure, PoorFit};
+        use Qualifier::{MeshError, MissingRuns, OneMicrostructure, PoorFit};
         for (qualifiers, words) in [
             (&[PoorFit][..], "identified, fit poor"),
             (&[MeshError], "identified on this mesh"),
             (&[OneMicrostructure], "identified for this microstructure"),
+            (&[MissingRuns], "identified with missing runs"),
             (
                 &[PoorFit, MeshError, OneMicrostructure],
                 "identified for this microstructure on this mesh, fit poor",

@@ -7,6 +7,7 @@ use fem::{ReadOptions, StackHeader, TetMesh};
 
 use super::check_mask::mask_in_words;
 use super::check_outside::{measured_specimens, source_in_words};
+use super::common_specimens::refuse_counted_twice;
 use super::expected_cost::ExpectedCost;
 use super::experiment_inputs;
 use super::inputs::Inputs;
@@ -76,8 +77,8 @@ impl CaseCheck {
         let names: Vec<&str> = file.case.tests.iter().map(|test| test.name.as_str()).collect();
         self.say("tests", names.join(", "));
         let Ok(tests) = single_tests(file) else { return };
-        if let Err(mistake) = refuse_calibrated_by_others(&tests) {
-            self.fail(mistake);
+        for refused in [refuse_counted_twice(&tests), refuse_calibrated_by_others(&tests)] {
+            refused.err().into_iter().for_each(|mistake| self.fail(mistake));
         }
         let mut costs = Vec::new();
         for SingleTest { name, file, own: separate } in tests {
@@ -441,6 +442,7 @@ impl CaseCheck {
             let height_mm = mean_of(|specimen| specimen.height_mm);
             Some(MeshSize::of_cylinder([height_mm, mean_of(|specimen| specimen.radius_mm)]))
         });
+        let size = size.map(|size| size.measured_by(file.case.conditions.as_ref()));
         let curve = |id: &str| recorded_file(path, id).unwrap_or_else(|_| path.to_owned());
         let names = SpecimenNames { table: path, curve: &curve };
         match inspect(&inputs, table, size, &names, false) {

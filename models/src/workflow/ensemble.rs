@@ -24,12 +24,16 @@ use super::sequential::{Batches, Look};
 use super::simulator::{height_mm, radius_mm};
 use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
+use super::unusable_runs::{RunOrigin, UnusableRuns};
 use crate::progress::say;
 use crate::qoi::Quantity;
 
 /// Columns of notes in `runs.csv`, for every ensemble: number of the run, computing time (s), seed of the packing, and
 /// stiffness ratio of the packing.
 const NOTES: [&str; 4] = ["run", "seconds", SEED, STIFFNESS_RATIO];
+
+/// Smallest number of runs from which a surrogate can be fitted.
+const LEAST_ROWS: usize = 2;
 
 /// The runs of a case, their specimens and their mesh levels.
 pub(super) struct Plan<'a> {
@@ -331,6 +335,10 @@ fn all_levels(runner: &Runner<'_>, plan: &Plan<'_>) -> Result<Vec<LevelRuns>, Wo
         let records = runner.run(level, &runs, !(is_last && runner.task.leave_to_others))?;
         let qoi = runner.task.inputs.qoi();
         let level_runs = LevelRuns::new(records, qoi, level.setup.derivatives);
+        // a process that does not wait for other processes may lack runs
+        if k == 0 && !runner.task.leave_to_others {
+            check_usable(&runner.task.inputs, &level_runs, plan.prior.len())?;
+        }
         let usable: Vec<&RunRecord> = level_runs.usable().map(|(record, _)| record).collect();
         let parameter_points: Vec<&[f64]> =
             usable.iter().map(|record| &record.inputs[..]).collect();
@@ -432,16 +440,32 @@ pub(super) fn so_far(inputs: &Inputs<'_>) -> Result<(LevelRuns, usize), Workflow
     Ok((runs, plan.levels.len()))
 }
 
-/// Warns of failed runs of a source outside this program: the surrogate has no data at the parameters of these runs.
+/// Prints a warning about runs without quantities. The stage `verdict` repeats the warning beside the results (see the rule
+/// `unusable_runs`).
 fn warn_of_failures(task: &Task<'_>, runs: &LevelRuns) {
-    let failed = runs.failed().count();
-    if let Some((record, reason)) = runs.failed().next().filter(|_| !task.inputs.is_built_in()) {
-        task.warn(&format!(
-            "{failed} of {} runs have no quantities and are omitted from the surrogate, which is less accurate near their \
-             parameters (failed_runs.csv). Run {}: {reason}.",
-            runs.records.len(),
-            record.id
-        ));
+    let failed = runs.failed().map(|(record, reason)| (record.id, reason));
+    let origin = RunOrigin::of(&task.inputs);
+    if let Some(unusable) = UnusableRuns::of(runs.records.len(), failed, origin) {
+        say("warning", &unusable.warning());
+    }
+}
+
+/// Checks that enough runs have quantities for a fit. If runs failed, a surrogate of first order must be possible: at least
+/// one run more than there are parameters, unless the runs have derivatives.
+fn check_usable(
+    inputs: &Inputs<'_>,
+    runs: &LevelRuns,
+    parameters: usize,
+) -> Result<(), WorkflowError> {
+    let least =
+        if inputs.design().derivatives { LEAST_ROWS } else { LEAST_ROWS.max(parameters + 1) };
+    if runs.usable().count() >= least {
+        return Ok(());
+    }
+    let failed = runs.failed().map(|(record, reason)| (record.id, reason));
+    match UnusableRuns::of(runs.records.len(), failed, RunOrigin::of(inputs)) {
+        Some(unusable) => Err(WorkflowError::Unusable(unusable.too_few(least))),
+        None => Ok(()),
     }
 }
 

@@ -65,6 +65,13 @@ pub(super) fn known_machine(inputs: &Inputs<'_>) -> MachineCase {
     inputs.machine().without(calibrated_machine(inputs))
 }
 
+/// Whether the compliance of the machine is calibrated.
+pub(super) fn calibrates_compliance(inputs: &Inputs<'_>) -> bool {
+    inputs.reads("prior.machine");
+    let prior = inputs.unrecorded().case.prior.iter().flat_map(PriorCase::names);
+    { prior }.any(|name| name == "machine.compliance_mm_per_n")
+}
+
 /// Properties of the machine that are calibrated, with arbitrary values.
 fn calibrated_machine(inputs: &Inputs<'_>) -> MachineCase {
     inputs.reads("prior.machine");

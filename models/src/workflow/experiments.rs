@@ -36,7 +36,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let mesh = match inputs.is_built_in() {
         true => {
             let mesh = gmsh::read(inputs.file("mesh.msh")?, &gmsh::GmshNames::default())?;
-            Some(MeshSize::of(&mesh))
+            Some(MeshSize::of(&mesh).measured_by(inputs.conditions().as_ref()))
         }
         false => None,
     };

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
+use super::common_specimens::refuse_counted_twice;
 use super::cores::Cores;
 use super::in_place::check_inputs;
 use super::joint::folders;
@@ -55,6 +56,7 @@ impl<'a> JointWorkflow<'a> {
         for test in &singles {
             check_inputs(source, &dir.join(folders::of_test(&test.name)))?;
         }
+        refuse_counted_twice(&singles)?;
         refuse_calibrated_by_others(&singles)?;
         let whole = Workflow::open_with(source, dir, threads, interrupt, access)?;
         let cases = singles.iter().map(|test| folders::of_test(&test.name)).collect();

@@ -3,6 +3,7 @@
 use fem::TetMesh;
 
 use super::simulator::{height_mm, radius_mm};
+use crate::case::ConditionsCase;
 use crate::error::InputError;
 use crate::experiment::{Specimen, TestCurve};
 use crate::table::TableRow;
@@ -21,6 +22,33 @@ pub(super) struct MeshSize {
     pub(super) radius_mm: f64,
     /// Whether the mean cross-section nearly fills its circumscribed circle.
     pub(super) is_cylinder: bool,
+    /// Length over which displacements are measured.
+    pub(super) measured_over: MeasuredOver,
+}
+
+/// Length over which the displacements of a test are measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum MeasuredOver {
+    /// The height of the specimen: displacements of specimens of other heights are scaled.
+    Height,
+    /// A length of the case that does not change with the height of the specimen: the distance between the gauge points of
+    /// an extensometer, or a displacement across the axis.
+    FixedLength,
+}
+
+impl MeasuredOver {
+    /// The length for the boundary conditions of a case; without conditions, the displacement of the platen is measured.
+    fn of(conditions: Option<&ConditionsCase>) -> Self {
+        let is_axial = |[x, y, z]: [f64; 3]| x.hypot(y) <= ROUNDING * z.abs();
+        match conditions {
+            Some(conditions)
+                if conditions.extensometer.is_some() || !is_axial(conditions.measure.direction) =>
+            {
+                Self::FixedLength
+            }
+            _ => Self::Height,
+        }
+    }
 }
 
 impl MeshSize {
@@ -28,19 +56,26 @@ impl MeshSize {
         let (height_mm, radius_mm) = (height_mm(mesh), radius_mm(mesh));
         let volume_mm3 = mesh.volume();
         let around_mm3 = std::f64::consts::PI * radius_mm * radius_mm * height_mm;
-        Self { height_mm, radius_mm, is_cylinder: volume_mm3 > CYLINDER * around_mm3 }
+        let is_cylinder = volume_mm3 > CYLINDER * around_mm3;
+        Self { height_mm, radius_mm, is_cylinder, measured_over: MeasuredOver::Height }
+    }
+
+    /// The same size for displacements that are measured as the conditions of a case state.
+    pub(super) fn measured_by(self, conditions: Option<&ConditionsCase>) -> Self {
+        Self { measured_over: MeasuredOver::of(conditions), ..self }
     }
 
     /// A cylinder of this size.
     pub(super) fn of_cylinder([height_mm, radius_mm]: [f64; 2]) -> Self {
-        Self { height_mm, radius_mm, is_cylinder: true }
+        let measured_over = MeasuredOver::Height;
+        Self { height_mm, radius_mm, is_cylinder: true, measured_over }
     }
 }
 
 /// Factors that scale displacements and forces of a specimen to the size of the mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct MeshScale {
-    /// Ratio of the heights, for equal nominal strain.
+    /// Ratio of the heights, for equal nominal strain; 1 if displacements are measured over a fixed length.
     pub(super) displacement: f64,
     /// Ratio of the cross-sections, for equal nominal stress; 1 if the mesh is not a cylinder.
     pub(super) force: f64,
@@ -54,7 +89,10 @@ impl MeshScale {
     pub(super) fn of(specimen: &Specimen, mesh: Option<MeshSize>) -> Self {
         let Some(mesh) = mesh else { return Self { displacement: 1.0, force: 1.0 } };
         let factor = |ratio: f64| if (ratio - 1.0).abs() > ROUNDING { ratio } else { 1.0 };
-        let displacement = factor(mesh.height_mm / specimen.height_mm);
+        let displacement = match mesh.measured_over {
+            MeasuredOver::Height => factor(mesh.height_mm / specimen.height_mm),
+            MeasuredOver::FixedLength => 1.0,
+        };
         let force = match mesh.is_cylinder {
             true => factor(mesh.radius_mm / specimen.radius_mm).powi(2),
             false => 1.0,
@@ -118,6 +156,26 @@ mod tests {
         assert_eq!(MeshScale::of(&specimen(4.4, 2.4, 1.0), Some(block)).force, 1.0);
         let none = MeshScale::of(&specimen(1.0, 1.0, 1.0), None);
         assert_eq!(none, MeshScale { displacement: 1.0, force: 1.0 });
+    }
+
+    /// Readings of an extensometer, and displacements across the axis, do not change with the height of the specimen.
+    /// Displacements of the end surface along the axis do.
+    #[test]
+    fn displacements_over_a_fixed_length_are_not_scaled() {
+        let mesh = MeshSize::of_cylinder([4.4, 2.5]);
+        let factor = |lines: &str| {
+            let table = format!("remove_rigid_motions = true\n{lines}");
+            let conditions: ConditionsCase = toml::from_str(&table).unwrap();
+            let tested = specimen(8.8, 2.5, 1.0);
+            MeshScale::of(&tested, Some(mesh.measured_by(Some(&conditions)))).displacement
+        };
+        let axial = "measure = { surface = \"top\", direction = [0.0, 0.0, -1.0] }\n";
+        assert_eq!(factor(axial), 0.5);
+        let gauge = "extensometer = { from_mm = [2.0, 0.0, 1.2], to_mm = [2.0, 0.0, 3.2] }\n";
+        assert_eq!(factor(&format!("{axial}{gauge}")), 1.0);
+        assert_eq!(factor("measure = { surface = \"side\", direction = [1.0, 0.0, 0.0] }\n"), 1.0);
+        assert_eq!(MeshScale::of(&specimen(8.8, 2.5, 1.0), Some(mesh)).displacement, 0.5);
+        assert_eq!(mesh.measured_by(None), mesh);
     }
 
     #[test]

@@ -8,11 +8,11 @@
 //! | experiments | `mesh.msh`, `experiments/` | for virtual specimens `experiments/{specimens,truth,bias}.csv`, `experiments/curves/`; always `experiments.csv`, `curve_checks.csv` (`id,finding,value,help`) |
 //! | ensemble | `mesh.msh` and `meshes/`, `labels.tif`, `solid.tif` and `images/` if the runs share one or more images; with `[sequential]` also `experiments.csv` | `ensemble/` (one file per run, for resuming), `runs.csv` (a [`Dataset`](::surrogate::Dataset)), `failed_runs.csv`, `curves/run-*.csv`, `quadrature.csv` if two quadratures of the damage terms are possible; with `[sequential]` `sequential.csv` (`batches,runs,parameter,contraction,surrogate_share`); with `[fidelity]` `curves/level-*.csv` (runs on more accurate meshes), `fidelity.csv` (`level,qoi,order,ratio,scatter_percent,error_percent,runs`), `fidelity_runs.csv` (as simulated), `fidelity.json` |
 //! | surrogate | `runs.csv`, `experiments.csv` | `surrogate.json`, `surrogate_orders.csv`, `surrogate_error.json`, `surrogate_uncertainty.json` (posterior of its coefficients), `surrogate_specimens.json` (if runs share a few specimens: the error separated into scatter within and between specimens), `sobol.csv` (`qoi,input,first,first_q05,first_q95,total,total_q05,total_q95`) |
-//! | calibrate | `surrogate.json`, `runs.csv`, `curves/run-*.csv`, `curves/level-*.csv`, `experiments.csv`, `experiments/` | `posterior.zarr`, `posterior.csv`, `predictive.csv`, `predictive_curves.csv` (`displacement_mm` and quantiles of the force of a new specimen), `sampling.csv`, `summary.csv`, `posterior.txt` (the summary as text), `range.csv` (`qoi,experiment_mean,low,high,inside`), `map.csv`, `fit.csv` (`qoi,experiment_mean,map_surrogate,percent_error,sd_percent,simulation_sd_percent`), `uncertainty.csv`, `loo.csv` (`specimen,elpd,pareto_k`), `influence.csv` (`specimen,parameter,shift_sd,method`), `sensitivity.csv` (`parameter,prior,scatter_prior,likelihood,pareto_k,diagnosis`), with `calibration.evidence` `evidence.csv` (`ln_evidence,error`) |
+//! | calibrate | `surrogate.json`, `runs.csv`, `curves/run-*.csv`, `curves/level-*.csv`, `experiments.csv`, `experiments/` | `posterior.zarr`, `posterior.csv`, `predictive.csv`, `predictive_curves.csv` (`displacement_mm` and quantiles of the force of a new specimen), `sampling.csv`, `summary.csv`, `posterior.txt` (the summary as text), `range.csv` (`qoi,experiment_mean,low,high,inside`), `map.csv`, `fit.csv` (`qoi,experiment_mean,map_surrogate,percent_error,sd_percent,simulation_sd_percent,sample_bound_percent`), `uncertainty.csv`, `loo.csv` (`specimen,elpd,pareto_k`), `influence.csv` (`specimen,parameter,shift_sd,method`), `sensitivity.csv` (`parameter,prior,scatter_prior,likelihood,pareto_k,diagnosis`), with `calibration.evidence` `evidence.csv` (`ln_evidence,error`) |
 //! | confirm | `map.csv`, `posterior.csv`, `mesh.msh` | `confirm.csv`, `confirm_runs.csv`, `curves/baseline.csv`, `curves/map.csv`, `curves/draw-*.csv`, `fields/map*` (`.vtu`, `.pvd`, pictures, `map.csv`), `curves/second-mesh.csv` |
 //! | validate | `posterior.csv`, `surrogate.json`, `experiments.csv`; `mesh.msh`, `experiments.csv`, `experiments/` in the folder of each validation | `validation.csv` (one row for each validation, quantity and specimen), `validation_summary.csv` (for each validation and quantity), `validation_coverage.csv`, `validation_curves.csv` |
 //! | verdict | results and warnings of the earlier stages | `verdict.csv` (`parameter,contraction,verdict`), `warnings.txt`, `summary.txt` |
-//! | next-test | `posterior.csv`, `surrogate.json`, `experiments.csv`; runs and curves, for candidates with further quantities of existing curves | `next-test.csv` (`candidate,parameter,specimens,contraction,contraction_q05,contraction_q95,width90`), `next-test-specimens.csv` (`candidate,parameter,goal,value,specimens,limit`; `specimens` is empty if 1000 specimens do not reach the goal), `next-test/candidate-*.csv` (runs of each candidate, a [`Dataset`](::surrogate::Dataset)) |
+//! | next-test | `posterior.csv`, `surrogate.json`, `experiments.csv`; runs and curves, for candidates with further quantities of existing curves | `next-test.csv` (`candidate,parameter,specimens,contraction,contraction_q05,contraction_q95,width90`), `next-test-specimens.csv` (`candidate,parameter,goal,value,specimens,limit`; `specimens` is empty if 1000 specimens do not reach the goal), `next-test-failed.csv` (`candidate,reason`: omitted candidates), `next-test/candidate-*.csv` (runs of each candidate, a [`Dataset`](::surrogate::Dataset)) |
 //! | report | the results of all other stages | `report.html` |
 //!
 //! The runs come from a source (`run_sources/`, one file per source): simulations of this program, a program of the
@@ -57,6 +57,7 @@ mod check;
 mod check_mask;
 mod check_outside;
 mod closed_form;
+mod common_specimens;
 mod confirm;
 mod content_hash;
 mod copies;
@@ -124,6 +125,7 @@ mod sequential;
 mod sharing;
 mod simulate;
 mod simulate_outside;
+mod simulated_displacement;
 mod simulator;
 mod sources;
 mod specimen;
@@ -144,6 +146,7 @@ mod task;
 mod tests;
 mod turns;
 mod uncertainty;
+mod unusable_runs;
 mod validate;
 mod validation_folders;
 mod verdict;

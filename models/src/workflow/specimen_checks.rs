@@ -10,6 +10,7 @@ use super::followed_program::check_programs;
 use super::inputs::Inputs;
 use super::mesh_scale::MeshSize;
 use super::preparation::Preparation;
+use super::simulated_displacement::{EarlyEnd, early_end};
 use super::specimen_notes::{Notes, check_machine, check_rates, note_sizes};
 use super::specimen_quantities::{
     MeasuredQuantities, SpecimenNames, check_scatter, compared, missing_quantities,
@@ -156,7 +157,17 @@ pub(super) fn inspect(
             Some((specimen, mistake)) if accept_out_of_range => {
                 notes.warn("range", format!("{specimen}: {} {}", mistake.problem, mistake.help));
             }
-            distance => mistakes.extend(distance.map(|(_, mistake)| mistake)),
+            Some((_, mistake)) => mistakes.push(mistake),
+            // a wrong unit can also be the reason for a peak beyond the end, and is reported first
+            None => match early_end(inputs, &table, mesh, names) {
+                Some(EarlyEnd::BeforeAllPeaks(mistake)) if accept_out_of_range => {
+                    let InputError { place, value, problem, help, .. } = mistake;
+                    notes.warn("range", format!("{place} = {value} {problem}. {help}"));
+                }
+                Some(EarlyEnd::BeforeAllPeaks(mistake)) => mistakes.push(mistake),
+                Some(EarlyEnd::NearPeaks(warning)) => notes.warn("range", warning),
+                None => {}
+            },
         }
     }
     Ok(InspectedSpecimens { table, notes, mistakes })

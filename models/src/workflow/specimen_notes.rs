@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use super::mesh_scale::{MeshScale, MeshSize};
+use super::mesh_scale::{MeasuredOver, MeshScale, MeshSize};
 use crate::case::{MachineCase, TestCase};
 use crate::error::InputError;
 use crate::experiment::{Specimen, SpecimenTable};
@@ -91,6 +91,15 @@ pub(super) fn note_sizes(table: &SpecimenTable, mesh: MeshSize, notes: &mut Note
                 specimen.height_mm, mesh.height_mm, scale.displacement
             );
             notes.say("height", &format!("{} {text}", specimen.id));
+        }
+        let is_other_height = (specimen.height_mm / mesh.height_mm - 1.0).abs() > UNSCALED;
+        if mesh.measured_over == MeasuredOver::FixedLength && is_other_height {
+            let text = format!(
+                "is {} mm high, the mesh {:.4} mm: its displacements are not scaled, because they are measured over a length that                  the case states (conditions.extensometer, conditions.measure). Mesh a specimen of this height                  (specimen.height_mm) if the measured region is not far from its ends",
+                specimen.height_mm, mesh.height_mm
+            );
+            notes.say("height", &format!("{} {text}", specimen.id));
+            notes.list(&specimen.id, "height", specimen.height_mm, text);
         }
         let (specimen_radius_mm, radius_mm) = (specimen.radius_mm, mesh.radius_mm);
         let difference = (specimen_radius_mm / radius_mm - 1.0).abs();
@@ -276,6 +285,19 @@ mod tests {
         let rows = notes.into_rows();
         assert_eq!(rows.len(), 8);
         assert!(rows[0][3].contains("forces are scaled by 0.9216"), "{:?}", rows[0]);
+    }
+
+    #[test]
+    fn displacements_of_an_extensometer_are_noted_as_not_scaled() {
+        let noted = |measured_over: MeasuredOver, height_mm: f64| {
+            let mut notes = Notes::default();
+            let mesh = MeshSize { measured_over, ..MeshSize::of_cylinder([height_mm, 2.5]) };
+            note_sizes(&table(&[None]), mesh, &mut notes);
+            notes.lines.join("")
+        };
+        assert!(noted(MeasuredOver::Height, 4.4).contains("are scaled by 0.5"));
+        assert!(noted(MeasuredOver::FixedLength, 4.4).contains("its displacements are not scaled"));
+        assert!(noted(MeasuredOver::FixedLength, 8.8).is_empty());
     }
 
     /// The specimens have a radius of 2.5 mm. Their forces are scaled with a note for a mesh of radius 2.49 mm, and

@@ -168,7 +168,12 @@ pub static STAGES: [Stage; 11] = [
     Stage {
         name: "next-test",
         about: "Estimate how much further tests would narrow the posterior, and the specimens needed: next-test.csv",
-        products: &["next-test.csv", "next-test-specimens.csv", "next-test/candidate-#.csv"],
+        products: &[
+            "next-test.csv",
+            "next-test-specimens.csv",
+            "next-test-failed.csv",
+            "next-test/candidate-#.csv",
+        ],
         share: None,
         run: next_test::run,
     },

@@ -1,15 +1,10 @@
 //! Results folders of `[[validation]]`. Each validation has a folder within the results folder, with copies of its files and
 //! the products of the stages that prepare its specimen and its held-out specimens.
 
-use std::path::{Path, PathBuf};
-
 use super::WorkflowError;
-use super::measured_values::read_measured;
+use super::common_specimens::{CommonSpecimen, common_specimen};
 use crate::case::{CaseFile, SingleTest, validation_case};
 use crate::error::InputError;
-use crate::experiment::Specimen;
-use crate::same_test::is_same_test;
-use crate::specimen_files::SpecimenFiles;
 
 /// Name of the stage that compares held-out specimens with their predictions.
 pub(super) const VALIDATE: &str = "validate";
@@ -63,8 +58,7 @@ pub(super) fn refuse_calibrated_by_others(tests: &[SingleTest]) -> Result<(), In
     Ok(())
 }
 
-/// Refuses held-out specimens that the calibration uses: specimens with the readings of the same test, or with the same name and the same
-/// measured quantities.
+/// Refuses held-out specimens that the calibration uses: see [`common_specimen`].
 ///
 /// # Errors
 /// Names the table of the held-out specimens and the specimen.
@@ -72,61 +66,9 @@ pub(super) fn refuse_calibrated(
     calibration: &CaseFile,
     held_out: &CaseFile,
 ) -> Result<(), InputError> {
-    let refuse = |path: &Path, id: &str, other: &str| {
-        let problem = format!("has the data of {other}, which the calibration uses");
-        Err(InputError::new(path, "specimen", id, problem, HOLD_OUT))
+    let Some(CommonSpecimen { table, id, other }) = common_specimen(calibration, held_out) else {
+        return Ok(());
     };
-    if let (Some((_, calibrated)), Some((path, measured_specimens))) =
-        (measured(calibration), measured(held_out))
-    {
-        for specimen in &measured_specimens {
-            let is_same = |other: &&Specimen| is_same_test(&other.curve, &specimen.curve);
-            if let Some(other) = calibrated.iter().find(is_same) {
-                return refuse(&path, &specimen.id, &other.id);
-            }
-        }
-    }
-    let values = |file: &CaseFile| {
-        let path = file.beside(file.case.experiments.as_ref()?.values.as_ref()?);
-        // tables of other quantities cannot be compared
-        let rows = read_measured(&path, &held_out.case.compared_quantities()).ok()?;
-        let group = file.case.experiments.as_ref()?.group.clone();
-        let is_chosen = move |specimen_group: &str| {
-            group.as_deref().is_none_or(|group| group == specimen_group)
-        };
-        let rows = rows.into_iter().filter(move |row| is_chosen(&row.group));
-        Some((path, rows.collect::<Vec<_>>()))
-    };
-    if let (Some((_, calibrated)), Some((path, measured_specimens))) =
-        (values(calibration), values(held_out))
-    {
-        for specimen in &measured_specimens {
-            // two missing values (NaN) are the same
-            let is_equal = |(a, b): (&f64, &f64)| a == b || (a.is_nan() && b.is_nan());
-            let has_values = |values: &[f64]| values.iter().zip(&specimen.values).all(is_equal);
-            let is_same =
-                calibrated.iter().any(|other| other.id == specimen.id && has_values(&other.values));
-            if is_same {
-                return refuse(&path, &specimen.id, &specimen.id);
-            }
-        }
-    }
-    Ok(())
-}
-
-/// The table of measured specimens of a case, and the specimens that the case chooses. `None` if the case has no such table,
-/// or if the table has mistakes, which the checks of the case report.
-fn measured(file: &CaseFile) -> Option<(PathBuf, Vec<Specimen>)> {
-    let experiments = file.case.experiments.as_ref()?;
-    let path = file.beside(experiments.table.as_ref()?);
-    if !path.is_file() {
-        return None;
-    }
-    let options = experiments.read.clone().unwrap_or_default();
-    let read = SpecimenFiles::read(&path, &options).of_test(experiments.test.as_deref(), &path);
-    let table = match &experiments.group {
-        Some(group) => read.table.in_group(group, &file.path).ok()?,
-        None => read.table,
-    };
-    Some((path, table.specimens))
+    let problem = format!("has the data of {other}, which the calibration uses");
+    Err(InputError::new(&table, "specimen", id, problem, HOLD_OUT))
 }

@@ -67,6 +67,15 @@ fn specimens_that_cannot_be_meant_are_refused_before_the_ensemble_by_the_persons
         edit(&mine.join("case.toml"), |text| text.replace("steps = 44", "steps = 1"));
     });
     assert!(err.contains("mine/case.toml: test.steps = 1"), "{err}");
+    // simulations that end before the measured peaks have no peak
+    let err = refused(|mine| {
+        edit(&mine.join("case.toml"), |text| {
+            text.replace("displacement_mm = 0.22", "displacement_mm = 0.05")
+        });
+    });
+    for part in ["mine/curves/S-01.csv: smallest displacement at peak", "test.displacement_mm"] {
+        assert!(err.contains(part), "{part:?} is not in {err:?}");
+    }
 }
 
 /// Units that are wrong by a factor of 4 to 20 are within the range of the closed form of the matrix alone. The first

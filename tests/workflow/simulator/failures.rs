@@ -48,6 +48,9 @@ fn failing_and_hanging_runs_are_left_out_and_tried_again_under_other_limits() {
     assert_eq!([8, 14].map(tries), [1, 1]);
     let warnings = std::fs::read_to_string(results.join("warnings.txt")).unwrap();
     assert!(warnings.contains("5 of 14 runs"), "{warnings}");
+    // more than a tenth of the runs are missing
+    let summary = std::fs::read_to_string(results.join("summary.txt")).unwrap();
+    assert!(summary.contains("identified with missing runs"), "{summary}");
     check_posterior(&results);
 
     // with a longer limit and one attempt, the failed runs are made once more, and no other run
@@ -58,6 +61,23 @@ fn failing_and_hanging_runs_are_left_out_and_tried_again_under_other_limits() {
     assert_eq!([8, 14].map(tries), [1, 1]);
     run(dir.path(), &["--threads", "2"]);
     assert_eq!([3, 4, 5].map(tries), [3, 3, 3]);
+}
+
+/// If all runs fail, the error names their number, the reason and the remedy.
+#[test]
+fn an_ensemble_without_usable_runs_ends_with_the_reason() {
+    let dir = folder(CASE, "echo 'no convergence in step 7'\nexit 3\n");
+    let (code, _, err) = breccia(dir.path(), &["run", "bar.toml", "--out", "results"]);
+    assert_eq!(code, Some(1), "{err}");
+    for part in [
+        "10 of 10 runs have no quantities",
+        "at least 2 runs",
+        "exit status: 3",
+        "no convergence in step 7",
+        "[simulator]",
+    ] {
+        assert!(err.contains(part), "{part}: {err}");
+    }
 }
 
 fn wait_for(what: &str, condition: impl Fn() -> bool) {

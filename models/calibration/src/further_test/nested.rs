@@ -71,6 +71,7 @@ fn a_normal_belief_is_contracted_as_emulated_data_do_it() {
         draws: vec![TestAtDraw { jacobian: jacobian.clone(), scatter: scatter.clone() }],
         shared: shared.clone(),
         seen: Vec::new(),
+        alike: None,
     };
     let quantities = |x: &[f64]| -> Vec<f64> {
         jacobian.iter().map(|row| row[0] * x[0] + row[1] * x[1]).collect()
@@ -117,6 +118,7 @@ fn a_belief_that_fills_its_box_is_contracted_a_little_more_than_is_promised() {
             draws: draws.iter().step_by(10).map(at).collect(),
             shared: vec![vec![0.0]],
             seen: Vec::new(),
+            alike: None,
         };
         let promised = test.expected(&belief, specimens).unwrap()[1].contraction;
         let covariance = [vec![scatter * scatter / specimens as f64]];

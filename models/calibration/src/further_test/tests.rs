@@ -24,7 +24,12 @@ fn two_parameters_and_three_quantities_have_the_closed_form() {
     let jacobian = vec![vec![0.0036, 3.0], vec![0.0024, 80.0], vec![-0.0012, 75.0]];
     let scatter = vec![vec![9e-4, 4e-4, 0.0], vec![4e-4, 16e-4, -2e-4], vec![0.0, -2e-4, 4e-4]];
     let draw = TestAtDraw { jacobian: jacobian.clone(), scatter: scatter.clone() };
-    let test = FurtherTest { draws: vec![draw], shared: vec![vec![0.0; 3]; 3], seen: Vec::new() };
+    let test = FurtherTest {
+        draws: vec![draw],
+        shared: vec![vec![0.0; 3]; 3],
+        seen: Vec::new(),
+        alike: None,
+    };
     for n in [1, 5, 40] {
         let j = matrix(&jacobian);
         let inverse = matrix(&scatter).try_inverse().unwrap();
@@ -72,6 +77,7 @@ fn a_rate_independent_peak_tells_the_toughness_and_a_viscous_one_does_not() {
         draws: draws.iter().step_by(10).map(|x| at(x, slow)).collect(),
         shared: vec![vec![0.0]],
         seen: Vec::new(),
+        alike: None,
     };
     let variance = 0.003f64.powi(2) / 12.0;
     let gc = |k: usize| draws[k][1];
@@ -99,7 +105,7 @@ fn more_specimens_teach_more_until_what_they_share_is_left() {
     let shared = vec![vec![4e-3, 1e-3], vec![1e-3, 2e-3]];
     for seen in [vec![], vec![vec![0, 1]; 5], vec![vec![0, 1], vec![1], vec![0]]] {
         let draws = (0..7).map(draw).collect();
-        let test = FurtherTest { draws, shared: shared.clone(), seen: seen.clone() };
+        let test = FurtherTest { draws, shared: shared.clone(), seen: seen.clone(), alike: None };
         let mut before = belief.now();
         for n in [1, 2, 3, 10, 100, 10_000] {
             let now = test.expected(&belief, n).unwrap();
@@ -130,6 +136,7 @@ fn specimens_seen_before_share_their_error_with_further_ones() {
         draws: vec![draw.clone()],
         shared: vec![vec![0.003]],
         seen: vec![vec![0]; seen],
+        alike: None,
     };
     let whole = test(0).expected(&prior_alone(&prior), 8).unwrap()[0].contraction;
     let half = test(0).expected(&prior_alone(&prior), 4).unwrap()[0].contraction;
@@ -160,6 +167,7 @@ fn specimens_that_lack_quantities_have_the_information_of_the_others() {
         draws: vec![draw.clone()],
         shared: shared.map(Vec::from).to_vec(),
         seen: seen.clone(),
+        alike: None,
     };
     let information = |specimens: &[Vec<usize>]| {
         let places: Vec<(usize, usize)> = specimens
@@ -184,17 +192,105 @@ fn specimens_that_lack_quantities_have_the_information_of_the_others() {
     }
 }
 
+/// A further test that equals the present test has the value of a repetition, whatever the error of its own surrogate.
+#[test]
+fn a_test_that_equals_the_present_one_has_the_value_of_a_repetition() {
+    let belief = prior_alone(&[[0.0, 1.0], [2.0, 3.0]]);
+    let draw = |change: f64| TestAtDraw {
+        jacobian: vec![vec![1.0 + change, 0.4], vec![0.3, 1.0 - change]],
+        scatter: vec![vec![0.04, 0.01], vec![0.01, 0.09]],
+    };
+    let shared = vec![vec![4e-3, 1e-3], vec![1e-3, 2e-3]];
+    for seen in [vec![vec![0, 1]; 8], vec![vec![0, 1], vec![1], vec![0], vec![1]]] {
+        let (draws, shared) = (vec![draw(0.0)], shared.clone());
+        let repeated =
+            FurtherTest { draws, shared: shared.clone(), seen: seen.clone(), alike: None };
+        let other = |change: f64, own: f64| FurtherTest {
+            draws: vec![draw(change)],
+            shared: shared.iter().map(|row| row.iter().map(|x| own * x).collect()).collect(),
+            seen: Vec::new(),
+            alike: Some(AlikeTest {
+                draws: vec![draw(0.0)],
+                shared: shared.clone(),
+                seen: seen.clone(),
+                quantities: vec![0, 1],
+            }),
+        };
+        for n in [1, 4, 100] {
+            let expected = |test: &FurtherTest| test.expected(&belief, n).unwrap();
+            let exact = expected(&repeated);
+            for own in [0.0, 0.5, 1.0] {
+                for (found, exact) in expected(&other(0.0, own)).iter().zip(&exact) {
+                    let difference = (found.contraction - exact.contraction).abs();
+                    assert!(difference < 1e-9, "{n} {own} {found:?} {exact:?}");
+                }
+                // the limit is continuous: a test that is hardly different is hardly worth more
+                for (found, exact) in expected(&other(1e-4, own)).iter().zip(&exact) {
+                    assert!(found.contraction < exact.contraction + 1e-3, "{found:?} {exact:?}");
+                }
+            }
+            // independent errors would make the same test worth more than its repetition
+            let independent = FurtherTest { alike: None, ..other(0.0, 0.5) };
+            assert!(expected(&independent)[0].contraction > exact[0].contraction + 1e-3);
+            // errors of the test alone that are larger than those of the present test count
+            let worse = expected(&other(0.0, 100.0));
+            assert!(worse[0].contraction < exact[0].contraction);
+        }
+    }
+}
+
+/// Compares the information of a test that shares the error of the present test in one of two quantities with the
+/// information of all specimens of both tests as one normal vector.
+#[test]
+fn a_test_alike_has_the_information_of_one_normal_vector() {
+    let belief = prior_alone(&[[0.0, 1.0], [2.0, 3.0]]);
+    let present = TestAtDraw {
+        jacobian: vec![vec![1.0, 0.4], vec![0.3, 1.0]],
+        scatter: vec![vec![0.04, 0.01], vec![0.01, 0.09]],
+    };
+    let other = TestAtDraw { jacobian: vec![vec![0.2, 1.5]], scatter: vec![vec![0.05]] };
+    let shared = vec![vec![4e-3, 1e-3], vec![1e-3, 2e-3]];
+    let (tested, more) = (3, 2);
+    let alike = AlikeTest {
+        draws: vec![present.clone()],
+        shared: shared.clone(),
+        seen: vec![vec![0, 1]; tested],
+        quantities: vec![1],
+    };
+    let information = |more: usize| {
+        // specimen, quantity of the present test, index in the quantities of its own test
+        let of_present = (0..tested).flat_map(|k| (0..2).map(move |m| (k, m, m)));
+        let of_other = (0..more).map(|k| (tested + k, 1, 0));
+        let rows: Vec<(usize, usize, usize)> = of_present.chain(of_other).collect();
+        let test = |k: usize| if k < tested { &present } else { &other };
+        let covariance = DMatrix::from_fn(rows.len(), rows.len(), |a, b| {
+            let ((k, m, i), (l, n, j)) = (rows[a], rows[b]);
+            shared[m][n] + if k == l { test(k).scatter[i][j] } else { 0.0 }
+        });
+        let jacobian = DMatrix::from_fn(rows.len(), 2, |a, parameter| {
+            let (k, _, i) = rows[a];
+            test(k).jacobian[i][parameter] * belief.prior_sd[parameter]
+        });
+        jacobian.transpose() * covariance.try_inverse().unwrap() * jacobian
+    };
+    let exact = information(more) - information(0);
+    let found = alike.gained(0, &other, &belief, more).unwrap();
+    assert!((&found - &exact).amax() < 1e-10 * exact.amax(), "{found} {exact}");
+}
+
 #[test]
 fn what_does_not_fit_together_is_said() {
     let belief = prior_alone(&[[0.0, 1.0], [0.0, 1.0]]);
     let draw = TestAtDraw { jacobian: vec![vec![1.0]], scatter: vec![vec![1.0]] };
-    let test = FurtherTest { draws: vec![draw], shared: vec![vec![0.0]], seen: Vec::new() };
+    let test =
+        FurtherTest { draws: vec![draw], shared: vec![vec![0.0]], seen: Vec::new(), alike: None };
     let error = test.expected(&belief, 1).unwrap_err().to_string();
     assert_eq!(error, "the jacobian has 1 entries, expected 2");
     let draws = vec![vec![0.3, 0.4]; 5];
     let error = Belief::of_draws(&[Prior::uniform(0.0, 1.0); 2], &draws).unwrap_err();
     assert_eq!(error, FurtherTestError::Draws(5));
     let draw = TestAtDraw { jacobian: vec![vec![1.0, 1.0]], scatter: vec![vec![-1.0]] };
-    let test = FurtherTest { draws: vec![draw], shared: vec![vec![0.0]], seen: Vec::new() };
+    let test =
+        FurtherTest { draws: vec![draw], shared: vec![vec![0.0]], seen: Vec::new(), alike: None };
     assert_eq!(test.expected(&belief, 1), Err(FurtherTestError::Covariance));
 }

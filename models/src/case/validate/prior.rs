@@ -147,32 +147,49 @@ impl CaseFile {
         let changed = |(region, _): &(&String, &_)| {
             simulation.material[*region] != self.case.material[*region]
         };
-        for (region, _) in self.case.material.iter().filter(changed) {
+        for (region, material) in self.case.material.iter().filter(changed) {
+            // the check of the material reports a mistake that does not depend on the parameter
+            if self.in_fem(region, material).is_err() {
+                continue;
+            }
             match self.in_fem(region, &simulation.material[region]) {
                 Ok(()) => {}
-                Err(FemError::OutOfRange { requirement, .. }) => {
+                Err(FemError::OutOfRange { entity, field, value, requirement }) => {
+                    let is_parameter = parameter.path().ends_with(&format!(".{field}"));
                     let help = "Check the unit in the key's name.";
-                    return refuse(format!("must be {requirement}"), help);
+                    return match is_parameter {
+                        true => refuse(format!("must be {requirement}"), help),
+                        // the bound makes another constant wrong
+                        false => refuse(
+                            format!(
+                                "is not possible with {entity}.{field} = {value}, which must be {requirement}"
+                            ),
+                            "Change the bound of the prior, or the other constant.",
+                        ),
+                    };
                 }
                 Err(other) => return refuse(other.to_string(), "Choose another value."),
             }
         }
         // a shift depends on constants of its material and on the temperature of the test
-        for series in simulation.material.values().filter_map(|m| m.viscoelastic.as_ref()) {
-            if let (Some(shift), Some(celsius)) =
-                (&series.shift, simulation.test.temperature_celsius)
-                && let Err(error) = shift.validate("test", celsius)
-            {
-                return refuse(error.to_string(), "Choose another value.");
-            }
+        let shift_error = |parts: &SimulationParts| {
+            let celsius = parts.test.temperature_celsius?;
+            let series = parts.material.values().filter_map(|m| m.viscoelastic.as_ref());
+            { series }.find_map(|series| series.shift.as_ref()?.validate("test", celsius).err())
+        };
+        if shift_error(&self.case.simulation_parts()).is_none()
+            && let Some(error) = shift_error(&simulation)
+        {
+            return refuse(error.to_string(), "Choose another value.");
         }
         let changed = simulation
             .interface
             .iter()
             .filter(|(name, interface)| self.case.interface[*name] != **interface);
         for (name, interface) in changed {
-            if let Err(WrongInterface { problem, help, .. }) =
-                check_interface(&self.case, name, interface)
+            if check_interface(&self.case, name, &self.case.interface[name]).is_ok()
+                && let Err(WrongInterface { problem, help, .. }) =
+                    check_interface(&self.case, name, interface)
             {
                 return refuse(problem, &help);
             }
@@ -185,11 +202,21 @@ impl CaseFile {
         }
         let SimulationParts { phase_field, test, machine, .. } = simulation;
         let case = Case { phase_field, test, machine, ..self.case.clone() };
-        let mut mistakes = Mistakes::default();
+        let mistakes = |file: &Self| {
+            let mut mistakes = Mistakes::default();
+            file.check_test(&mut mistakes);
+            check_machine(file, &mut mistakes);
+            mistakes.into_vec()
+        };
         let file = Self { path: self.path.clone(), case, table_files: Vec::new() };
-        file.check_test(&mut mistakes);
-        check_machine(&file, &mut mistakes);
-        match mistakes.into_vec().into_iter().next() {
+        // mistakes of the case that do not depend on the parameter are reported with their own keys
+        let before = mistakes(self);
+        let is_new = |mistake: &InputError| {
+            before
+                .iter()
+                .all(|other| (&other.place, &other.problem) != (&mistake.place, &mistake.problem))
+        };
+        match mistakes(&file).into_iter().find(is_new) {
             Some(InputError { problem, help, .. }) => refuse(problem, &help),
             None => Ok(()),
         }
@@ -273,5 +300,70 @@ impl CaseFile {
     fn check_parameter(&self, key: &str, parameter: &Parameter) -> Result<(), InputError> {
         let set = parameter.set(&mut self.case.simulation_parts(), 1.0);
         set.map_err(|TargetError { problem, help }| self.error(key, "", problem, help))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    /// The mistakes of a case with a constant of the matrix in place of the viscosity.
+    fn mistakes(constant: &str, prior: &str) -> Vec<String> {
+        let text = format!(
+            "[specimen]\nradius_mm = 2.5\nheight_mm = 4.4\nspacing_mm = 1.4\n\
+             [material.matrix]\nyoung_mpa = 275.0\npoisson = 0.25\ntoughness_n_per_mm = 0.05\n{constant}\n\
+             [phase_field]\nlength_mm = 0.06\nmodel = \"at1\"\n\
+             [test]\ndisplacement_mm = 0.2\n[prior]\n{prior}\n\
+             [experiments]\ntable = \"specimens.csv\"\n"
+        );
+        let mistakes = CaseFile::parse_all(&text, Path::new("case.toml")).1;
+        mistakes.iter().map(ToString::to_string).collect()
+    }
+
+    const YOUNG: &str = "matrix.young_mpa = [230.0, 330.0]";
+
+    /// A wrong constant is reported once, at its own key, and not at a prior of another constant.
+    #[test]
+    fn a_wrong_constant_is_no_mistake_of_a_prior() {
+        for (constant, key) in [
+            (
+                "viscoelastic.shear = [{ fraction = 0.3, time_s = -0.1 }]",
+                "material.matrix.viscoelastic.shear.time_s = -0.1",
+            ),
+            ("viscosity_mpa_s = -1.0", "material.matrix.viscosity_mpa_s = -1"),
+            (
+                "strength = { tensile_mpa = 2.0, compressive_mpa = 1.0 }",
+                "material.matrix.strength.compressive_mpa = 1",
+            ),
+        ] {
+            let found = mistakes(constant, YOUNG);
+            assert_eq!(found.len(), 1, "{found:?}");
+            assert!(found[0].contains(key), "{key}: {found:?}");
+        }
+        assert_eq!(mistakes("viscosity_mpa_s = 1.0", YOUNG), [""; 0]);
+    }
+
+    /// A bound that contradicts another constant names this constant.
+    #[test]
+    fn a_bound_that_contradicts_another_constant_names_it() {
+        let strength = "strength = { tensile_mpa = 2.0, compressive_mpa = 6.0 }";
+        let found = mistakes(strength, "matrix.strength.tensile_mpa = [1.0, 7.0]");
+        let part = "not possible with material.matrix.strength.compressive_mpa = 6, which must be larger than tensile_mpa";
+        assert!(found.iter().any(|mistake| mistake.contains(part)), "{found:?}");
+        let found = mistakes("viscosity_mpa_s = 1.0", "matrix.young_mpa = [-1.0, 300.0]");
+        assert!(found[0].contains("prior.matrix.young_mpa"), "{found:?}");
+        assert!(!found[0].contains("not possible with"), "{found:?}");
+    }
+
+    #[test]
+    fn an_impossible_strength_is_a_mistake_of_the_strength() {
+        let plastic = "plastic = { yield_mpa = 5.0 }\nstrength = { tensile_mpa = 2.0, compressive_mpa = 6.0 }";
+        let found = mistakes(plastic, YOUNG);
+        assert!(
+            found[0].contains("material.matrix.strength: a strength is implemented"),
+            "{found:?}"
+        );
     }
 }

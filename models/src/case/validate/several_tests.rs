@@ -26,12 +26,20 @@ pub(super) fn check_tests(file: &CaseFile) -> Vec<InputError> {
         let help = "Give the region another name.";
         mistakes.note(Err(file.error(&format!("material.{region}"), "", problem, help)));
     }
+    // each test can name its own specimens instead
+    let has_specimens = |test: &TestEntry| {
+        let experiments =
+            test.set.get("experiments").and_then(|experiments| experiments.as_table());
+        let sources = ["table", "values", "virtual"];
+        experiments.is_some_and(|own| sources.iter().any(|key| own.contains_key(*key)))
+    };
     for (table, is_missing, help) in [
         ("prior", file.case.prior.is_none(), "Add [prior]: it names the parameters of all tests."),
         (
             "experiments",
-            file.case.experiments.is_none(),
-            "Add [experiments] with a table that has the column test, or with virtual specimens.",
+            file.case.experiments.is_none() && !file.case.tests.iter().all(has_specimens),
+            "Add [experiments] with a table that has the column test, or with virtual specimens; or write set.experiments.table \
+             in each test.",
         ),
     ] {
         if is_missing {
@@ -46,6 +54,7 @@ pub(super) fn check_tests(file: &CaseFile) -> Vec<InputError> {
     if all.is_empty() {
         let mut mistakes = Mistakes::default();
         check_relations(file, &read.tests, &mut mistakes);
+        check_candidates(file, &read.tests, &mut mistakes);
         all = mistakes.into_vec();
     }
     all
@@ -135,6 +144,26 @@ fn in_words(mistakes: Vec<TestMistake>, tests: usize) -> Vec<InputError> {
         InputError { place, ..error }
     };
     found.into_iter().map(named).collect()
+}
+
+/// Refuses candidates that have the values of another test of the case. The check of each test refuses its own values.
+fn check_candidates(file: &CaseFile, tests: &[SingleTest], mistakes: &mut Mistakes) {
+    for test in tests {
+        let candidates = test.file.case.further_tests.candidate.iter();
+        for candidate in candidates.filter(|candidate| candidate.is_another_test()) {
+            // the check of the test reports the mistakes of its candidates
+            let Ok(own) = test.file.of_candidate(candidate) else { continue };
+            let others = tests.iter().filter(|other| other.name != test.name);
+            let same = { others }.find(|other| other.file.is_present_test(candidate, &own));
+            if let Some(same) = same {
+                let key = format!("further_tests.candidate ({}).set", candidate.name);
+                let problem = format!("has the values of the test {}", same.name);
+                let help =
+                    "Change another value. More specimens of a present test need no candidate.";
+                mistakes.note(Err(file.error(&key, "", problem, help)));
+            }
+        }
+    }
 }
 
 /// Checks `calibration.between_tests`.

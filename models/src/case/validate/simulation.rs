@@ -1,6 +1,6 @@
 //! Checks of specimen, materials, test and solver.
 
-use fem::{FemError, Packing, PhaseField, Platens, Segmentation};
+use fem::{FemError, Packing, PhaseField, Platens, Segmentation, Unsupported};
 
 use super::super::{Case, CaseFile, MaterialCase, Mistakes, Property, SpecimenGeometry};
 use super::program::check_program;
@@ -223,7 +223,16 @@ impl CaseFile {
                 Err(self.error(&key, value.to_string(), format!("must be {requirement}"), help))
             }
             FemError::Unsupported { reason, .. } => {
-                let key = format!("material.{region}.law");
+                let key = match reason {
+                    Unsupported::StrengthWithoutToughness
+                    | Unsupported::StrengthOfInelasticLaw
+                    | Unsupported::StrengthOfField
+                    | Unsupported::StrengthLength { .. } => "strength",
+                    Unsupported::PlasticLaw => "plastic",
+                    Unsupported::ViscoelasticLaw => "viscoelastic",
+                    _ => "law",
+                };
+                let key = format!("material.{region}.{key}");
                 Err(self.error(&key, "", reason.to_string(), sentence(reason.help())))
             }
             other => Err(self.error(

@@ -8,12 +8,13 @@ use crate::report::digits::{plain, within};
 use crate::report::figures;
 use crate::report::results::{FurtherNeeded, FurtherParameter, IDENTIFIED, Results};
 
-pub(super) fn collect(results: &Results) -> Option<&[FurtherParameter]> {
+pub(super) fn collect(results: &Results) -> Option<&Results> {
     let is_computed = !results.map_curve.is_empty() && !results.further.is_empty();
-    is_computed.then_some(&results.further)
+    is_computed.then_some(results)
 }
 
-pub(super) fn show(parameters: &[FurtherParameter]) -> Markup {
+pub(super) fn show(results: &Results) -> Markup {
+    let Results { further: parameters, failed_candidates, .. } = results;
     html! {
         section {
             h2 { "Expected benefit of further tests" }
@@ -22,6 +23,10 @@ pub(super) fn show(parameters: &[FurtherParameter]) -> Markup {
                  specimens, and the smallest number with which a parameter is expected to be identified \
                  (contraction " (IDENTIFIED) ") or its 90 % interval to be as narrow as stated. A further \
                  quantity of the present curves may increase the contraction without any further specimen."
+            }
+            @if !failed_candidates.is_empty() {
+                p { "These further tests are omitted, because they cannot be predicted:" }
+                ul.warnings { @for (name, reason) in failed_candidates { li { (name) ": " (reason) } } }
             }
             @for parameter in parameters { (parameter_section(parameter)) }
             p.caption {
@@ -105,7 +110,10 @@ mod tests {
         let more = test("more", vec![needed(None, false, 0.04), needed(None, true, 0.0043)]);
         let parameter =
             FurtherParameter { label: "Gc (N/mm)".into(), now: 0.01, tests: vec![more, slow] };
-        let page = show(&[parameter]).into_string();
+        let failed_candidates = vec![("short".to_owned(), "6 of 6 runs have no peak".to_owned())];
+        let further = vec![parameter];
+        let results = Results { further, failed_candidates, ..Results::default() };
+        let page = show(&results).into_string();
         for part in [
             "<td>7</td>",
             "never: 0.04 at best",
@@ -113,6 +121,7 @@ mod tests {
             "until identified",
             "until the interval is 0.002",
             "<td>0.52</td>",
+            "<li>short: 6 of 6 runs have no peak</li>",
         ] {
             assert!(page.contains(part), "{part}: {page}");
         }

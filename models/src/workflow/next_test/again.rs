@@ -66,7 +66,7 @@ pub(super) fn test(
     let belief =
         belief(&priors, &draws).map_err(|error| WorkflowError::Unusable(error.to_string()))?;
     let draws = at_draws(&fit.pce, &middle, &draws, &|draw| draw.scatter.clone())?;
-    Ok((belief, FurtherTest { draws, shared, seen }))
+    Ok((belief, FurtherTest { draws, shared, seen, alike: None }))
 }
 
 /// Computes the quantities `qoi` of the runs of a level.

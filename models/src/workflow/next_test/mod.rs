@@ -7,7 +7,7 @@ mod present;
 
 use super::WorkflowError;
 use super::task::Task;
-use crate::case::PRESENT;
+use crate::case::{CandidateCase, PRESENT};
 use crate::further_test::{Belief, Expected, FurtherTest, FurtherTestError, Goal};
 use crate::progress::say;
 use present::Present;
@@ -33,6 +33,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     };
     let belief = present.belief().map_err(|error| named(PRESENT, error))?;
     let test = present.test()?;
+    let mut failed: Vec<[String; 2]> = Vec::new();
     let mut candidates = vec![Candidate { name: PRESENT.to_owned(), belief, test }];
     for (number, case) in (1..).zip(&further.candidate) {
         task.check_interrupt()?;
@@ -43,11 +44,18 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
                 .map(|test| (candidates[0].belief.clone(), test)),
             false => again::test(task, case, number),
         };
-        let (belief, test) = made.map_err(|error| match error {
-            WorkflowError::Interrupted => error,
-            error => WorkflowError::Unusable(format!("the further test {:?}: {error}", case.name)),
-        })?;
-        candidates.push(Candidate { name: case.name.clone(), belief, test });
+        match made.and_then(|(belief, test)| usable(case, belief, test)) {
+            Ok(candidate) => candidates.push(candidate),
+            Err(error) if stops_the_stage(&error) => return Err(error),
+            Err(error) => {
+                let text = format!(
+                    "The further test {:?} is omitted from the comparison of further tests: {error}",
+                    case.name
+                );
+                say("warning", &text);
+                failed.push([case.name.clone(), error.to_string()]);
+            }
+        }
     }
     let mut specimen_counts = further.specimens.clone();
     specimen_counts.sort_unstable();
@@ -100,5 +108,28 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     task.write_csv("next-test.csv", header, rows)?;
     let header = ["candidate", "parameter", "goal", "value", "specimens", "limit"];
     task.write_csv("next-test-specimens.csv", header, needed)?;
-    Ok(format!("{} further tests", candidates.len()))
+    let omitted = match failed.len() {
+        0 => String::new(),
+        count => format!(", {count} omitted"),
+    };
+    task.write_csv("next-test-failed.csv", ["candidate", "reason"], failed)?;
+    Ok(format!("{} further tests{omitted}", candidates.len()))
+}
+
+/// Whether an error concerns the whole stage, and not only one candidate: an interrupt, or a file that cannot be read or
+/// written.
+fn stops_the_stage(error: &WorkflowError) -> bool {
+    matches!(error, WorkflowError::Interrupted | WorkflowError::Io { .. })
+}
+
+/// Checks that the benefit of a candidate can be computed.
+fn usable(
+    case: &CandidateCase,
+    belief: Belief,
+    test: FurtherTest,
+) -> Result<Candidate, WorkflowError> {
+    match test.expected(&belief, 1) {
+        Ok(_) => Ok(Candidate { name: case.name.clone(), belief, test }),
+        Err(error) => Err(WorkflowError::Unusable(error.to_string())),
+    }
 }

@@ -12,6 +12,7 @@ use super::super::posterior_draws::Draw;
 use super::super::specimen_stiffness::{knowing_stiffness, of_specimens};
 use super::super::task::Task;
 use super::super::uncertainty::SharedError;
+use super::super::unusable_runs::{RunOrigin, UnusableRuns};
 use super::present::{Present, at_draws};
 use crate::case::CandidateCase;
 use crate::further_test::FurtherTest;
@@ -22,7 +23,8 @@ use crate::qoi::Quantity;
 ///
 /// The shared error is the error of the surrogate of the candidate's runs. For the quantities that the case compares,
 /// the errors of `[fidelity]` and of the discrepancy are added, because the candidate uses the same meshes and the same
-/// model.
+/// model. A candidate with the specimen and the quantities of the present test can share its error: see
+/// [`FurtherTest::alike`].
 pub(super) fn test(
     task: &Task<'_>,
     present: &Present,
@@ -36,22 +38,23 @@ pub(super) fn test(
     test_task.inputs.geometry()?;
     let mut plan = Plan::of(&test_task.inputs, usize::MAX)?;
     let quantities = file.case.compared_quantities();
-    let runs = plan.make_cheap(&test_task)?;
-    let failed: Vec<String> =
-        runs.failed().map(|(record, why)| format!("run {}: {why}", record.id)).collect();
+    let runs = plan.make_cheap(&test_task);
+    // a candidate that fails depends on the same keys
+    task.inputs.reads_with(&test_task.inputs);
+    let runs = runs?;
+    let failed = runs.failed().map(|(record, reason)| (record.id, reason));
+    let unusable = UnusableRuns::of(runs.records.len(), failed, RunOrigin::of(&test_task.inputs));
+    let usable = runs.usable().count();
+    if usable < LEAST_RUNS {
+        return Err(WorkflowError::Unusable(match unusable {
+            Some(unusable) => unusable.too_few(LEAST_RUNS),
+            None => format!("{usable} runs are too few: write runs = 30 in the candidate"),
+        }));
+    }
     let (data, _) = plan.learnt(&test_task.inputs, &quantities, &[runs])?;
     task.inputs.reads_with(&test_task.inputs);
-    if data.len() < LEAST_RUNS {
-        return Err(WorkflowError::Unusable(format!(
-            "{} of {} runs are usable, which is too few; {}",
-            data.len(),
-            case.runs,
-            failed.first().map_or("make more", String::as_str)
-        )));
-    }
-    if let Some(first) = failed.first() {
-        let all = data.len() + failed.len();
-        say("note", &format!("{} of {all} runs have no quantities: {first}", failed.len()));
+    if let Some(unusable) = unusable {
+        say("warning", &format!("the further test {:?}: {}", case.name, unusable.warning()));
     }
     let name = format!("next-test/candidate-{number}.csv");
     let table = data.to_csv().map_err(|e| WorkflowError::io(&task.path(&name), e))?;
@@ -69,7 +72,11 @@ pub(super) fn test(
     add_error_of_meshes(task, data.outputs(), &mut shared)?;
     let scatter = |draw: &Draw| scatter(draw, present, case, &quantities);
     let draws = at_draws(&fit.pce, &known_inputs, &present.draws, &scatter)?;
-    Ok(FurtherTest { draws, shared, seen: Vec::new() })
+    let alike = match file.case.specimen == task.inputs.unrecorded().case.specimen {
+        true => present.alike(&quantities)?,
+        false => None,
+    };
+    Ok(FurtherTest { draws, shared, seen: Vec::new(), alike })
 }
 
 /// Minimum number of runs from which derivatives can be estimated.

@@ -8,8 +8,9 @@ use super::super::posterior_draws::{Draw, posterior_draws};
 use super::super::task::Task;
 use super::super::uncertainty::SharedError;
 use crate::fracture::column_means;
-use crate::further_test::{Belief, FurtherTest, FurtherTestError, TestAtDraw};
+use crate::further_test::{AlikeTest, Belief, FurtherTest, FurtherTestError, TestAtDraw};
 use crate::prior::Prior;
+use crate::qoi::Quantity;
 
 /// Number of posterior draws in averages: the standard error of a mean is about 5 % of the standard deviation of the
 /// draws.
@@ -58,7 +59,25 @@ impl Present {
             draws: at_draws(&self.pce, &self.known_inputs, &self.draws, &scatter)?,
             shared: self.shared.clone(),
             seen: self.recorded.clone(),
+            alike: None,
         })
+    }
+
+    /// Returns the present test for a further test that shares its errors; `None` if the present test lacks one of the
+    /// quantities.
+    pub(super) fn alike(
+        &self,
+        quantities: &[Quantity],
+    ) -> Result<Option<AlikeTest>, WorkflowError> {
+        let index_of = |quantity: &Quantity| {
+            self.outputs.iter().position(|column| *column == quantity.column())
+        };
+        let Some(quantities) = quantities.iter().map(index_of).collect::<Option<Vec<usize>>>()
+        else {
+            return Ok(None);
+        };
+        let FurtherTest { draws, shared, seen, .. } = self.test()?;
+        Ok(Some(AlikeTest { draws, shared, seen, quantities }))
     }
 
     /// Posterior mean of each parameter.

@@ -15,6 +15,9 @@ const NEGLIGIBLE: f64 = 2.0;
 /// A misfit larger than this value is always poor, %.
 const LARGEST: f64 = 10.0;
 
+/// Column of `fit.csv` with the bound from the scatter of the sample.
+const SAMPLE_BOUND: &str = "sample_bound_percent";
+
 /// Rule on the misfit of the surrogate. The surrogate is the mean response over all microstructures of the runs.
 pub(super) const AT_THE_SURROGATE: Rule =
     Rule { reads: &["calibrate"], check: |inputs| Ok(surrogate(&misfits(inputs)?)) };
@@ -42,6 +45,22 @@ struct Misfit {
     sd_percent: f64,
     /// Standard deviation of the misfit of a simulation on a single microstructure, %.
     simulation_sd_percent: f64,
+    /// Bound from the scatter of the sample, %; `None` for a single specimen. The posterior of Σ, and with it `sd_percent`,
+    /// is wider if there are few specimens and the model misses them.
+    sample_bound_percent: Option<f64>,
+}
+
+impl Misfit {
+    /// Largest misfit of the surrogate that is not poor, %: the smaller one of two bounds, from the posterior and from the
+    /// sample.
+    fn threshold(&self) -> f64 {
+        let of_sample = self.sample_bound_percent.unwrap_or(f64::INFINITY);
+        threshold(self.sd_percent).min(of_sample.max(NEGLIGIBLE))
+    }
+
+    fn is_poor(&self) -> bool {
+        self.percent.abs() > self.threshold()
+    }
 }
 
 /// Whether a misfit is statistically significant, or so large that the result cannot be used.
@@ -56,7 +75,7 @@ fn threshold(sd_percent: f64) -> f64 {
 
 fn misfits(inputs: &Inputs<'_>) -> Result<Vec<Misfit>, WorkflowError> {
     let path = inputs.file("fit.csv")?;
-    let columns = ["qoi", "percent_error", "sd_percent", "simulation_sd_percent"];
+    let columns = ["qoi", "percent_error", "sd_percent", "simulation_sd_percent", SAMPLE_BOUND];
     let table = CsvTable::read(&path, &columns)?;
     let misfit = |row: TableRow<'_>| {
         Ok(Misfit {
@@ -64,6 +83,10 @@ fn misfits(inputs: &Inputs<'_>) -> Result<Vec<Misfit>, WorkflowError> {
             percent: row.number("percent_error")?,
             sd_percent: row.number("sd_percent")?,
             simulation_sd_percent: row.number("simulation_sd_percent")?,
+            sample_bound_percent: match row.text(SAMPLE_BOUND).is_empty() {
+                true => None,
+                false => Some(row.number(SAMPLE_BOUND)?),
+            },
         })
     };
     Ok(table.rows().map(misfit).collect::<Result<_, InputError>>()?)
@@ -90,7 +113,10 @@ pub(in crate::workflow) fn verdicts(
     let misfit =
         |percent, sd_percent| report::Misfit { percent, threshold_percent: threshold(sd_percent) };
     let verdict = |(m, misfit_of_quantity): (usize, Misfit)| QuantityMisfit {
-        surrogate: misfit(misfit_of_quantity.percent, misfit_of_quantity.sd_percent),
+        surrogate: report::Misfit {
+            percent: misfit_of_quantity.percent,
+            threshold_percent: misfit_of_quantity.threshold(),
+        },
         simulation: simulated
             .get(m)
             .map(|&percent| misfit(percent, misfit_of_quantity.simulation_sd_percent)),
@@ -103,16 +129,15 @@ fn quantity_name(column: &str) -> String {
     Quantity::of_column(column).map_or_else(|| column.to_owned(), |quantity| quantity.to_string())
 }
 
-fn words(quantity: &str, percent: f64, sd_percent: f64) -> String {
-    let bound = threshold(sd_percent);
+fn words(quantity: &str, percent: f64, bound: f64) -> String {
     format!("{quantity} is {percent:+.1} % from the mean of the specimens (bound {bound:.1} %)")
 }
 
 /// Returns a warning about the quantities that the surrogate does not fit.
 fn surrogate(misfits: &[Misfit]) -> Vec<Warning> {
-    let poor = misfits.iter().filter(|misfit| is_poor(misfit.percent, misfit.sd_percent));
+    let poor = misfits.iter().filter(|misfit| misfit.is_poor());
     let poor: Vec<String> =
-        poor.map(|misfit| words(&misfit.quantity, misfit.percent, misfit.sd_percent)).collect();
+        poor.map(|misfit| words(&misfit.quantity, misfit.percent, misfit.threshold())).collect();
     if poor.is_empty() {
         return Vec::new();
     }
@@ -128,12 +153,13 @@ fn surrogate(misfits: &[Misfit]) -> Vec<Warning> {
 /// Returns a warning about the quantities that the surrogate fits but the simulation does not.
 fn simulation(misfits: &[Misfit], simulated: &[f64]) -> Vec<Warning> {
     let is_worse = |(misfit, percent): &(&Misfit, &f64)| {
-        is_poor(**percent, misfit.simulation_sd_percent)
-            && !is_poor(misfit.percent, misfit.sd_percent)
+        is_poor(**percent, misfit.simulation_sd_percent) && !misfit.is_poor()
     };
     let poor = misfits.iter().zip(simulated).filter(is_worse);
     let poor: Vec<String> = poor
-        .map(|(misfit, percent)| words(&misfit.quantity, *percent, misfit.simulation_sd_percent))
+        .map(|(misfit, percent)| {
+            words(&misfit.quantity, *percent, threshold(misfit.simulation_sd_percent))
+        })
         .collect();
     if poor.is_empty() {
         return Vec::new();
@@ -162,7 +188,30 @@ mod tests {
 
     fn misfit(percent: f64) -> Misfit {
         let quantity = "slope".to_owned();
-        Misfit { quantity, percent, sd_percent: 1.0, simulation_sd_percent: 2.0 }
+        let sample_bound_percent = Some(20.0);
+        Misfit {
+            quantity,
+            percent,
+            sd_percent: 1.0,
+            simulation_sd_percent: 2.0,
+            sample_bound_percent,
+        }
+    }
+
+    /// Five specimens whose mean has a standard error of 1.06 %: the misfit of −7.1 % widens the posterior of Σ to an sd of
+    /// 3.66 %, so that the bound of the posterior is above the misfit.
+    #[test]
+    fn a_misfit_that_widens_the_scatter_is_found_by_the_sample() {
+        let few = |sample_bound_percent| Misfit {
+            sd_percent: 3.66,
+            sample_bound_percent,
+            ..misfit(-7.1)
+        };
+        assert!(!few(None).is_poor() && !few(Some(7.2)).is_poor() && few(Some(7.0)).is_poor());
+        let warnings = surrogate(&[few(Some(4.9))]);
+        assert!(warnings[0].text.contains("(bound 4.9 %)"), "{warnings:?}");
+        // a misfit below 2 % is negligible
+        assert!(!Misfit { sample_bound_percent: Some(0.5), ..misfit(1.9) }.is_poor());
     }
 
     /// Misfits in reported cases: 20.3 % for a toe of 0.02 mm that was not removed, 13.7 % for a load cell with an

@@ -8,15 +8,17 @@ mod influence;
 mod mesh;
 mod microstructure;
 mod toe;
+mod unusable_runs;
 mod validation;
 
 use super::rule::Rule;
 
 /// All rules, in the order of their warnings.
-pub(super) const RULES: [Rule; 7] = [
+pub(super) const RULES: [Rule; 8] = [
     fit::AT_THE_SURROGATE,
     fit::SIMULATED,
     toe::RULE,
+    unusable_runs::RULE,
     mesh::RULE,
     microstructure::RULE,
     influence::RULE,

@@ -41,6 +41,15 @@ pub(super) fn further(
     Ok(parameters.into_iter().map(|(_, parameter)| parameter).collect())
 }
 
+/// Loads the candidates that the stage omitted: name and reason.
+pub(super) fn failed(inputs: &Inputs<'_>) -> Result<Vec<(String, String)>, WorkflowError> {
+    let Some(path) = inputs.file_if_there("next-test-failed.csv") else { return Ok(Vec::new()) };
+    let table = CsvTable::read(&path, &["candidate", "reason"])?;
+    let cells =
+        |row: TableRow<'_>| (row.text("candidate").to_owned(), row.text("reason").to_owned());
+    Ok(table.rows().map(cells).collect())
+}
+
 /// Returns the entry of a row's parameter and test, and creates it if it is missing.
 fn test_of<'a>(
     parameters: &'a mut Vec<(String, FurtherParameter)>,

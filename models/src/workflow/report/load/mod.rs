@@ -124,6 +124,7 @@ pub(in crate::workflow) fn load_done(
     }
     if done("next-test") {
         results.further = further::further(inputs, case)?;
+        results.failed_candidates = further::failed(inputs)?;
     }
     results.notes.extend(edited::edited(inputs)?);
     warned(inputs, done, &mut results)?;
