@@ -19,7 +19,7 @@ use std::process::ExitCode;
 
 use fem::Ranks;
 
-use crate::workflow::{SurfaceOptions, detach, simulate};
+use crate::workflow::{SurfaceOptions, check_begun, detach, simulate};
 use crate::{
     CaseFile, InputError, Registry, STAGES, Stage, Study, StudyFile, Workflow, WorkflowError,
 };
@@ -34,6 +34,10 @@ use prony::prony;
 use replace::replaceable;
 use request::{Request, request};
 use results::{run_all, run_all_tests, status};
+
+/// Stages that read results of other stages: they do not create a results folder.
+const NEED_RESULTS: [&str; 7] =
+    ["surrogate", "calibrate", "confirm", "validate", "verdict", "next-test", "report"];
 
 /// Runs the program. Exit codes: 0 if everything is complete, 1 after an error, 2 for an invalid command line, 3 if
 /// `status` finds unfinished work, 130 after Ctrl-C or another signal to end.
@@ -157,6 +161,9 @@ fn run(request: Request, threads: usize, ranks: &Ranks) -> Result<ExitCode, Fail
         Request::Command(Command::Status { dir }) => return status(&dir),
         Request::Stage(stage, target, sharing) => {
             let file = target.case_file().map_err(WorkflowError::from)?;
+            if NEED_RESULTS.contains(&stage.name) {
+                check_begun(&target.out, stage)?;
+            }
             if !file.case.tests.is_empty() {
                 let mut workflow = target.open_tests(&file, threads)?;
                 match sharing {

@@ -181,3 +181,82 @@ measure = { surface = "top", direction = [0.0, 0.0, -1.0] }
         }
     }
 }
+
+/// The example of `docs/how-to/conditions.md` with measured curves: the force at the displacement zero is neither a spike
+/// nor a toe.
+#[test]
+fn curves_of_triaxial_compression_are_checked_from_the_end_of_the_confinement() {
+    let dir = tempfile::tempdir().unwrap();
+    let page = include_str!("../../docs/how-to/conditions.md");
+    let example = page.split("```toml\n").nth(1).unwrap().split("```").next().unwrap();
+    let case = format!(
+        r#"
+[specimen]
+radius_mm = 2.5
+height_mm = 4.4
+spacing_mm = 1.4
+order = 1
+[material.matrix]
+young_mpa = 275.0
+poisson = 0.25
+toughness_n_per_mm = 0.0025
+viscosity_mpa_s = 0.3
+[phase_field]
+length_mm = 0.06
+[prior]
+matrix.young_mpa = [230.0, 330.0]
+[design]
+microstructure = "one"
+[experiments]
+table = "specimens.csv"
+{example}"#
+    );
+    let write = |name: &str, text: &str| std::fs::write(dir.path().join(name), text).unwrap();
+    write("case.toml", &case);
+    std::fs::create_dir(dir.path().join("curves")).unwrap();
+    let mut specimens = "id,height_mm,radius_mm\n".to_owned();
+    for (k, factor) in [0.96, 1.0, 1.03].into_iter().enumerate() {
+        specimens += &format!("T-{k},4.4,2.5\n");
+        let mut curve = "time_s,displacement_mm,force_N\n".to_owned();
+        for i in 0..=100 {
+            let t = 0.1 * f64::from(i);
+            let x = 0.6 * (t - 1.0);
+            // the force falls at the end of the confinement
+            let force_n = factor
+                * match t {
+                    t if t < 0.95 => 4.0 * t,
+                    t if t < 1.05 => 3.0,
+                    _ => 3.0 + 30.0 * x * ((1.0 - x.powi(3)) / 3.0).exp(),
+                };
+            curve += &format!("{t},{},{force_n}\n", (t - 1.0).max(0.0) / 30.0);
+        }
+        write(&format!("curves/T-{k}.csv"), &curve);
+    }
+    write("specimens.csv", &specimens);
+    let (code, out, err) = said(&breccia(dir.path(), &["check", "case.toml"]));
+    assert_eq!(code, Some(0), "{out}{err}");
+    for part in ["pressure 0.5 MPa", "3 readable in specimens.csv", "force_at_1_s_N: mean "] {
+        assert!(out.contains(part), "{part:?} is not in {out}");
+    }
+    for part in ["spike", "single reading", "begins to carry load", "toe"] {
+        assert!(!out.contains(part), "{part:?} is in {out}");
+    }
+    write("case.toml", &case.replace("specimens.csv\"", "specimens.csv\"\ntoe = \"correct\""));
+    let (code, _, err) = said(&breccia(dir.path(), &["check", "case.toml"]));
+    assert!(code == Some(1) && err.contains("experiments.toe"), "{err}");
+
+    // surfaces and gauge points that a cylinder does not have
+    for (from, to, part) in [
+        ("surface = \"side\"", "surface = \"sides\"", "Did you mean \"side\"?"),
+        (
+            "remove_rigid_motions = true",
+            "remove_rigid_motions = true\nextensometer = { from_mm = [0, 0, 1], to_mm = [0, 0, 5] }",
+            "conditions.extensometer.to_mm = [0.0, 0.0, 5.0]: lies outside the specimen",
+        ),
+    ] {
+        assert!(case.contains(from), "{from}");
+        write("case.toml", &case.replacen(from, to, 1));
+        let (code, _, err) = said(&breccia(dir.path(), &["check", "case.toml"]));
+        assert!(code == Some(1) && err.contains(part), "{part:?} is not in {err}");
+    }
+}

@@ -55,6 +55,17 @@ pub enum StepFailure {
         /// Largest force in the increment, N.
         largest_n: f64,
     },
+    /// The specimen is damaged so far that only its residual stiffness carries the prescribed force.
+    #[error(
+        "the specimen does not carry the prescribed force of {prescribed_n:.4e} N: {:.0} % of the work of the step act on the residual stiffness of damaged material",
+        100.0 * share
+    )]
+    ResidualStiffness {
+        /// Prescribed force, N.
+        prescribed_n: f64,
+        /// Share of the work of the increment that acts on the residual stiffness.
+        share: f64,
+    },
     /// The step controller ended the run, although no step has failed.
     #[error("the step controller ended the run")]
     GivenUp,
@@ -68,4 +79,11 @@ pub enum StepFailure {
         /// Largest increase of the crack energy that the controller allows, N mm.
         allowed_n_mm: f64,
     },
+}
+
+impl StepFailure {
+    /// Whether the specimen does not carry the force that a load program prescribes.
+    pub(crate) fn exceeds_limit_load(&self) -> bool {
+        matches!(self, Self::LimitLoad { .. } | Self::ResidualStiffness { .. })
+    }
 }

@@ -11,6 +11,7 @@ mod compression;
 mod contact;
 mod cook;
 mod cook_plasticity;
+mod creep_failure;
 mod curved;
 mod damage;
 mod device;

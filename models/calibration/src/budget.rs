@@ -3,7 +3,7 @@
 use nalgebra::{Cholesky, DMatrix, SymmetricEigen};
 
 /// Returns the shares of the sources in the posterior variance of each parameter, `shares[parameter][source]`. The
-/// shares of one parameter sum to 1.
+/// shares of one parameter sum to 1; they are all zero if no quantity depends on the parameter.
 ///
 /// The model is linearised at the posterior mean. J (`jacobian`, quantities × parameters) contains the derivatives of
 /// the quantities. C_s is the covariance that source s causes in the means of the quantities, and C = Σ_s C_s is the
@@ -28,7 +28,8 @@ pub fn shares(
         sources.iter().map(|source| &gain * source * gain.transpose()).collect();
     let parameter_shares = |i: usize| {
         let sum: f64 = variances_by_source.iter().map(|variance| variance[(i, i)]).sum();
-        variances_by_source.iter().map(|variance| variance[(i, i)] / sum).collect()
+        let share = |part: f64| if sum > 0.0 { part / sum } else { 0.0 };
+        variances_by_source.iter().map(|variance| share(variance[(i, i)])).collect()
     };
     Some((0..prior_variances.len()).map(parameter_shares).collect())
 }
@@ -105,6 +106,15 @@ mod tests {
             let tolerance = 4.0 * share * (1.0 - share) * (4.0 / f64::from(draws)).sqrt();
             assert!((share - computed[i][0]).abs() < tolerance, "{share} {computed:?}");
         }
+    }
+
+    /// The posterior of such a parameter is its prior, to which no source contributes.
+    #[test]
+    fn a_parameter_on_which_no_quantity_depends_has_no_shares() {
+        let sources = [matrix(&[vec![3e-4]]), matrix(&[vec![1e-4]])];
+        let computed = shares(&[vec![2.0, 0.0]], &[1e6, 1.0], &sources).unwrap();
+        assert!((computed[0].iter().sum::<f64>() - 1.0).abs() < 1e-12, "{computed:?}");
+        assert_eq!(computed[1], [0.0, 0.0]);
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Checks of a measured curve: order and sign of the readings, spikes, preload, toe, unloading, sampling, and branches of
 //! a load program.
 
+mod confined;
 mod finding;
 mod order;
 mod origin;

@@ -167,6 +167,12 @@ impl TimeTable {
         Ok(())
     }
 
+    /// Time in s up to which the factor is zero.
+    fn rests_s(&self) -> f64 {
+        let resting = self.points().iter().take_while(|[_, factor]| *factor == 0.0);
+        resting.last().map_or(0.0, |[time_s, _]| *time_s)
+    }
+
     /// Factor at a time in s.
     fn at(&self, time_s: f64) -> f64 {
         let points = self.points();
@@ -254,6 +260,30 @@ impl ConditionsCase {
         corners
     }
 
+    /// Time in s for which loads act on the body before the measured displacement begins, as in triaxial compression; `None`
+    /// if the displacement begins at once, is never prescribed, or is measured by an extensometer.
+    pub(crate) fn confined_s(&self, duration_s: f64) -> Option<f64> {
+        let is_loaded = !self.pressure.is_empty()
+            || !self.traction.is_empty()
+            || self.body_force_n_per_mm3.is_some();
+        if !is_loaded || self.extensometer.is_some() {
+            return None;
+        }
+        let MeasureCase { surface, direction } = &self.measure;
+        let entries = || self.prescribe.iter().filter(|entry| entry.surface == *surface);
+        // the time at which each measured component begins to move
+        let mut begins_s = f64::INFINITY;
+        for axis in (0..3).filter(|&axis| direction[axis] != 0.0) {
+            let prescribed = entries().find_map(|entry| Some((entry, entry.components()[axis]?)));
+            let (entry, value) = prescribed?;
+            if value != 0.0 {
+                let table = entry.table.as_ref().or(self.table.as_ref());
+                begins_s = begins_s.min(table.map_or(0.0, TimeTable::rests_s));
+            }
+        }
+        (begins_s > 0.0 && begins_s < duration_s).then_some(begins_s)
+    }
+
     /// Converts to the conditions of `fem` for a test of the given duration in seconds.
     pub(crate) fn in_fem(&self, duration_s: f64) -> Conditions {
         let growth = |table: &Option<TimeTable>| {
@@ -299,5 +329,41 @@ impl ConditionsCase {
             }
             None => all.measure(surface, *direction),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TRIAXIAL: &str = r#"
+        pressure = [{ surface = "side", pressure_mpa = 0.5, table = [[1.0, 1.0]] }]
+        prescribe = [
+            { surface = "bottom", z_mm = 0.0 },
+            { surface = "top", z_mm = -0.3, table = [[1.0, 0.0], [10.0, 1.0]] },
+        ]
+        measure = { surface = "top", direction = [0.0, 0.0, -1.0] }
+    "#;
+
+    #[test]
+    fn a_displacement_that_begins_after_the_loads_has_a_confinement() {
+        let confined = |from: &str, to: &str| {
+            assert!(TRIAXIAL.contains(from), "{from}");
+            let text = TRIAXIAL.replacen(from, to, 1);
+            toml::from_str::<ConditionsCase>(&text).unwrap().confined_s(10.0)
+        };
+        assert_eq!(confined("", ""), Some(1.0));
+        // displacement from the start, no other load, a free surface, an extensometer
+        assert_eq!(confined("[[1.0, 0.0], [10.0, 1.0]]", "[[10.0, 1.0]]"), None);
+        assert_eq!(
+            confined(
+                "pressure = [{ surface = \"side\", pressure_mpa = 0.5, table = [[1.0, 1.0]] }]",
+                ""
+            ),
+            None
+        );
+        assert_eq!(confined("z_mm = -0.3", "x_mm = -0.3"), None);
+        let gauge = "extensometer = { from_mm = [0, 0, 1], to_mm = [0, 0, 3] }\nmeasure";
+        assert_eq!(confined("measure", gauge), None);
     }
 }

@@ -5,6 +5,9 @@ use std::path::{Path, PathBuf};
 use fem::{Hardening, HardeningPoint, PlasticRate, Plasticity, YieldCriterion};
 use serde::{Deserialize, Serialize};
 
+use crate::error::InputError;
+use crate::table::CsvTable;
+
 /// Key of the table of yield stresses of a region.
 pub(super) fn hardening_key(region: &str) -> String {
     format!("material.{region}.plastic.hardening.table")
@@ -139,17 +142,32 @@ impl PlasticCase {
     }
 }
 
+/// Reads the rows of a table of yield stresses.
+///
+/// # Errors
+/// The reason, with line, column and value, and the remedy.
 fn read_rows(path: &Path) -> Result<Vec<YieldRow>, [String; 2]> {
-    let columns = "Give it the columns plastic_strain,yield_mpa.".to_string();
-    let text = fem::read_regular_text(path).map_err(|e| {
-        [format!("cannot be read: {e}"), format!("The program looks for it at {}.", path.display())]
-    })?;
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
-    let mut rows = Vec::new();
-    for row in reader.deserialize::<YieldRow>() {
-        rows.push(
-            row.map_err(|e| [format!("is not a table of yield stresses: {e}"), columns.clone()])?,
-        );
+    let refused = |error: InputError| {
+        let InputError { place, value, problem, help, .. } = error;
+        let located = match (place.is_empty(), value.is_empty()) {
+            (true, _) => String::new(),
+            (false, true) => format!("{place}: "),
+            (false, false) => format!("{place} = {value}: "),
+        };
+        [format!("{located}{problem}"), help.into()]
+    };
+    let [strain, stress] = ["plastic_strain", "yield_mpa"];
+    let table = CsvTable::read(path, &[strain, stress]).map_err(refused)?;
+    let mut rows: Vec<YieldRow> = Vec::new();
+    for row in table.rows() {
+        let number = |column| row.number(column).map_err(refused);
+        let (plastic_strain, yield_mpa) = (number(strain)?, number(stress)?);
+        if rows.last().is_some_and(|last| plastic_strain <= last.plastic_strain) {
+            let help = "List the plastic strains in increasing order, each once.";
+            let problem = "must be larger than the plastic strain of the row before it";
+            return Err(refused(row.error(strain, problem, help)));
+        }
+        rows.push(YieldRow { plastic_strain, yield_mpa });
     }
     Ok(rows)
 }
@@ -184,11 +202,23 @@ mod tests {
         let path = folder.path().join("hardening.csv");
         let mut case = plastic("yield_mpa = 200.0\nhardening = { table = \"hardening.csv\" }");
         assert!(case.read_table(&path).unwrap_err()[0].contains("cannot be read"));
-        for text in
-            ["plastic_strain,yield_mpa\n0,210\n", "plastic_strain,yield_mpa\n", "a,b\n1,2\n"]
-        {
+        for (text, part) in [
+            ("plastic_strain,yield_mpa\n0,210\n", "does not begin"),
+            ("plastic_strain,yield_mpa\n", "does not begin"),
+            ("a,b\n1,2\n", "plastic_strain"),
+            (
+                "plastic_strain,yield_mpa\n0,200\n0.1,soft\n",
+                "line 3, column yield_mpa = soft: is not",
+            ),
+            ("plastic_strain,yield_mpa\n0,200\n0.1\n", "line 3"),
+            (
+                "plastic_strain,yield_mpa\n0,200\n0.1,250\n0.05,260\n",
+                "line 4, column plastic_strain = 0.05: must be larger",
+            ),
+        ] {
             std::fs::write(&path, text).unwrap();
-            assert!(case.read_table(&path).is_err(), "{text}");
+            let [problem, help] = case.read_table(&path).unwrap_err();
+            assert!(problem.contains(part) && !help.is_empty(), "{text}: {problem}");
         }
     }
 }

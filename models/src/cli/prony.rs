@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::WorkflowError;
+use crate::progress::say;
 use crate::prony::{MeasuredModuli, PronyFit, prony_picture};
 use crate::workflow::create_file;
 
@@ -23,11 +24,13 @@ pub(super) fn prony(table: &Path, folder: &Path) -> Result<(), Failure> {
         }
     }
     let fit = PronyFit::new(&data);
+    let warning = fit.check(&data, table).map_err(WorkflowError::from)?;
     let text = fit.series.to_toml();
     let drawn = prony_picture(&data, &fit).map_err(|source| file_error(&picture, source))?;
     std::fs::create_dir_all(folder).map_err(|source| init(folder, source))?;
     create_file(&lines, text.as_bytes()).map_err(|source| init(&lines, source))?;
     create_file(&picture, &drawn).map_err(|source| init(&picture, source))?;
+    warning.iter().for_each(|warning| say("warning", warning));
     let (terms, percent) = (fit.series.terms.len(), 100.0 * fit.relative_error);
     print_line(format_args!("{terms} terms, mean relative error {percent:.2} %"))?;
     print_line(text.trim_end())?;

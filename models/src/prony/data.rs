@@ -117,6 +117,28 @@ impl MeasuredModuli {
         }
     }
 
+    /// Returns the relative standard deviation of one measured modulus, estimated from second differences of the logarithms
+    /// in the order of time or frequency. A smooth dependence does not count as noise.
+    pub(super) fn noise(&self) -> f64 {
+        let columns: Vec<Vec<[f64; 2]>> = match self {
+            Self::Relaxation(rows) => vec![rows.clone()],
+            Self::Dynamic(rows) => {
+                [1, 2].map(|k| rows.iter().map(|row| [row[0], row[k]]).collect()).to_vec()
+            }
+        };
+        let (mut squares, mut count) = (0.0, 0.0_f64);
+        for mut column in columns {
+            column.sort_by(|a, b| a[0].total_cmp(&b[0]));
+            for triple in column.windows(3) {
+                let [a, b, c] = [0, 1, 2].map(|i| triple[i][1].ln());
+                // the variance of a − 2b + c is six times the variance of one value
+                squares += (a - 2.0 * b + c).powi(2) / 6.0;
+                count += 1.0;
+            }
+        }
+        (squares / count.max(1.0)).sqrt()
+    }
+
     /// Returns the contribution of the long-term modulus to each measured modulus, per MPa.
     pub(super) fn long_term(&self) -> Vec<f64> {
         match self {

@@ -6,12 +6,14 @@
 //! 2. `data`: measured moduli, read from a table
 //! 3. `nonnegative`: least squares with unknowns that are not negative
 //! 4. `fit`: the fit of a series, and the choice of the number of terms
-//! 5. `picture`: the figure of a fit
+//! 5. `quality`: data that no series describes, and fits with a large error
+//! 6. `picture`: the figure of a fit
 
 mod data;
 mod fit;
 mod nonnegative;
 mod picture;
+mod quality;
 mod series;
 #[cfg(test)]
 mod tests;

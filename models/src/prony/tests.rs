@@ -95,6 +95,34 @@ fn a_power_law_is_described_over_its_decades() {
     assert!(fit.relative_error < 0.01 && fit.series.terms.len() > 3, "{fit:?}");
 }
 
+/// A modulus that increases with time, and storage and loss modulus in exchanged columns, have no series. A constant
+/// modulus with noise has a series without terms.
+#[test]
+fn data_that_no_series_describes_are_refused_and_large_errors_are_reported() {
+    let checked = |data: &MeasuredModuli| PronyFit::new(data).check(data, Path::new("data.csv"));
+    let times = || spaced(1e-3, 1e3, 61).into_iter().enumerate();
+    let noise = |k: usize| 0.02 * ((k as f64 * 0.754_877_666).fract() - 0.5);
+    let of_time = |modulus: &dyn Fn(f64) -> f64| {
+        let row = |(k, t): (usize, f64)| [t, modulus(t) * (1.0 + noise(k))];
+        MeasuredModuli::Relaxation(times().map(row).collect())
+    };
+    let rising = of_time(&|t| 100.0 * t.powf(0.03));
+    let refused = checked(&rising).expect_err("rising").to_string();
+    for part in ["data.csv", "increases with time", "offset"] {
+        assert!(refused.contains(part), "{refused}");
+    }
+    let constant = of_time(&|_| 100.0);
+    let fit = PronyFit::new(&constant);
+    assert!(fit.series.terms.is_empty(), "{fit:?}");
+    assert_eq!(checked(&constant), Ok(None));
+    let truth = series(2.0, &[(3.0, 0.1), (1.0, 2.0)]);
+    assert_eq!(checked(&dynamic(&truth)), Ok(None));
+    // a step of the modulus, as after a change of the temperature, is not a sum of decaying terms
+    let step = of_time(&|t| if t < 1.0 { 100.0 } else { 20.0 });
+    let warning = checked(&step).expect("a series").expect("a warning");
+    assert!(warning.contains("% in the mean"), "{warning}");
+}
+
 #[test]
 fn the_lines_of_a_series_are_toml_with_fractions_below_one() {
     let text = series(1e-9, &[(0.3, 0.1), (0.7, 12.345_678)]).to_toml();

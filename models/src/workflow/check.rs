@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 use fem::{ReadOptions, StackHeader, TetMesh};
 
 use super::check_mask::mask_in_words;
-use super::check_outside::{measured_specimens, source_in_words};
+use super::check_outside::{measured_specimens, missing_program, source_in_words};
+use super::check_words::{conditions_in_words, program_in_words};
+use super::coarse_body::{CoarseCheck, check_on_coarse_body};
 use super::common_specimens::refuse_counted_twice;
 use super::expected_cost::ExpectedCost;
 use super::experiment_inputs;
@@ -20,14 +22,10 @@ use super::specimen_quantities::{SpecimenNames, compared};
 use super::stage::Stage;
 use super::validation_folders::{refuse_calibrated, refuse_calibrated_by_others};
 use crate::case::{
-    CaseFile, ProgramPointCase, SingleTest, SpecimenGeometry, has_surrogate_for, single_tests,
-    validation_case,
+    CaseFile, SingleTest, SpecimenGeometry, has_surrogate_for, single_tests, validation_case,
 };
 use crate::experiment::{Specimen, SpecimenTable};
 use crate::specimen_files::{SpecimenFiles, recorded_file};
-
-/// Largest number of points of a load program that are printed.
-const MOST_POINTS: usize = 8;
 
 /// Result of the check of a case and its files.
 #[derive(Clone, Debug, Default)]
@@ -46,6 +44,8 @@ pub struct CaseCheck {
     pub tests: Vec<(String, Vec<(&'static str, String)>)>,
     /// Whether the specimens are held out, so that a single one is sufficient.
     is_held_out: bool,
+    /// Whether mistakes have been found in the case that has this test or validation.
+    has_other_mistakes: bool,
 }
 
 impl CaseCheck {
@@ -82,7 +82,9 @@ impl CaseCheck {
         }
         let mut costs = Vec::new();
         for SingleTest { name, file, own: separate } in tests {
-            let mut check = Self::of_calibration(&file);
+            let has_other_mistakes = !self.mistakes.is_empty();
+            let mut check = Self { has_other_mistakes, ..Self::default() };
+            check.calibration(&file);
             if !separate.is_empty() {
                 let text = format!("of this test alone: {}", separate.join(", "));
                 check.say("prior", text);
@@ -135,7 +137,8 @@ impl CaseCheck {
         let mut costs = Vec::new();
         for (index, entry) in file.case.validation.iter().enumerate() {
             let Ok(validation_file) = validation_case(file, entry, index) else { continue };
-            let mut check = Self { is_held_out: true, ..Self::default() };
+            let has_other_mistakes = self.has_other_mistakes || !self.mistakes.is_empty();
+            let mut check = Self { is_held_out: true, has_other_mistakes, ..Self::default() };
             let size = check.specimen(&validation_file);
             check.experiments(&validation_file, size);
             if let Err(mistake) = refuse_calibrated(file, &validation_file) {
@@ -199,7 +202,11 @@ impl CaseCheck {
         }
         let test = &case.test;
         if let Some(program) = &test.program {
-            self.say("test", described(program, test.steps));
+            self.say("test", program_in_words(program, test.steps));
+        }
+        if let Some(conditions) = &case.conditions {
+            let lines = conditions_in_words(conditions, test.duration_s());
+            lines.into_iter().for_each(|line| self.say("conditions", line));
         }
         if let Some(displacement_mm) = test.displacement_mm {
             let steps = match test.steps {
@@ -225,11 +232,24 @@ impl CaseCheck {
     /// Returns the size of the simulated specimen; `None` if the size is unknown until the image is segmented.
     fn specimen(&mut self, file: &CaseFile) -> Option<MeshSize> {
         let geometry = file.geometry().ok()?;
+        // a mistake in the case would be reported again
+        if self.mistakes.is_empty() && !self.has_other_mistakes {
+            match check_on_coarse_body(file, &geometry) {
+                Ok(CoarseCheck { notes, warnings }) => {
+                    self.notes.extend(notes);
+                    self.warnings.extend(warnings);
+                }
+                Err(mistake) => self.fail(mistake),
+            }
+        }
         match &geometry {
             SpecimenGeometry::Absent => {
                 match source_in_words(file) {
                     Ok(lines) => self.understood.extend(lines),
                     Err(mistake) => self.fail(mistake),
+                }
+                if let Err(mistake) = missing_program(file) {
+                    self.fail(mistake);
                 }
                 None
             }
@@ -488,24 +508,6 @@ impl CaseCheck {
             self.say("prior", format!("{parameter}: {prior}{unit}"));
         }
     }
-}
-
-/// Describes a load program by its first points.
-fn described(program: &[ProgramPointCase], steps: Option<u32>) -> String {
-    let text = |point: &ProgramPointCase| {
-        let load = match point.force_n {
-            Some(force_n) => format!("{force_n} N"),
-            None => format!("{} mm", point.displacement_mm.unwrap_or(f64::NAN)),
-        };
-        let steps = point.steps.or(steps).map(|steps| format!(" in {steps} steps"));
-        format!("{load} at {} s{}", point.time_s, steps.unwrap_or_default())
-    };
-    let first: Vec<String> = program.iter().take(MOST_POINTS).map(text).collect();
-    let rest = match program.len().saturating_sub(MOST_POINTS) {
-        0 => String::new(),
-        more => format!(", and {more} points more"),
-    };
-    format!("load program: {}{rest}", first.join(", "))
 }
 
 fn mean(values: &[f64]) -> f64 {

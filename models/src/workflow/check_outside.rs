@@ -6,7 +6,7 @@ use super::WorkflowError;
 use super::experiment_inputs;
 use super::inputs::Inputs;
 use super::measured_values::{check_measured, read_measured, without_curves};
-use super::run_sources::ImportedRuns;
+use super::run_sources::{ImportedRuns, check_program};
 use super::stage::Stage;
 use crate::case::CaseFile;
 use crate::error::InputError;
@@ -44,6 +44,19 @@ pub(super) fn source_in_words(file: &CaseFile) -> Result<Vec<(&'static str, Stri
         lines.push(("runs", text));
     }
     Ok(lines)
+}
+
+/// Checks that the program of `[simulator]` exists on this machine. The check of the case reports a program with a path
+/// that does not exist.
+///
+/// # Errors
+/// The message of the run.
+pub(super) fn missing_program(file: &CaseFile) -> Result<(), String> {
+    let command = file.case.simulator.as_ref().and_then(|simulator| simulator.command.first());
+    match command.filter(|program| Path::new(program).components().count() == 1) {
+        Some(program) => check_program(&file.path, program),
+        None => Ok(()),
+    }
 }
 
 /// Reads the table of measured quantities and returns its specimens, which have no curves, and the warnings about missing

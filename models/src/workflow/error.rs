@@ -55,7 +55,7 @@ pub enum WorkflowError {
     #[error(transparent)]
     RankLost(#[from] RankLost),
     /// A file cannot be read or written.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {source}{}", path.display(), remedy(source.kind()))]
     Io {
         /// The file.
         path: PathBuf,
@@ -294,6 +294,23 @@ impl WorkflowError {
 
     pub(crate) fn results(path: &Path, source: io::Error) -> Self {
         Self::Results { path: path.to_owned(), source }
+    }
+}
+
+/// Remedy for an error of the operating system; empty if there is none that always helps.
+fn remedy(kind: io::ErrorKind) -> &'static str {
+    match kind {
+        io::ErrorKind::PermissionDenied => {
+            "; you have no permission for this file or its folder: name another folder with --out, or change the \
+             permissions (chmod u+rwX)"
+        }
+        io::ErrorKind::ReadOnlyFilesystem => {
+            "; the disk cannot be written: name a folder on another disk with --out"
+        }
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
+            "; free space on the disk and run the same command again, which resumes"
+        }
+        _ => "",
     }
 }
 

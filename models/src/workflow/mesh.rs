@@ -7,6 +7,7 @@ use fem::{ImportedSurfaces, MATRIX, MeshReport, Meshed, Meshing, Quality, TetMes
 use super::WorkflowError;
 use super::images::{self, mesh_file};
 use super::inputs::Inputs;
+use super::resolution::resolution_note;
 use super::segment::write_picture;
 use super::segmented_grains::SegmentedGrains;
 use super::simulator::{Simulator, height_mm};
@@ -63,6 +64,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     rows.extend(surfaces.iter().flat_map(of_surfaces));
     let (tets, nodes) = (mesh.tets.len(), mesh.nodes.len());
     let part = grains_in_words(&mesh, report.as_ref());
+    resolution_note(&setup, &mesh).iter().for_each(|note| say("note", note));
     // build a simulator, so that materials or a test that do not suit the mesh are reported before any run
     let simulator = Simulator::new(&setup, mesh, Vec::new())?;
     for warning in simulator.problem().warnings() {

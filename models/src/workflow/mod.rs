@@ -56,7 +56,9 @@ mod calibrate;
 mod check;
 mod check_mask;
 mod check_outside;
+mod check_words;
 mod closed_form;
+mod coarse_body;
 mod common_specimens;
 mod confirm;
 mod content_hash;
@@ -176,6 +178,7 @@ pub use stage::Stage;
 pub(crate) use stages::FORMER_NAMES;
 pub use stages::STAGES;
 use stages::stages_of;
+pub(crate) use status::check_begun;
 pub use status::{RunCounts, StageState, StageStatus, status};
 pub use surfaces::SurfaceOptions;
 

@@ -14,6 +14,8 @@ pub(super) struct Preparation {
     /// The load program of the test, if any: readings of hold and unloading are then not removed.
     program: Option<CheckedProgram>,
     machine: Machine,
+    /// Time in s for which other loads act before the displacement of `[conditions]` begins.
+    confined_s: Option<f64>,
 }
 
 impl Preparation {
@@ -26,7 +28,10 @@ impl Preparation {
             needs_peak: needs_peak(),
         });
         let machine = experiment_inputs::known_machine(inputs).machine();
-        Self { toe: experiment_inputs::toe(inputs), program, machine }
+        let conditions = inputs.conditions().as_ref();
+        let confined_s =
+            conditions.and_then(|conditions| conditions.confined_s(inputs.test().duration_s()));
+        Self { toe: experiment_inputs::toe(inputs), program, machine, confined_s }
     }
 
     /// Whether displacements are measured from the displacement at which the force begins to rise.
@@ -52,6 +57,10 @@ impl Preparation {
             return (seen.prepared, seen.findings);
         }
         let curve = self.specimen_curve(record);
+        if let Some(confined_s) = self.confined_s {
+            let seen = InspectedCurve::of_confined(&curve, slope_fraction, confined_s);
+            return (seen.prepared, seen.findings);
+        }
         let mut seen = InspectedCurve::of(&curve, slope_fraction);
         if !self.corrects_toe() {
             return (seen.prepared, seen.findings);

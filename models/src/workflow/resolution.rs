@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use fem::{CrackDensity, Quality, TetMesh};
+use fem::{CrackDensity, TetMesh};
 
-use crate::case::{Case, MaterialCase};
+use super::simulator::Setup;
+use crate::case::MaterialCase;
 
 /// Returns a note for a simulation on a mesh whose node distance is larger than the crack width ℓ₀; `None` if the node
 /// distance is smaller, or if no material can break.
@@ -14,10 +15,15 @@ use crate::case::{Case, MaterialCase};
 /// # Reference
 /// Bourdin, Francfort & Marigo, The variational approach to fracture, J. Elasticity 91 (2008), section
 /// 8.1.1: Gc (1 + h/(4 c l₀)) with c = 1/2 and 2/3.
-pub(super) fn resolution_note(case: &Case, mesh: &TetMesh) -> Option<String> {
-    let field = case.phase_field.as_ref().filter(|_| can_break(&case.material, mesh))?;
-    let (order, width) = (f64::from(u8::from(case.specimen.order)), field.length_mm);
-    let apart = Quality::of(mesh).mean_edge_mm / order;
+pub(super) fn resolution_note(setup: &Setup<'_>, mesh: &TetMesh) -> Option<String> {
+    note_at_edge(setup, mesh, mesh.mean_edge())
+}
+
+/// Returns the note of [`resolution_note`] for a mesh with the regions of `mesh` and another mean length of its edges, mm.
+pub(super) fn note_at_edge(setup: &Setup<'_>, mesh: &TetMesh, mean_edge_mm: f64) -> Option<String> {
+    let field = setup.phase_field.filter(|_| can_break(setup.material, mesh))?;
+    let (order, width) = (f64::from(u8::from(setup.order)), field.length_mm);
+    let apart = mean_edge_mm / order;
     let part = match field.model {
         CrackDensity::At2 => 1.0 / 2.0,
         CrackDensity::At1 => 3.0 / 8.0,

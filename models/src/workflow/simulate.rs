@@ -96,7 +96,7 @@ pub fn simulate(
     let (device, solver) = device.device(file.case.solver, ranks)?;
     let setup = Setup { device: device.as_ref(), ranks: Some(ranks), solver, ..Setup::from(file) };
     if ranks.is_first() {
-        resolution_note(&file.case, &mesh).iter().for_each(|note| say("note", note));
+        resolution_note(&setup, &mesh).iter().for_each(|note| say("note", note));
         quadrature_note(&file.case, &mesh).iter().for_each(|note| say("note", note));
     }
     let simulator = agreed(ranks, Simulator::new(&setup, mesh, Vec::new()))?;
@@ -146,6 +146,16 @@ pub fn simulate(
     written?;
     if matches!(outcome.end, End::Interrupted) {
         return Err(WorkflowError::Interrupted);
+    }
+    if matches!(outcome.end, End::LimitLoad) {
+        let last = outcome.curve.last().copied().unwrap_or_default();
+        say(
+            "note",
+            &format!(
+                "the curve ends at {:.4} s: the specimen does not carry the force of test.program beyond {:.4} N and {:.4} mm",
+                last.time_s, last.force_n, last.displacement_mm
+            ),
+        );
     }
     folder.remove(STATE)?;
     Ok(folder.path(CURVE))

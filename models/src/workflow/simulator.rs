@@ -6,7 +6,7 @@ use std::path::Path;
 
 use fem::{
     ComputeDevice, CurvePoint, End, FemError, Homogenisation, Order, Outcome, PhaseField, Problem,
-    Ranks, RunRecord, RunStatus, Schedule, SolverOptions, TetMesh, Unsupported,
+    Ranks, RunEnd, RunRecord, RunStatus, Schedule, SolverOptions, TetMesh, Unsupported,
 };
 
 use super::WorkflowError;
@@ -15,7 +15,7 @@ use crate::case::{
     SimulationParts, TargetError, TestCase,
 };
 use crate::experiment::TestCurve;
-use crate::qoi::{Qois, Quantity};
+use crate::qoi::{Extent, Qois, Quantity};
 
 /// Parts of a case that define a simulation, except for the mesh.
 #[derive(Clone, Copy)]
@@ -359,11 +359,33 @@ pub(super) fn quantities(record: &RunRecord, qoi: &QoiComparison) -> Result<Vec<
     match &record.status {
         RunStatus::Failed(reason) => Err(format!("failed: {reason}")),
         RunStatus::Finished if record.curve.is_empty() => reported(record, qoi),
+        RunStatus::Finished if record.end == RunEnd::LimitLoad => {
+            up_to_limit_load(record, qoi).map_err(|error| format!("unusable: {error}"))
+        }
         RunStatus::Finished => {
             Qois::values_of(&recorded_run(record), qoi.slope_fraction, &qoi.quantities)
                 .map_err(|error| format!("unusable: {error}"))
         }
     }
+}
+
+/// Quantities of a run whose specimen does not carry the force of the load program. The branches of its curve are
+/// incomplete, so that quantities of whole branches are not computed.
+fn up_to_limit_load(record: &RunRecord, qoi: &QoiComparison) -> Result<Vec<f64>, String> {
+    let last = record.curve.last().copied().unwrap_or_default();
+    let failure = format!(
+        "the specimen does not carry the force of test.program and fails after {:.4} s at {:.4} N and {:.4} mm; prescribe \
+         a smaller force, or the displacement",
+        last.time_s, last.force_n, last.displacement_mm
+    );
+    let is_of_branch = |quantity: &&Quantity| {
+        matches!(quantity.extent(), Extent::Hold | Extent::ForceHold | Extent::Unloading)
+    };
+    if let Some(quantity) = qoi.quantities.iter().find(is_of_branch) {
+        return Err(format!("{failure} ({quantity} needs the whole program)"));
+    }
+    Qois::values_of(&recorded_run(record), qoi.slope_fraction, &qoi.quantities)
+        .map_err(|error| format!("{failure} ({error})"))
 }
 
 /// Quantities that a run without a curve reports by name.

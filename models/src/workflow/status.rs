@@ -96,6 +96,24 @@ pub fn status(dir: &Path) -> Result<Vec<StageStatus>, WorkflowError> {
     Ok(stages_of(&file.case).iter().map(status_of).collect())
 }
 
+/// Checks that the results folder of a stage that needs other stages exists. The stage `report` needs a folder in which a
+/// stage has been run or started.
+///
+/// # Errors
+/// [`WorkflowError::NoResults`] with the reason.
+pub(crate) fn check_begun(dir: &Path, stage: &Stage) -> Result<(), WorkflowError> {
+    let refuse = |why| Err(WorkflowError::NoResults { path: dir.to_owned(), why });
+    if !dir.exists() {
+        return refuse("there is no such folder");
+    }
+    if !dir.is_dir() {
+        return refuse("it is a file");
+    }
+    let begun =
+        has_locks(dir) || ["stages.toml", FOLDER, "tests"].iter().any(|n| dir.join(n).exists());
+    if begun || stage.name != "report" { Ok(()) } else { refuse("no stage has been run there") }
+}
+
 fn check_results(dir: &Path) -> Result<(), WorkflowError> {
     let refuse = |why| Err(WorkflowError::NoResults { path: dir.to_owned(), why });
     if !dir.exists() {

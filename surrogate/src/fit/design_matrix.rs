@@ -221,14 +221,14 @@ impl Equations {
 
     /// Returns, for the coordinate of each input with derivatives, the ratio of the standard deviation of the targets
     /// to the root mean square of their derivatives. Squares are averaged over the targets, as fractions of each
-    /// target's variance. Empty without derivatives.
+    /// target's variance; 1 for an input on which no target depends. Empty without derivatives.
     pub(crate) fn values_per_slope(&self, variances: &[f64]) -> Vec<f64> {
         let n = self.runs();
         let ratio = |j: usize| {
             let square = |i: usize, m: usize| self.targets[(n + i * self.slopes + j, m)].powi(2);
             let relative = |(m, v): (usize, &f64)| (0..n).map(|i| square(i, m)).sum::<f64>() / v;
             let sum: f64 = variances.iter().enumerate().map(relative).sum();
-            ((n * variances.len()) as f64 / sum).sqrt()
+            if sum > 0.0 { ((n * variances.len()) as f64 / sum).sqrt() } else { 1.0 }
         };
         (0..self.slopes).map(ratio).collect()
     }

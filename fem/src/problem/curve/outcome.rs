@@ -16,9 +16,10 @@ pub enum End {
     Displacement,
     /// The force fell below its peak by the requested fraction.
     BelowPeak,
-    /// The specimen did not carry the force that the load program prescribes, see [`LoadProgram`](crate::LoadProgram): at
-    /// the next load step, the force would have fallen while the platen moved on. The curve ends at the last
-    /// equilibrium, whose distance from the limit is at most a thousandth of the segment of the program.
+    /// The specimen did not carry the force that the load program prescribes, see [`LoadProgram`](crate::LoadProgram). At
+    /// the next load step, the force would have fallen while the platen moved on, or more than half of the work of the
+    /// step would have acted on the residual stiffness of damaged material. The curve ends at the last equilibrium, whose
+    /// distance from the limit is at most a thousandth of the segment of the program.
     LimitLoad,
     /// The run was stopped before its end, e.g. by the observer.
     Interrupted,

@@ -24,7 +24,7 @@ pub(super) fn advice(increments: &Increments, failure: StepFailure) -> String {
             "end the test before the limit strain of the law, or check the parameters of the law"
                 .into()
         }
-        StepFailure::LimitLoad { .. } => "prescribe the displacement instead of the force".into(),
+        _ if failure.exceeds_limit_load() => "prescribe the displacement instead of the force".into(),
         StepFailure::GivenUp => "use a step controller that tries smaller steps".into(),
         _ if untouched.is_some() => format!(
             "no node of surface '{}' touches its platen, so that the body may be unsupported: let the platen \

@@ -3,10 +3,16 @@
 //! Newton's method solves for the fields and for the displacement of the platen. If it fails, the platen is moved with a
 //! prescribed displacement in the same time, farther and farther. Either the force reaches the prescribed force, and
 //! Newton's method starts again from there, or the force falls: then the specimen does not carry the prescribed force.
+//!
+//! A viscosity of the damage and the residual stiffness keep an equilibrium where a specimen without both has none. The
+//! specimen then fails by damage that grows in time, and its residual stiffness stops the platen far away. Therefore the
+//! work of each increment is compared with the work that the residual stiffness alone stores.
 
 use super::increment::Increments;
 use crate::error::StepFailure;
 use crate::fields::Fields;
+use crate::material::PointMaterial;
+use crate::operator::{Increment, Residual};
 
 /// Largest number of displacements of the platen that are tried to reach a force.
 const MOST_MOVES: usize = 24;
@@ -14,25 +20,74 @@ const MOST_MOVES: usize = 24;
 const GROWTH: f64 = 1.5;
 /// A force counts as falling if it is below the largest force of the increment by this fraction.
 const FALLS: f64 = 1e-6;
+/// Largest share of the work of an increment that may act on the residual stiffness of damaged material. Beyond one
+/// half, the body moves mainly where only the numerical constant `residual_stiffness` carries the force.
+const MOST_RESIDUAL_WORK: f64 = 0.5;
+/// Displacement of the platen in an increment below which its work is a rounding error, relative to the displacement of
+/// the platen.
+const RESTS: f64 = 1e-6;
 
 impl Increments<'_> {
     /// Solves an increment of `duration` s with the force `force_n` of the platen, from the guess in `fields`.
     ///
     /// # Errors
-    /// [`StepFailure::LimitLoad`] if the specimen does not carry the force.
+    /// [`StepFailure::LimitLoad`] if there is no equilibrium with the force, and [`StepFailure::ResidualStiffness`] if
+    /// only the residual stiffness of damaged material carries the force.
     pub(super) fn carry(
         &mut self,
         fields: &mut Fields,
         force_n: f64,
         duration: f64,
     ) -> Result<(), StepFailure> {
-        let failure = match self.solve_with_force(fields, force_n, duration, Fallbacks::Omitted) {
-            Ok(()) => return Ok(()),
-            Err(failure) => failure,
-        };
-        self.solver.newton.effort.fallbacks += 1;
-        self.push(fields, force_n, duration, failure)?;
-        self.solve_with_force(fields, force_n, duration, Fallbacks::Tried)
+        if let Err(failure) = self.solve_with_force(fields, force_n, duration, Fallbacks::Omitted) {
+            self.solver.newton.effort.fallbacks += 1;
+            self.push(fields, force_n, duration, failure)?;
+            self.solve_with_force(fields, force_n, duration, Fallbacks::Tried)?;
+        }
+        let share = self.residual_work_share(fields, duration)?;
+        match share > MOST_RESIDUAL_WORK {
+            true => Err(StepFailure::ResidualStiffness { prescribed_n: force_n, share }),
+            false => Ok(()),
+        }
+    }
+
+    /// Returns the share of the work of the increment to the equilibrium `fields` that acts on the residual stiffness:
+    /// 1 − Σ f⁰·Δu / Σ f·Δu, with the inner forces f of the body, the inner forces f⁰ of the same fields without residual
+    /// stiffness, and the displacements Δu of the increment. Returns zero if the platen does not move into the body.
+    ///
+    /// The displacements of an increment at a constant force are concentrated where the body fails. Therefore the share is close to 1 for a body
+    /// that creeps in a broken section, however thin the section is, and close to 0 for a closed crack whose split keeps
+    /// its stiffness in compression.
+    fn residual_work_share(&self, fields: &Fields, duration: f64) -> Result<f64, StepFailure> {
+        let moved_mm = fields.platen_mm - self.state.fields.platen_mm;
+        let has_residual =
+            |point: &PointMaterial| point.damage.as_ref().is_some_and(|d| d.residual > 0.0);
+        let materials = &self.setup.point_materials;
+        if moved_mm <= RESTS * fields.platen_mm.abs() || !materials.iter().any(has_residual) {
+            return Ok(0.0);
+        }
+        let domain = self.setup.discretisation.as_ref();
+        let (newton, part) = (&self.solver.newton, domain.operator.part());
+        let mut without: Vec<PointMaterial> = materials.to_vec();
+        without.iter_mut().filter_map(|point| point.damage.as_mut()).for_each(|d| d.residual = 0.0);
+        let context = self.state.memory.context(&self.state.fields.damage, duration);
+        let increment = Increment { materials: &without, fields, context };
+        let mut residual = Residual::new(fields.displacement.len());
+        domain.operator.residual(&increment, &mut residual)?;
+        let forces = newton.external.outer_forces(&domain.boundary, fields, &newton.residual);
+        let before = part.halo.own_of(&self.state.fields.displacement);
+        let displacements = part.halo.own_of(&fields.displacement).zip(before);
+        let inner = part.halo.own_of(&forces).zip(part.halo.own_of(&residual.nodal));
+        let mut work = [0.0; 2];
+        for ((now, before), (force, without_residual)) in displacements.zip(inner) {
+            for k in 0..3 {
+                let moved = now[k] - before[k];
+                work[0] += force[k] * moved;
+                work[1] += without_residual[k] * moved;
+            }
+        }
+        part.ranks().sum(&mut work);
+        Ok(if work[0] > 0.0 { 1.0 - work[1] / work[0] } else { 0.0 })
     }
 
     /// Solves for the fields and for the displacement of the platen.

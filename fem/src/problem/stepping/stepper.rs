@@ -115,7 +115,7 @@ impl<'a> LoadStepper<'a> {
         }
         match guarded(|| self.next_point()).unwrap_or_else(|lost| Err(self.lost(lost))) {
             Ok(point) => Some(point),
-            Err(FemError::NotConverged { source: StepFailure::LimitLoad { .. }, .. }) => {
+            Err(FemError::NotConverged { source, .. }) if source.exceeds_limit_load() => {
                 // the last equilibrium may lie between two requested points of the curve
                 let clock_s = self.increments.state.point.time_s;
                 let is_recorded = self.curve().last().is_none_or(|last| last.time_s >= clock_s);
@@ -216,8 +216,8 @@ impl<'a> LoadStepper<'a> {
                     self.increments.state.point.linear += linear - before.linear;
                     (failed, failure) = (Some(step.to(target - passed)), reason);
                     let segment = corner - schedule.last_corner(passed);
-                    let is_limit = matches!(reason, StepFailure::LimitLoad { .. });
-                    if is_limit && target - passed <= LIMIT_RESOLUTION * segment {
+                    if reason.exceeds_limit_load() && target - passed <= LIMIT_RESOLUTION * segment
+                    {
                         break;
                     }
                 }

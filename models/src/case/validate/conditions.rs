@@ -1,10 +1,16 @@
 //! Checks of `[conditions]`.
 
-use super::super::{CaseFile, ConditionsCase, ExtensometerCase, TimeTable};
-use crate::error::InputError;
+use super::super::{CaseFile, ConditionsCase, ExtensometerCase, TimeTable, Toe};
+use crate::error::{InputError, closest};
+
+/// Surfaces of a cylinder that this program meshes.
+const OF_CYLINDER: [&str; 3] = ["bottom", "side", "top"];
+/// Relative distance from the surface of a cylinder within which a point counts as inside.
+const SAME: f64 = 1e-9;
 
 impl CaseFile {
     pub(super) fn check_conditions(&self, conditions: &ConditionsCase) -> Result<(), InputError> {
+        self.check_surfaces(conditions)?;
         let finite = |key: String, values: &[f64], unit: &str| {
             let help = "It is the value at the end of the test.";
             values.iter().try_for_each(|&value| self.within(&key, value, -1e6, 1e6, unit, help))
@@ -47,6 +53,7 @@ impl CaseFile {
                     self.within(&key, x, -1e6, 1e6, "mm", help)?;
                 }
             }
+            self.check_gauge_points(*from_mm, *to_mm)?;
             if from_mm == to_mm {
                 let help = "Give two different gauge points; the displacement of to_mm relative to from_mm is measured.";
                 let value = format!("{to_mm:?}");
@@ -54,7 +61,75 @@ impl CaseFile {
                 return Err(self.error("conditions.extensometer.to_mm", value, problem, help));
             }
         }
-        conditions.tables().iter().try_for_each(|(key, table)| self.check_table(key, table))
+        conditions.tables().iter().try_for_each(|(key, table)| self.check_table(key, table))?;
+        let corrects = self.case.experiments.as_ref().is_some_and(|all| all.toe == Toe::Correct);
+        if corrects && conditions.confined_s(self.case.test.duration_s()).is_some() {
+            let problem = "cannot be combined with loads that act before the displacement begins";
+            let help = "The body is loaded at the displacement zero: write toe = \"report\".";
+            return Err(self.error("experiments.toe", "correct", problem, help));
+        }
+        Ok(())
+    }
+
+    /// Checks that the specimen has the surfaces of the conditions.
+    fn check_surfaces(&self, conditions: &ConditionsCase) -> Result<(), InputError> {
+        let specimen = &self.case.specimen;
+        let names: Vec<&str> = match specimen.mesh {
+            Some(_) => specimen.surfaces.keys().map(String::as_str).collect(),
+            None => OF_CYLINDER.to_vec(),
+        };
+        let prescribed = conditions.prescribe.iter().map(|p| ("prescribe", &p.surface));
+        let symmetry = conditions.symmetry.iter().map(|surface| ("symmetry", surface));
+        let tractions = conditions.traction.iter().map(|t| ("traction", &t.surface));
+        let pressures = conditions.pressure.iter().map(|p| ("pressure", &p.surface));
+        let measured = std::iter::once(("measure.surface", &conditions.measure.surface));
+        let mut all = prescribed.chain(symmetry).chain(tractions).chain(pressures).chain(measured);
+        let Some((key, surface)) = all.find(|(_, surface)| !names.contains(&surface.as_str()))
+        else {
+            return Ok(());
+        };
+        let hint = closest(surface, names.iter().copied());
+        let hint = hint.map(|name| format!("Did you mean {name:?}? ")).unwrap_or_default();
+        let help = match (specimen.mesh.is_some(), names.is_empty()) {
+            (false, _) => format!("{hint}A cylinder has the surfaces {}.", names.join(", ")),
+            (true, true) => {
+                "Name the mesh's physical surfaces: specimen.surfaces = { bottom = 11 }.".to_owned()
+            }
+            (true, false) => format!(
+                "{hint}specimen.surfaces names {}: add it there with its physical group.",
+                names.join(", ")
+            ),
+        };
+        let key = format!("conditions.{key}");
+        Err(self.error(&key, surface.clone(), "is not a surface of the specimen", help))
+    }
+
+    /// Checks that the gauge points are inside the cylinder of the case. Points in a mesh file or in an image are checked
+    /// when the mesh is known.
+    fn check_gauge_points(&self, from_mm: [f64; 3], to_mm: [f64; 3]) -> Result<(), InputError> {
+        let specimen = &self.case.specimen;
+        let is_packing =
+            specimen.mesh.is_none() && specimen.image.is_none() && specimen.stl.is_none();
+        let (Some(radius_mm), Some(height_mm), true) =
+            (specimen.radius_mm, specimen.height_mm, is_packing)
+        else {
+            return Ok(());
+        };
+        let is_inside = |[x, y, z]: [f64; 3]| {
+            x.hypot(y) <= radius_mm * (1.0 + SAME)
+                && (-SAME..=1.0 + SAME).contains(&(z / height_mm))
+        };
+        for (name, point) in [("from_mm", from_mm), ("to_mm", to_mm)] {
+            if !is_inside(point) {
+                let help = format!(
+                    "The cylinder stands on z = 0: its axis is z, its radius {radius_mm} mm and its height {height_mm} mm."
+                );
+                let (key, value) =
+                    (format!("conditions.extensometer.{name}"), format!("{point:?}"));
+                return Err(self.error(&key, value, "lies outside the specimen", help));
+            }
+        }
+        Ok(())
     }
 
     /// Checks a table of times and factors.

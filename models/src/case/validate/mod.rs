@@ -28,7 +28,7 @@ const USUAL_REGIONS: [&str; 2] = ["matrix", "grain"];
 
 impl CaseFile {
     /// Names of the regions whose materials the case must give.
-    fn regions(&self, geometry: &SpecimenGeometry) -> Vec<String> {
+    pub(crate) fn regions(&self, geometry: &SpecimenGeometry) -> Vec<String> {
         match geometry {
             SpecimenGeometry::Absent => Vec::new(),
             SpecimenGeometry::Mesh { regions, .. } => regions.keys().cloned().collect(),

@@ -247,6 +247,7 @@ impl CaseFile {
     pub(super) fn check_test(&self, mistakes: &mut Mistakes) {
         let Case { phase_field, test, solver, .. } = &self.case;
         mistakes.note(self.check_drive());
+        mistakes.note(self.check_energies());
         mistakes.note(self.check_stepping());
         check_program(self, mistakes);
         self.check_platens(mistakes);
@@ -295,6 +296,35 @@ impl CaseFile {
             _ => "Leave it out for the default.",
         };
         Err(self.error(&key, value.to_string(), format!("must be {requirement}"), help))
+    }
+
+    /// Refuses energies of `[phase_field]` that no region has: the key would have no effect.
+    fn check_energies(&self) -> Result<(), InputError> {
+        let Some(PhaseField { drive, degrade, .. }) = &self.case.phase_field else { return Ok(()) };
+        let materials = || self.case.material.values();
+        let (is_plastic, is_viscous) = (
+            materials().any(|material| material.plastic.is_some()),
+            materials().any(|material| material.viscoelastic.is_some()),
+        );
+        let plastic = ("plastic", "plastic.yield_mpa");
+        let viscous = ("viscous", "viscoelastic.shear");
+        // the default of degrade has the viscous energy
+        let without_effect = [
+            ("drive", drive.plastic && !is_plastic, plastic),
+            ("drive", drive.viscous && !is_viscous, viscous),
+            ("degrade", degrade.plastic && !is_plastic, plastic),
+        ];
+        match without_effect.into_iter().find(|(_, is_idle, _)| *is_idle) {
+            None => Ok(()),
+            Some((key, _, (energy, constants))) => {
+                let problem =
+                    format!("is the energy of a material with {constants}, but no region has it");
+                let help = format!(
+                    "Remove {energy:?} from the list, or add {constants} to a region (docs/how-to/memory.md)."
+                );
+                Err(self.error(&format!("phase_field.{key}"), format!("{energy:?}"), problem, help))
+            }
+        }
     }
 
     /// Checks that either a displacement of the platens or `[conditions]` is given, but not both.

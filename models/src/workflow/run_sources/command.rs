@@ -4,15 +4,15 @@ use std::fs;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
 
-use fem::{End, FemError, Outcome, RunInput, RunRecord, RunStatus};
+use fem::{End, EnsembleState, FemError, Outcome, RunInput, RunRecord, RunStatus};
 
 use super::super::WorkflowError;
 use super::super::inputs::Inputs;
 use super::super::run_source::{RequestedRuns, RunSource};
-use super::super::runs::run_jobs;
+use super::super::runs::{folder_of_runs, run_jobs};
 use super::process::{ProcessEnd, run_process};
 use super::result_file::{ProgramResult, read_result};
 use crate::case::{SimulatorCase, Template, Value};
@@ -82,13 +82,8 @@ impl RunSource for Program {
         let RequestedRuns { task, named, .. } = requested;
         let program = self.case.command[0].as_str();
         // with `interrupt` set, another machine may compute the runs
-        if task.check_interrupt().is_ok() && !is_found(program) {
-            let message = format!(
-                "{}: simulator.command = {program:?}: there is no such program on this machine; write its path, or add \
-                 its folder to PATH",
-                task.inputs.case_path().display()
-            );
-            return Err(WorkflowError::Unusable(message));
+        if task.check_interrupt().is_ok() {
+            check_program(task.inputs.case_path(), program).map_err(WorkflowError::Unusable)?;
         }
         let case_path = task.inputs.case_path();
         let (names, interrupt) = (named.names, task.interrupt);
@@ -101,11 +96,17 @@ impl RunSource for Program {
                 RunStatus::Finished => false,
             }
         };
+        let folder =
+            folder_of_runs(&task.path(""), task.neighbours.as_ref(), named.folder, named.manifest);
+        let succeeded = EnsembleState::of(&folder)
+            .is_ok_and(|state| state.records.iter().any(|run| run.status == RunStatus::Finished));
+        let first = FirstFailures::new(named.runs, succeeded);
         run_jobs(task, *named, Some(Box::new(retry)), &|run, folder, _| {
             let mut last = String::new();
             for _ in 0..=self.case.retries {
                 match self.attempt(names, run, folder, interrupt) {
                     Ok(Some(ProgramResult { curve, values })) => {
+                        first.succeed();
                         return Ok(Outcome { curve, values, ..Outcome::default() });
                     }
                     Ok(None) => return Ok(Outcome { end: End::Interrupted, ..Outcome::default() }),
@@ -115,6 +116,14 @@ impl RunSource for Program {
                         return Err(FemError::FailsInEveryRun(message));
                     }
                 }
+            }
+            if first.fail(run.id) {
+                return Err(FemError::FailsInEveryRun(format!(
+                    "{}: simulator.command: all of the first {FIRST} runs have failed. Run {}: {last}{limits}. Run the \
+                     program in its folder by hand, and correct simulator.command, the input file or time_limit_s",
+                    case_path.display(),
+                    run.id
+                )));
             }
             Err(FemError::OtherProgram(format!("{last}{limits}")))
         })
@@ -196,6 +205,38 @@ impl Program {
     }
 }
 
+/// Number of runs at the start of the list that must not all fail.
+const FIRST: usize = 5;
+
+/// Failures of the first runs of an ensemble.
+struct FirstFailures<'a> {
+    /// The first [`FIRST`] runs; empty if there are fewer runs.
+    first: &'a [RunInput],
+    failed: AtomicUsize,
+    /// Whether a run has succeeded, in this process or earlier.
+    succeeded: AtomicBool,
+}
+
+impl<'a> FirstFailures<'a> {
+    fn new(runs: &'a [RunInput], succeeded: bool) -> Self {
+        let first = runs.get(..FIRST).unwrap_or_default();
+        Self { first, failed: AtomicUsize::new(0), succeeded: AtomicBool::new(succeeded) }
+    }
+
+    fn succeed(&self) {
+        self.succeeded.store(true, Ordering::Relaxed);
+    }
+
+    /// Counts a failed run. Returns whether all of the first runs have failed and no run has succeeded.
+    fn fail(&self, id: usize) -> bool {
+        if self.first.iter().all(|run| run.id != id) {
+            return false;
+        }
+        let failed = self.failed.fetch_add(1, Ordering::Relaxed) + 1;
+        failed >= FIRST && !self.succeeded.load(Ordering::Relaxed)
+    }
+}
+
 /// Reason why an attempt has no result.
 enum AttemptError {
     /// Reason that concerns this run only.
@@ -269,6 +310,21 @@ fn last_line(path: &Path) -> String {
     })
 }
 
+/// Checks that the program of a case exists on this machine.
+///
+/// # Errors
+/// A message with the program and the remedy.
+pub(crate) fn check_program(case: &Path, program: &str) -> Result<(), String> {
+    if is_found(program) {
+        return Ok(());
+    }
+    Err(format!(
+        "{}: simulator.command = {program:?}: there is no such program on this machine; write its path, or add \
+         its folder to PATH",
+        case.display()
+    ))
+}
+
 /// Whether a program exists: at its path, or for a plain name in a folder of `PATH`.
 fn is_found(program: &str) -> bool {
     let path = Path::new(program);
@@ -281,4 +337,32 @@ fn is_found(program: &str) -> bool {
     folders.iter().any(|folder| {
         endings.iter().any(|ending| folder.join(format!("{program}{ending}")).is_file())
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn runs(count: usize) -> Vec<RunInput> {
+        (1..=count).map(|id| RunInput { id, inputs: Vec::new() }).collect()
+    }
+
+    #[test]
+    fn an_ensemble_ends_if_all_of_its_first_runs_fail() {
+        let all = runs(20);
+        let failing = FirstFailures::new(&all, false);
+        // later runs that fail first do not count
+        let ends: Vec<bool> = [9, 1, 2, 10, 4, 3, 5].map(|id| failing.fail(id)).to_vec();
+        assert_eq!(ends, [false, false, false, false, false, false, true]);
+        let mixed = FirstFailures::new(&all, false);
+        assert!(!mixed.fail(1));
+        mixed.succeed();
+        assert!((2..=20).all(|id| !mixed.fail(id)));
+        let resumed = FirstFailures::new(&all, true);
+        assert!((1..=20).all(|id| !resumed.fail(id)));
+        // the confirming runs are few
+        let few = runs(3);
+        let few = FirstFailures::new(&few, false);
+        assert!((1..=3).all(|id| !few.fail(id)));
+    }
 }

@@ -12,6 +12,7 @@ mod process;
 mod result_file;
 mod table;
 
+pub(super) use command::check_program;
 pub(super) use table::ImportedRuns;
 
 use super::WorkflowError;

@@ -40,7 +40,8 @@ impl ImportedRuns {
     /// that lacks a quantity counts as failed.
     ///
     /// # Errors
-    /// Fails if a column is missing, an entry is not a number, or no run is in the ranges.
+    /// Fails if a column is missing, an entry is not a number, no run is in the ranges, or a parameter is the same in all
+    /// runs.
     pub(crate) fn read(
         file: &Path,
         ranges: &[(String, [f64; 2])],
@@ -68,8 +69,28 @@ impl ImportedRuns {
             let help = "Widen the priors, or import runs of these ranges.";
             return Err(InputError::new(file, "", "", problem, help));
         }
+        check_variation(file, &names, &records)?;
         Ok(Self { records, outside })
     }
+}
+
+/// Refuses parameters that are the same in all runs: the runs do not show the dependence on such a parameter, and its
+/// posterior would be its prior.
+fn check_variation(file: &Path, names: &[String], records: &[RunRecord]) -> Result<(), InputError> {
+    let [first, others @ ..] = records else { return Ok(()) };
+    if others.is_empty() {
+        return Ok(());
+    }
+    for (k, name) in names.iter().enumerate() {
+        let value = first.inputs[k];
+        if others.iter().all(|record| record.inputs[k] == value) {
+            let problem = format!("is the same in all {} runs in the ranges", records.len());
+            let help = "Import runs with different values of this parameter, or remove it from [parameters] or [prior].";
+            let column = format!("column {name}");
+            return Err(InputError::new(file, column, value.to_string(), problem, help));
+        }
+    }
+    Ok(())
 }
 
 fn record(
@@ -165,6 +186,7 @@ mod tests {
             ("k1,k2\n0.5,1\n", "column u_mm is missing"),
             ("k1,k2,u_mm\n0.5,x,1\n", "line 2, column k2 = x"),
             ("k1,k2,u_mm\n5,0,1\n", "no run in the ranges"),
+            ("k1,k2,u_mm\n0.1,0.5,1\n0.2,0.5,2\n", "column k2 = 0.5: is the same in all 2 runs"),
         ] {
             let error = read(text).err().unwrap();
             assert!(error.contains(problem), "{error}");

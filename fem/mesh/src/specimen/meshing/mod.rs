@@ -291,6 +291,15 @@ impl Meshing {
         Ok(Meshed { mesh, report })
     }
 
+    /// Whether a mesh of these grains represents some grains by volume fractions of its tetrahedra. With
+    /// [`GrainMode::Auto`], a grain that no tetrahedron represents becomes a volume fraction, too; only the mesher finds
+    /// such grains.
+    pub fn mixes(&self, grains: &dyn GrainField) -> bool {
+        let phases = Phases::of(grains);
+        (1..=grains.grains() as u32)
+            .any(|grain| self.mode_of(grains, &phases, grain) == GrainMode::Fraction)
+    }
+
     /// Returns the representation of one grain in the mesh. Voids are meshed conformingly wherever possible, because
     /// the surface of a void is part of the surface of the body.
     fn mode_of(&self, grains: &dyn GrainField, phases: &Phases, grain: u32) -> GrainMode {
