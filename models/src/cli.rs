@@ -19,11 +19,13 @@ use std::process::ExitCode;
 
 use fem::Ranks;
 
+use crate::case::schema_of;
+use crate::study::study_schema;
 use crate::workflow::{SurfaceOptions, check_begun, detach, simulate};
 use crate::{
-    CaseFile, InputError, Registry, STAGES, Stage, Study, StudyFile, Workflow, WorkflowError,
+    Case, CaseFile, InputError, Registry, STAGES, Stage, Study, StudyFile, Workflow, WorkflowError,
 };
-use arguments::{Command, StudyAction};
+use arguments::{Command, FileKind, StudyAction};
 use check::check;
 use cluster::{slurm, slurm_study};
 use failure::Failure;
@@ -77,6 +79,7 @@ fn ranks_of(request: &Request) -> Result<Ranks, Failure> {
         Request::Default | Request::Command(Command::Run(_)) => "run",
         Request::Command(Command::Init { .. }) => "init",
         Request::Command(Command::Check { .. }) => "check",
+        Request::Command(Command::Schema { .. }) => "schema",
         Request::Command(Command::Surfaces { .. }) => "surfaces",
         Request::Command(Command::Prony { .. }) => "prony",
         Request::Command(Command::Study { .. }) => "study",
@@ -107,6 +110,13 @@ fn run(request: Request, threads: usize, ranks: &Ranks) -> Result<ExitCode, Fail
         Request::Command(Command::Init { own_data: Some(folder), .. }) => init_own_data(&folder)?,
         Request::Command(Command::Init { file, own_data: None }) => init(&file)?,
         Request::Command(Command::Check { case }) => return check(&case),
+        Request::Command(Command::Schema { kind }) => {
+            let schema = match kind {
+                FileKind::Case => schema_of::<Case>("Breccia case"),
+                FileKind::Study => study_schema(),
+            };
+            print_line(format_args!("{schema:#}"))?;
+        }
         Request::Command(Command::Simulate { target, device }) => {
             let file = target.single_test("simulate");
             let error = file.as_ref().err().map(ToString::to_string);

@@ -4,6 +4,7 @@
 use rand::seq::SliceRandom;
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::dataset::Input;
@@ -18,7 +19,7 @@ use crate::sobol_sequence::{MAX_DIMENSION, ScrambledSobol};
 /// - `Sobol`: the first `n` points of a Sobol sequence (direction numbers of Joe & Kuo 2008,
 ///   doi:10.1137/070709359), randomised by a linear matrix scramble and a digital shift (Matoušek 1998,
 ///   doi:10.1006/jcom.1998.0489). Best if `n` is a power of two.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DesignMethod {
     /// Independent uniform points.

@@ -1,5 +1,6 @@
 //! The `breccia` program as a new user runs it: help, first case, mistakes, one simulation.
 
+mod accepted;
 mod check;
 mod conditions;
 mod devices;
@@ -11,6 +12,7 @@ mod images;
 mod mesh_files;
 mod named_inputs;
 mod pipes;
+mod schema;
 mod surfaces;
 
 use std::path::Path;
@@ -42,11 +44,13 @@ virtual = { seed = 3, truth = { matrix.young_mpa = 275.0, matrix.toughness_n_per
 "#;
 
 fn breccia(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_breccia"))
+    let output = Command::new(env!("CARGO_BIN_EXE_breccia"))
         .args(arguments)
         .current_dir(folder)
         .output()
-        .expect("cargo has built the program")
+        .expect("cargo has built the program");
+    accepted::check_cases(folder, arguments, output.status.success());
+    output
 }
 
 /// Exit code, stdout and stderr.
@@ -64,6 +68,7 @@ fn help_teaches_with_an_example_for_every_command() {
         "run",
         "init",
         "check",
+        "schema",
         "segment",
         "mesh",
         "simulate",

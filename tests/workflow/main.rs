@@ -1,5 +1,7 @@
 //! The whole workflow on a tiny case: it writes every documented file, skips finished stages, and resumes after a kill.
 
+#[path = "../program/accepted.rs"]
+mod accepted;
 mod browser;
 mod conditions;
 mod curve;
@@ -88,6 +90,7 @@ fn start(folder: &Path, arguments: &[&str]) -> Child {
 /// Runs the program to its end and returns exit code, stdout and stderr.
 fn breccia(folder: &Path, arguments: &[&str]) -> (Option<i32>, String, String) {
     let output = start(folder, arguments).wait_with_output().unwrap();
+    accepted::check_cases(folder, arguments, output.status.success());
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     (output.status.code(), text(&output.stdout), text(&output.stderr))
 }

@@ -1,10 +1,12 @@
 //! Lagrange shape functions on a tetrahedron, in barycentric coordinates λ₀ … λ₃.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Polynomial order of displacement and damage; written as 1 or 2 in a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "u8", into = "u8")]
+#[schemars(extend("enum" = [1, 2]))]
 pub enum Order {
     /// P1: linear element with four nodes.
     Linear,

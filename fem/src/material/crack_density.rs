@@ -1,11 +1,12 @@
 //! Regularised crack surface per volume, (1/(c₀ ℓ₀)) [α(φ) + ℓ₀² |∇φ|²].
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::number::Scalar;
 
 /// Local part α of the crack density.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum CrackDensity {
     /// Ambrosio–Tortorelli with α = φ², c₀ = 2: damage grows from the start of loading.

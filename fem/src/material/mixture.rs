@@ -7,6 +7,7 @@
 //! − f)/(M₁ + ζ) and D = a N + f g, the modulus is M(g) = g (N/D − ζ). M(g) is smooth for all g, and equals g M₁ for
 //! f = 0.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::number::Scalar;
@@ -19,7 +20,7 @@ use super::number::Scalar;
 ///
 /// References: Hill, Proc. Phys. Soc. A 65 (1952) 349, doi:10.1088/0370-1298/65/5/307; Hashin &
 /// Shtrikman, J. Mech. Phys. Solids 11 (1963) 127, doi:10.1016/0022-5096(63)90060-7.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Homogenisation {
     /// Equal stress in both phases: the lower bound of the stiffness. Exact for a layered material that is loaded

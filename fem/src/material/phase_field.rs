@@ -1,5 +1,6 @@
 //! Settings of the damage model, common to all regions.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::crack_density::CrackDensity;
@@ -7,7 +8,7 @@ use super::split::Split;
 use crate::error::FemError;
 
 /// Condition that prevents cracks from healing.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Irreversibility {
     /// No condition: damage decreases when its driving energy decreases.
@@ -26,7 +27,7 @@ pub enum Irreversibility {
 }
 
 /// Quadrature rule of the damage terms.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DamageQuadrature {
     /// `Vertex` if ℓ₀ is less than twice the mean distance of nodes on an edge (linear elements: the edge length;
@@ -53,7 +54,7 @@ pub enum DamageQuadrature {
 ///
 /// The elastic energy is the energy of the elastic law and, in a viscoelastic material, of the equilibrium spring; it is
 /// always in the set. The viscous energy is the energy stored in the Prony terms, the plastic energy is the plastic work.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "Vec<EnergyKind>", into = "Vec<EnergyKind>")]
 pub struct EnergySet {
     /// Whether the set contains the viscous energy.
@@ -63,7 +64,7 @@ pub struct EnergySet {
 }
 
 /// Name of a kind of energy in files.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum EnergyKind {
     /// Energy of the elastic law.
@@ -130,7 +131,7 @@ fn default_degrade() -> EnergySet {
 /// };
 /// assert!(!field.hybrid);
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PhaseField {
     /// Local part of the crack density.
@@ -151,6 +152,7 @@ pub struct PhaseField {
     #[serde(default)]
     pub irreversibility: Irreversibility,
     /// Regularisation length ℓ₀, mm.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub length_mm: f64,
     /// Quadrature rule of the damage terms.
     #[serde(default)]
@@ -164,6 +166,7 @@ pub struct PhaseField {
     pub degrade: EnergySet,
     /// Plastic work per reference volume above which the plastic work drives damage, MPa.
     #[serde(default)]
+    #[schemars(range(min = 0))]
     pub plastic_threshold_mpa: f64,
 }
 

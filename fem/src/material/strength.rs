@@ -12,6 +12,7 @@
 //! References: Kumar, Bourdin, Francfort & Lopez-Pamies, J. Mech. Phys. Solids 142 (2020) 104027,
 //! doi:10.1016/j.jmps.2020.104027; Larsen, Dolbow & Lopez-Pamies (2024), arXiv:2401.13938.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::number::Scalar;
@@ -30,16 +31,19 @@ use crate::error::FemError;
 /// let strength = graphite.strength.expect("graphite has a strength");
 /// assert!((strength.hydrostatic_mpa() - 27.72).abs() < 0.01);
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Strength {
     /// Uniaxial tensile strength σ_ts, MPa.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub tensile_mpa: f64,
     /// Uniaxial compressive strength σ_cs, MPa; larger than the tensile strength.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub compressive_mpa: f64,
     /// Distance of neighbouring nodes where cracks run, mm. By default the mean of the whole mesh, which is right for
     /// meshes of uniform size.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub node_spacing_mm: Option<f64>,
 }
 

@@ -1,7 +1,9 @@
 //! The unconfined compression test as a boundary-value problem.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 
 use super::control::{LoadProgram, Schedule, SegmentSteps};
@@ -24,6 +26,21 @@ pub enum Platens {
     Sliding,
     /// The ends can lift off; [`Friction`] resists sliding.
     Unilateral(#[serde(skip)] Friction),
+}
+
+impl JsonSchema for Platens {
+    fn schema_name() -> Cow<'static, str> {
+        "Platens".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "description": "Contact between the platens and the specimen: the ends slide without friction and stay in \
+                            contact, or they can lift off, with friction.",
+            "type": "string",
+            "enum": ["sliding", "unilateral"],
+        })
+    }
 }
 
 /// Resistance of the platens to sliding; the equations are given at [`Platen`].

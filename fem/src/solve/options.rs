@@ -1,11 +1,12 @@
 //! Options of the solution of an increment.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::error::FemError;
 
 /// Scheme that solves for displacement and damage.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scheme {
     /// Newton's method for displacement and damage together; alternate minimisation if Newton's method fails.
@@ -17,7 +18,7 @@ pub enum Scheme {
 }
 
 /// Method for the linear systems of Newton iterations.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LinearScheme {
     /// `Direct` or `Multigrid`, depending on the number of unknowns.
@@ -30,7 +31,7 @@ pub enum LinearScheme {
 }
 
 /// Settings of the solver; the defaults rarely need a change.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SolverOptions {
     /// Scheme that solves for displacement and damage.
@@ -40,14 +41,18 @@ pub struct SolverOptions {
     /// Largest relative residual of a converged increment. The force residual is relative to the largest reactions so
     /// far, the damage residual to the largest driving force so far. Residuals of the size of rounding errors count as
     /// converged.
+    #[schemars(range(min = 1e-14, max = 1e-2))]
     pub tolerance: f64,
     /// Relative residual of the linear solution in a Newton iteration. The value 1e-2 is fastest. The value 1e-3 needs
     /// about 25 % more linear iterations, but makes the number of Newton iterations nearly independent of the linear
     /// solver and of the number of ranks.
+    #[schemars(range(min = 1e-12, max = 0.1))]
     pub linear_tolerance: f64,
     /// Largest number of Newton iterations per increment.
+    #[schemars(range(min = 1, max = u32::MAX))]
     pub iterations: u32,
     /// Largest number of alternations of alternate minimisation per increment.
+    #[schemars(range(min = 1, max = u32::MAX))]
     pub alternations: u32,
 }
 

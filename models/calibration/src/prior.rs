@@ -2,6 +2,7 @@
 
 mod family;
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt;
 
@@ -9,6 +10,7 @@ use ppl::prelude::*;
 use ppl::transform::Support;
 use ppl::{Accumulator, DomainError, Univariate, UnivariateDensity};
 use rand::Rng;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::value::SeqAccessDeserializer;
 use serde::de::{Error, MapAccess, SeqAccess, Visitor};
 use serde::ser::SerializeMap;
@@ -289,6 +291,46 @@ impl Serialize for Prior {
 impl<'de> Deserialize<'de> for Prior {
     fn deserialize<D: Deserializer<'de>>(source: D) -> Result<Self, D::Error> {
         source.deserialize_any(PriorVisitor)
+    }
+}
+
+impl JsonSchema for Prior {
+    fn schema_name() -> Cow<'static, str> {
+        "Prior".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let range = generator.subschema_for::<PriorBounds>();
+        let families = PriorFamily::ALL.iter().map(|family| {
+            let numbers = family.keys().iter().map(|key| {
+                let number = json_schema!({ "type": "number", "description": key.meaning() });
+                (key.to_string(), number)
+            });
+            let mut properties: BTreeMap<String, Schema> = numbers.collect();
+            let mut required: Vec<String> = properties.keys().cloned().collect();
+            required.push("distribution".into());
+            if *family == PriorFamily::Uniform {
+                required.push("range".into());
+            }
+            let (name, bounds) = (PriorKey::Distribution.meaning(), PriorKey::Range.meaning());
+            let name = json_schema!({ "const": family, "description": name });
+            properties.insert("distribution".into(), name);
+            let bounds = json_schema!({ "description": bounds, "allOf": [range] });
+            properties.insert("range".into(), bounds);
+            json_schema!({
+                "type": "object",
+                "properties": properties,
+                "required": required,
+                "additionalProperties": false,
+            })
+        });
+        let mut forms = vec![range.clone()];
+        forms.extend(families);
+        json_schema!({
+            "description": "The prior: a range [lower, upper], in which the prior is uniform, or a distribution that is \
+                            truncated to a range.",
+            "anyOf": forms,
+        })
     }
 }
 

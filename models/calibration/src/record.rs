@@ -3,6 +3,7 @@
 //! A record is an Excel workbook or a text. Separator, decimal sign, encoding, lines before the header, and a row of
 //! units are detected unless `[experiments.read]` states them. [`Record::understood`] describes the detected format.
 
+mod aliases;
 mod columns;
 mod header;
 mod number;

@@ -1,5 +1,8 @@
 //! `calibration.between_tests`: relation between the values of a parameter in several tests.
 
+use std::borrow::Cow;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use toml::Value;
@@ -30,7 +33,7 @@ pub enum BetweenTestsCase {
 }
 
 /// Trend of a parameter over a variable of the tests.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct TrendCase {
     /// The variable.
@@ -38,6 +41,8 @@ pub struct TrendCase {
     /// Scale in % of the prior of the standard deviation with which the value in each test deviates from the trend; 0: no
     /// deviations.
     #[serde(default, skip_serializing_if = "is_zero")]
+    #[schemars(!skip_serializing_if)]
+    #[schemars(range(min = 0, max = 100))]
     pub deviation_percent: f64,
 }
 
@@ -46,7 +51,7 @@ fn is_zero(x: &f64) -> bool {
 }
 
 /// Variable of the tests that a trend is a function of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum TrendVariable {
     /// `test.temperature_celsius`: the logarithm of the parameter is linear in the temperature.
@@ -56,9 +61,11 @@ pub enum TrendVariable {
 }
 
 /// Table with the key `varies-percent`.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 struct Varies {
+    /// Scale in % of the prior of the standard deviation between tests.
+    #[schemars(range(min = 0.01, max = 100))]
     varies_percent: f64,
 }
 
@@ -70,6 +77,21 @@ impl Serialize for BetweenTestsCase {
             Self::VariesPercent(varies_percent) => Varies { varies_percent }.serialize(serializer),
             Self::Trend(trend) => trend.serialize(serializer),
         }
+    }
+}
+
+impl JsonSchema for BetweenTestsCase {
+    fn schema_name() -> Cow<'static, str> {
+        "BetweenTestsCase".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let tables = [generator.subschema_for::<Varies>(), generator.subschema_for::<TrendCase>()];
+        let [varies, trend] = tables;
+        json_schema!({
+            "description": "Relation between the values of the parameter in the tests.",
+            "anyOf": [{ "type": "string", "enum": ["shared", "own"] }, varies, trend],
+        })
     }
 }
 

@@ -6,23 +6,27 @@ use std::sync::atomic::AtomicBool;
 
 use ::surrogate::{DesignMethod, OrderRule, SurrogateError, Terms};
 use ppl::Nuts;
+use schemars::{JsonSchema, Schema, schema_for};
 use serde::{Deserialize, Serialize};
 
 use super::between_tests::BetweenTestsCase;
+use super::schema::percent_of_quantities;
 use super::{BoundsCase, ByParameter, PriorCase};
 use crate::prior::Prior;
-use crate::qoi::Quantity;
+use crate::qoi::{Quantity, RelativeForce};
 
 /// `[qoi]`: quantities of interest, which are compared between specimens and simulations.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct QoiCase {
     /// Displacement at which the initial slope is measured, as a fraction of the displacement at peak.
+    #[schemars(range(min = 0.1, max = 0.9))]
     pub slope_fraction: f64,
     /// Quantities that are compared between specimens and simulations. With `calibration.likelihood = "curve"`, the
     /// quantities of the curve are compared instead.
     pub quantities: Vec<Quantity>,
     /// Displacements at which the shape of a curve is compared, in per cent of the displacement at peak.
+    #[schemars(inner(range(min = 1, max = RelativeForce::LARGEST_PERCENT)))]
     pub curve_percent: Vec<u8>,
 }
 
@@ -36,10 +40,11 @@ pub(crate) struct QoiComparison {
 }
 
 /// `[design]`: the simulations to which the surrogate is fitted.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct DesignCase {
     /// Number of simulations.
+    #[schemars(range(min = Self::LEAST_RUNS, max = 1_000_000))]
     pub runs: usize,
     /// Table of finished runs (parameters and quantities), which replaces simulations.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -50,20 +55,23 @@ pub struct DesignCase {
     pub method: DesignMethod,
     /// Distribution of the runs.
     #[serde(skip_serializing_if = "DesignSample::is_default")]
+    #[schemars(!skip_serializing_if)]
     pub sample: DesignSample,
     /// Assignment of specimens to the runs.
     pub microstructure: Microstructure,
     /// Number of packings that the runs share. Without `packings`, each run has its own packing.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 2, max = 1_000_000))]
     pub packings: Option<usize>,
     /// Whether runs also compute the derivatives of their quantities with respect to the calibrated parameters. The
     /// surrogate is fitted to the derivatives too, which has the effect of more runs.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
+    #[schemars(!skip_serializing_if)]
     pub derivatives: bool,
 }
 
 /// `design.sample`: the distribution of the runs.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DesignSample {
     /// The runs fill the range of each parameter evenly.
@@ -99,10 +107,11 @@ impl DesignCase {
 
 /// `[[extend]]`: a second batch of runs, in addition to the earlier runs, for a posterior that was truncated by the
 /// prior.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ExtendCase {
     /// Number of simulations.
+    #[schemars(range(min = 1, max = 1_000_000))]
     pub runs: usize,
     /// The extended parameter with its new bounds. All other parameters keep the bounds of `[prior]`.
     pub prior: BoundsCase,
@@ -110,14 +119,17 @@ pub struct ExtendCase {
 
 /// `[sequential]`: batches of runs that are added in the region of high posterior density, until the error of the
 /// surrogate is small enough there.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SequentialCase {
     /// Largest accepted share of the surrogate error in the posterior variance of an identified parameter.
+    #[schemars(range(min = 1e-3, max = 1))]
     pub share: f64,
     /// Number of simulations per batch.
+    #[schemars(range(min = 2, max = 100))]
     pub batch: usize,
     /// Largest number of simulations in all batches together.
+    #[schemars(range(min = 2, max = 1_000_000))]
     pub most: usize,
 }
 
@@ -132,7 +144,7 @@ impl Default for SequentialCase {
 /// With a single specimen, the deviation of this specimen from other specimens is an error of the posterior that cannot
 /// be estimated. With several specimens, the residuals of the surrogate show the scatter between specimens, and the
 /// posterior can include this scatter.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Microstructure {
     /// Every run has its own packing. With `design.packings` or several images, a few runs share a specimen.
@@ -143,10 +155,11 @@ pub enum Microstructure {
 }
 
 /// `[surrogate]`: order and terms of the polynomial chaos expansion.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SurrogateCase {
     /// Highest total polynomial order that is tried.
+    #[schemars(range(min = 1, max = 8))]
     pub max_order: usize,
     /// Rule that chooses the order.
     pub rule: OrderRule,
@@ -155,29 +168,39 @@ pub struct SurrogateCase {
 }
 
 /// `[calibration]`: likelihood and sampler.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "WrittenCalibration")]
+#[schemars(!try_from, default, deny_unknown_fields, transform = add_sampling)]
 pub struct CalibrationCase {
     /// Properties of the curves that are compared.
     pub likelihood: Likelihood,
     /// Number of Markov chains.
+    #[schemars(range(min = 1, max = 64))]
     pub chains: usize,
     /// Number of steps per chain in which the sampler adapts step size and metric.
+    #[schemars(range(min = 20, max = 1_000_000))]
     pub warmup: usize,
     /// Number of steps after warm-up that are discarded too.
     #[serde(skip_serializing_if = "is_zero")]
+    #[schemars(!skip_serializing_if)]
+    #[schemars(range(min = 0, max = 10_000_000))]
     pub burn_in: usize,
     /// Number of stored draws per chain.
+    #[schemars(range(min = 20, max = 10_000_000))]
     pub draws: usize,
     /// Number of steps per stored draw.
     #[serde(skip_serializing_if = "is_one")]
+    #[schemars(!skip_serializing_if)]
+    #[schemars(range(min = 1, max = 10_000))]
     pub thin: usize,
     /// Target of the mean acceptance rate for the adaptation of the step size.
+    #[schemars(range(min = 0.5, max = 0.999))]
     pub target_accept: f64,
     /// Seed of the chains.
     pub seed: u64,
     /// Whether the marginal likelihood (evidence) is estimated.
     #[serde(skip_serializing_if = "is_false")]
+    #[schemars(!skip_serializing_if)]
     pub evidence: bool,
     /// Prior of the systematic error of the model.
     #[serde(skip_serializing_if = "DiscrepancyCase::is_empty")]
@@ -252,7 +275,7 @@ struct WrittenCalibration {
 }
 
 /// `calibration.sampling`: preset of the sampling keys.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 enum Sampling {
     /// Values that suit a few thousand draws.
@@ -261,6 +284,16 @@ enum Sampling {
     /// Schmid et al.: four chains with 2 000 warm-up steps and 50 000 further steps each. The first 25 000 of these
     /// steps are discarded, and every tenth of the remaining steps is stored.
     Paper,
+}
+
+/// Adds the preset, which is a key of the file but not of [`CalibrationCase`].
+fn add_sampling(schema: &mut Schema) {
+    let mut sampling = schema_for!(Sampling);
+    sampling.remove("$schema");
+    sampling.remove("title");
+    if let Some(properties) = schema.get_mut("properties").and_then(|all| all.as_object_mut()) {
+        properties.insert("sampling".to_owned(), sampling.to_value());
+    }
 }
 
 impl TryFrom<WrittenCalibration> for CalibrationCase {
@@ -302,10 +335,11 @@ impl TryFrom<WrittenCalibration> for CalibrationCase {
 }
 
 /// `[calibration.discrepancy]`: the prior of a systematic error of the model that all specimens share.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DiscrepancyCase {
     /// Standard deviation of the relative error of each quantity in %; quantities that are not listed have no error.
+    #[schemars(transform = percent_of_quantities(1e-3, 100.0))]
     pub percent: BTreeMap<Quantity, f64>,
 }
 
@@ -330,7 +364,7 @@ impl DiscrepancyCase {
 }
 
 /// `calibration.likelihood`: the properties of the curves that are compared.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Likelihood {
     /// The quantities of `qoi.quantities`.
@@ -341,14 +375,16 @@ pub enum Likelihood {
 }
 
 /// `[confirm]`: simulations that check the result of the calibration.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ConfirmCase {
     /// Number of simulations at posterior draws, in addition to the simulation at the MAP.
+    #[schemars(range(min = 0, max = 1000))]
     pub draws: usize,
     /// Spacing in mm of the second mesh at the MAP, from which the error of the specimen's mesh is estimated. Default:
     /// half of the specimen's spacing.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1e-3, max = 1e3))]
     pub second_spacing_mm: Option<f64>,
 }
 

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use fem::{Axis, Conditions};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::error::InputError;
@@ -10,7 +11,7 @@ use crate::table::CsvTable;
 
 /// `[conditions]`: boundary conditions on named surfaces, instead of platens. Displacements and loads grow in proportion
 /// to the time up to their values at the end of the test, or follow a table of times and factors.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ConditionsCase {
     /// Surfaces with prescribed displacement or damage.
@@ -27,6 +28,7 @@ pub struct ConditionsCase {
     pub pressure: Vec<PressureCase>,
     /// Force per reference volume in N/mm³.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(inner(range(min = -1e6, max = 1e6)))]
     pub body_force_n_per_mm3: Option<[f64; 3]>,
     /// Whether to fix single nodes so that the remaining rigid motions are prevented. The loads must balance along
     /// these motions.
@@ -44,7 +46,7 @@ pub struct ConditionsCase {
 
 /// Factors by which a displacement or load is multiplied, as a function of time: the points (s, factor), or the name of a
 /// CSV file with the columns `time_s` and `factor`. A case that has been read contains the points.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum TimeTable {
     /// Times in s and factors, in the order of time. The factor is linear between the points, begins with 0 at 0 s unless
@@ -55,12 +57,13 @@ pub enum TimeTable {
 }
 
 /// An entry of `conditions.pressure`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PressureCase {
     /// The surface.
     pub surface: String,
     /// Pressure on the surface in MPa at the end.
+    #[schemars(range(min = -1e6, max = 1e6))]
     pub pressure_mpa: f64,
     /// Direction and area of the pressure.
     #[serde(default)]
@@ -71,7 +74,7 @@ pub struct PressureCase {
 }
 
 /// Direction and area of a pressure.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum PressureKind {
     /// Normal to the deformed surface, per deformed area: the pressure of a fluid.
@@ -82,32 +85,38 @@ pub enum PressureKind {
 }
 
 /// `conditions.extensometer`: gauge points of an extensometer. Reference positions inside the body.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ExtensometerCase {
     /// First gauge point in mm.
+    #[schemars(inner(range(min = -1e6, max = 1e6)))]
     pub from_mm: [f64; 3],
     /// Second gauge point in mm. Its displacement relative to the first point is measured.
+    #[schemars(inner(range(min = -1e6, max = 1e6)))]
     pub to_mm: [f64; 3],
 }
 
 /// An entry of `conditions.prescribe`. Components without a value remain free.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PrescribeCase {
     /// The surface.
     pub surface: String,
     /// Displacement along x in mm at the end of the test.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = -1e6, max = 1e6))]
     pub x_mm: Option<f64>,
     /// Displacement along y in mm at the end of the test.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = -1e6, max = 1e6))]
     pub y_mm: Option<f64>,
     /// Displacement along z in mm at the end of the test.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = -1e6, max = 1e6))]
     pub z_mm: Option<f64>,
     /// Damage, constant during the test.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 1))]
     pub damage: Option<f64>,
     /// Factors of the displacement as a function of time.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -115,12 +124,13 @@ pub struct PrescribeCase {
 }
 
 /// An entry of `conditions.traction`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TractionCase {
     /// The surface.
     pub surface: String,
     /// Force per reference area in MPa at the end.
+    #[schemars(inner(range(min = -1e6, max = 1e6)))]
     pub vector_mpa: [f64; 3],
     /// Factors as a function of time.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -128,12 +138,13 @@ pub struct TractionCase {
 }
 
 /// `conditions.measure`: force and mean displacement of a surface along a direction.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeasureCase {
     /// The surface.
     pub surface: String,
     /// The direction: a vector of any length.
+    #[schemars(inner(range(min = -1e6, max = 1e6)))]
     pub direction: [f64; 3],
 }
 

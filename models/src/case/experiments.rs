@@ -1,14 +1,16 @@
 //! `[experiments]`: measured curves, or virtual specimens.
 
+use std::borrow::Cow;
 use std::path::PathBuf;
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 
 use super::ByParameter;
 use crate::record::ReadOptions;
 
 /// `[experiments]`: a table of measured specimens, or virtual specimens.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ExperimentsCase {
     /// The specimen table; the curves are in the folder `curves/` next to the table.
@@ -18,10 +20,10 @@ pub struct ExperimentsCase {
     /// program.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub values: Option<PathBuf>,
-    /// Group of specimens to calibrate against; `None` for all specimens.
+    /// Group of specimens to calibrate against. Default: the specimens of all groups.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub group: Option<String>,
-    /// Test whose specimens are used, by the column `test` of the table; `None` for the specimens of all tests.
+    /// Test whose specimens are used, by the column `test` of the table. Default: the specimens of all tests.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub test: Option<String>,
     /// Treatment of the toe (the soft start) of a curve.
@@ -36,7 +38,7 @@ pub struct ExperimentsCase {
 }
 
 /// Treatment of the toe of a curve: its soft start, where platens and specimen settle.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Toe {
     /// The toe is measured and reported.
@@ -47,11 +49,12 @@ pub enum Toe {
 }
 
 /// `experiments.virtual`: specimens that are simulated with a known truth.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct VirtualCase {
     /// Number of specimens.
     #[serde(default = "eight")]
+    #[schemars(range(min = 2, max = 1000))]
     pub specimens: usize,
     /// Seed of microstructures, scatter and noise.
     pub seed: u64,
@@ -68,19 +71,40 @@ pub struct VirtualCase {
     pub truth: ByParameter<f64>,
     /// Standard deviation of the logarithm of each parameter between specimens.
     #[serde(default)]
+    #[schemars(with = "ByParameter::<Scatter>")]
     pub scatter: ByParameter<f64>,
     /// Measurement noise.
     #[serde(default)]
     pub noise: NoiseCase,
 }
 
+/// Schema of a value of `experiments.virtual.scatter`.
+struct Scatter;
+
+impl JsonSchema for Scatter {
+    fn schema_name() -> Cow<'static, str> {
+        "Scatter".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "description": "Standard deviation of the logarithm between specimens: 0.03 is 3 %.",
+            "type": "number",
+            "minimum": 0,
+            "maximum": 1,
+        })
+    }
+}
+
 /// `experiments.virtual.noise`: standard deviation of each reading.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct NoiseCase {
     /// Standard deviation of the force in N.
+    #[schemars(range(min = 0, max = 1e6))]
     pub force_n: f64,
     /// Standard deviation of the displacement in mm.
+    #[schemars(range(min = 0, max = 1))]
     pub displacement_mm: f64,
 }
 

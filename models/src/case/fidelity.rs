@@ -1,6 +1,7 @@
 //! `[fidelity]`: cheaper meshes for the runs of the design.
 
 use fem::{GrainMode, Homogenisation, Meshing, Order};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Case, CaseFile, DesignCase, Mistakes, SpecimenGeometry};
@@ -12,7 +13,7 @@ const LEAST_REPEATS: usize = 3;
 /// `[fidelity]`: cheaper meshes. All runs of the design use the first mesh. Some runs are repeated on the second mesh,
 /// some of these on the third, and so on up to the mesh of the specimen. All runs are corrected by the ratios between
 /// the results of successive meshes.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct FidelityCase {
     /// The cheaper meshes, cheapest first.
@@ -21,10 +22,11 @@ pub struct FidelityCase {
 }
 
 /// An entry of `fidelity.levels`; omitted values are taken from the mesh of the specimen.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LevelCase {
     /// Edge in mm of the hexahedra that are split into tetrahedra.
+    #[schemars(range(min = 1e-3, max = 1e3))]
     pub spacing_mm: f64,
     /// Element order, 1 or 2.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -37,9 +39,11 @@ pub struct LevelCase {
     pub homogenisation: Option<Homogenisation>,
     /// Number of equal load steps.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 10, max = 1_000_000_000))]
     pub steps: Option<u32>,
     /// Number of runs on this mesh that are repeated on the next mesh.
     #[serde(default = "eight")]
+    #[schemars(range(min = LEAST_REPEATS, max = 1_000_000))]
     pub repeats: usize,
 }
 

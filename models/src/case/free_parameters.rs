@@ -1,5 +1,6 @@
 //! `[parameters]`: calibrated parameters with names of the user's choice, for runs that come from outside this program.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize, Serializer};
 
 use super::PriorCase;
@@ -7,7 +8,7 @@ use super::target::{FreeParameter, Parameter};
 use crate::prior::Prior;
 
 /// `parameters.<name>`: a calibrated parameter whose name the user chooses.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FreeParameterCase {
     /// Unit, as in `MPa`; `1` for a parameter without a unit.

@@ -2,10 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use super::overlay::{merge, nested, remove};
+use super::schema::{changed_tables, percent_of_quantities};
 use super::{ByParameter, Case, CaseFile, Microstructure, SpecimenGeometry, TestCase};
 use crate::error::InputError;
 use crate::qoi::Quantity;
@@ -26,10 +28,11 @@ const TABLES: [&str; 11] = [
 ];
 
 /// `[further_tests]`: candidates for the next tests.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct FurtherTestsCase {
     /// Numbers of additional specimens for which the posterior is predicted.
+    #[schemars(inner(range(min = 1, max = 100_000)))]
     pub specimens: Vec<usize>,
     /// Target widths of the 90 % intervals of parameters, in the parameter's unit. The number of specimens that reaches
     /// each width is computed.
@@ -40,7 +43,7 @@ pub struct FurtherTestsCase {
 }
 
 /// `[[further_tests.candidate]]`: one candidate for the next test.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CandidateCase {
     /// Name of the candidate.
@@ -56,17 +59,24 @@ pub struct CandidateCase {
     /// Keys of the case with other values in this test. If both `set` and `without` are empty, the candidate is the
     /// present test.
     #[serde(default, skip_serializing_if = "Table::is_empty")]
+    #[schemars(schema_with = "candidate_keys")]
     pub set: Table,
     /// Keys of the case that are removed for this test.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub without: Vec<String>,
     /// Number of simulations of the design, if the candidate is another test.
     #[serde(default = "thirty")]
+    #[schemars(range(min = 4, max = 1_000_000))]
     pub runs: usize,
     /// Standard deviation in % of quantities between specimens of another test. The default is the scatter of the
     /// present specimens.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    #[schemars(transform = percent_of_quantities(1e-3, 200.0))]
     pub scatter_percent: BTreeMap<Quantity, f64>,
+}
+
+fn candidate_keys(_: &mut SchemaGenerator) -> Schema {
+    changed_tables(&TABLES)
 }
 
 impl Default for FurtherTestsCase {

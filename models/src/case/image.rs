@@ -5,13 +5,15 @@ use std::fmt;
 use std::path::PathBuf;
 
 use fem::{ReadOptions, Segmentation};
+use schemars::JsonSchema;
 use serde::de::value::{MapAccessDeserializer, StringDeserializer};
 use serde::de::{DeserializeSeed, IntoDeserializer, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
 /// `[specimen.image]`: grey values of a specimen and the settings of their segmentation, or labels supplied by the
 /// user.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(default, deny_unknown_fields)]
 pub struct ImageCase {
     /// Grey values: a file (multi-page TIFF, MetaImage, NRRD, HDF5) or a folder of slices (TIFF, PNG, BMP). Without
     /// `stack`, `[specimen.scan]` computes the image.
@@ -32,8 +34,10 @@ pub struct ImageCase {
     pub further_stacks: Option<Vec<PathBuf>>,
     /// Edge of a voxel in mm. Without `voxel_mm`, the edge is read from the tags of the file.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1e-9, max = 1e2))]
     pub voxel_mm: Option<f64>,
     /// Number of voxels along the edge of the blocks that are averaged while the file is read.
+    #[schemars(range(min = 1, max = 1000))]
     pub bin: usize,
     /// Path of the dataset in HDF5 files.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -3,18 +3,22 @@
 use std::collections::BTreeMap;
 
 use fem::{FemError, Interface};
+use schemars::JsonSchema;
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
 use super::MaterialCase;
 
 /// `[interface.<region>-<region>]`: toughness of a crack along the surface between two regions.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "WrittenInterface")]
+#[schemars(!try_from, deny_unknown_fields)]
 pub struct InterfaceCase {
     /// Effective critical energy release rate of the interface in N/mm.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub toughness_n_per_mm: f64,
     /// Total width in mm of the band of elements to which the toughness of the interface applies.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub width_mm: f64,
 }
 

@@ -1,5 +1,6 @@
 //! `[machine]`: the testing machine.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::machine::Machine;
@@ -7,14 +8,16 @@ use crate::machine::Machine;
 /// `[machine]`: properties of the testing machine. The measured curves are corrected by these properties. A property that
 /// `[prior]` calibrates is not corrected: instead, the machine with the property of the run is applied to the curve of
 /// each run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MachineCase {
     /// Compliance of frame, platens and load cell in mm/N. Default: 0, a rigid machine.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 1))]
     pub compliance_mm_per_n: Option<f64>,
     /// Force in N that the load cell shows without load. Default: 0.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = -1e6, max = 1e6))]
     pub force_offset_n: Option<f64>,
 }
 

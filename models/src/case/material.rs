@@ -1,12 +1,13 @@
 //! The parameters of a region and its elastic law.
 
 use fem::{ElasticLaw, FemError, Fracture, Inelasticity, Material, Strength, Viscoelasticity};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::plastic::PlasticCase;
 
 /// `[material.<region>]`: parameters of one region.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MaterialCase {
     /// Elastic law.
@@ -14,9 +15,11 @@ pub struct MaterialCase {
     pub law: ElasticLaw,
     /// Young's modulus in MPa; not allowed if the law has its own constants.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1e-3, max = 1e7))]
     pub young_mpa: Option<f64>,
     /// Poisson's ratio; not allowed if the law has its own constants.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = -1, "exclusiveMaximum" = 0.5))]
     pub poisson: Option<f64>,
     /// Prony series of the moduli.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -26,15 +29,18 @@ pub struct MaterialCase {
     pub plastic: Option<PlasticCase>,
     /// Critical energy release rate in N/mm; without it, the region is elastic.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1e-9, max = 1e3))]
     pub toughness_n_per_mm: Option<f64>,
     /// Strength in tension and compression, independent of the toughness.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub strength: Option<Strength>,
     /// Viscosity of the damage in MPa s.
     #[serde(default)]
+    #[schemars(range(min = 0, max = 1e4))]
     pub viscosity_mpa_s: f64,
     /// Fraction of the stiffness that remains at full damage.
     #[serde(default = "residual_stiffness")]
+    #[schemars(extend("minimum" = 0, "exclusiveMaximum" = 1))]
     pub residual_stiffness: f64,
 }
 

@@ -27,6 +27,7 @@ mod paths;
 mod plastic;
 mod program;
 mod read;
+pub(crate) mod schema;
 mod several_tests;
 mod simulation;
 mod simulator;
@@ -46,6 +47,7 @@ use fem::{
     GrainMode, Homogenisation, Meshing, Order, Packing, PhaseField, Scanner, SolverOptions,
     SurfaceImport,
 };
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::prior::PriorBounds;
@@ -83,6 +85,7 @@ pub(crate) use paths::{
 pub use plastic::{HardeningCase, HardeningTable, PlasticCase, YieldRow};
 pub use program::ProgramPointCase;
 pub use read::CaseFile;
+pub(crate) use schema::{changed_case, schema_of};
 pub(crate) use several_tests::single_tests;
 pub use several_tests::{SingleTest, TestEntry};
 pub use simulation::{AdaptiveCase, ArcLengthCase, OutputCase, TestCase};
@@ -102,7 +105,7 @@ pub(crate) use validation::{has_surrogate_for, validation_case};
 /// let case = CaseFile::default_case().case;
 /// assert_eq!(case.material["matrix"].young_mpa, Some(275.0));
 /// ```
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Case {
     /// Geometry and mesh; absent if the runs come from outside this program.
@@ -186,17 +189,20 @@ pub struct Case {
 }
 
 /// `[specimen]`: a cylinder with a packing, an image of a specimen, surfaces of its grains, or a mesh file.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpecimenCase {
     /// Radius of the cylinder in mm. Default: the radius of the specimen in the image.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1e-3, max = 1e3))]
     pub radius_mm: Option<f64>,
     /// Height of the cylinder in mm. Default: the height of the specimen in the image.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1e-3, max = 1e3))]
     pub height_mm: Option<f64>,
     /// Edge in mm of the hexahedra that are split into tetrahedra.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1e-6, max = 1e3))]
     pub spacing_mm: Option<f64>,
     /// Element order, 1 or 2. The default is quadratic: linear elements are far too stiff on equal meshes, and less
     /// accurate at equal cost.
@@ -211,9 +217,11 @@ pub struct SpecimenCase {
     /// With the grain mode `auto`, the mesh follows the surface of grains with more than this number of elements across
     /// their diameter.
     #[serde(default = "elements_across")]
+    #[schemars(range(min = 0, max = 100))]
     pub elements_across: f64,
     /// Smallest dihedral angle in degrees that is allowed when the mesh is fitted to the surfaces of grains.
     #[serde(default = "min_dihedral")]
+    #[schemars(range(min = 1, max = 25))]
     pub min_dihedral_deg: f64,
     /// A packing of grains; without it, the cylinder consists of matrix only.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -1,15 +1,19 @@
 //! Values of parameters that are named by paths such as `matrix.young_mpa`: `[prior]` and the virtual specimens.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::marker::PhantomData;
 
 use ::surrogate::{Input, SurrogateError};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::value::SeqAccessDeserializer;
 use serde::de::{DeserializeSeed, Error, IntoDeserializer, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::target::{FreeParameter, Parameter, TargetRegistry};
+use super::target::{
+    FreeParameter, InelasticConstant, Parameter, Property, TOUGHNESS, TargetRegistry,
+};
 use crate::prior::{Prior, PriorBounds};
 
 /// A value for each of several parameters, in the order of the parameters.
@@ -159,6 +163,80 @@ impl<T: Serialize> Serialize for Entry<'_, T> {
 impl<'de, T: Deserialize<'de>> Deserialize<'de> for ByParameter<T> {
     fn deserialize<D: Deserializer<'de>>(source: D) -> Result<Self, D::Error> {
         source.deserialize_map(Tables(PhantomData))
+    }
+}
+
+impl<T: JsonSchema> JsonSchema for ByParameter<T> {
+    fn schema_name() -> Cow<'static, str> {
+        format!("{}ByParameter", T::schema_name()).into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let value = generator.subschema_for::<T>();
+        let inelastic = generator.subschema_for::<InelasticTable<T>>();
+        let number = |text: String| json_schema!({ "description": text, "allOf": [value] });
+        let labelled = |parameter: &Parameter| number(parameter.label_and_unit(false));
+        let table = |text: &str, properties: BTreeMap<&str, Schema>| {
+            json_schema!({
+                "description": text,
+                "type": "object",
+                "properties": properties,
+                "additionalProperties": false,
+            })
+        };
+        let constants = Property::ALL
+            .into_iter()
+            .map(|constant| (constant.key(), number(constant.help().into())));
+        let tables = InelasticConstant::TABLES.into_iter().map(|name| (name, inelastic.clone()));
+        let region = table("Parameters of a region.", constants.chain(tables).collect());
+        let interface = [(TOUGHNESS, number("Toughness of the interface in N/mm.".into()))];
+        let interface = table("Parameters of an interface.", interface.into());
+        let mut properties: BTreeMap<String, Schema> = BTreeMap::new();
+        for (name, parameters) in TargetRegistry::current().tables() {
+            let keys = parameters.iter().map(|&(key, parameter)| (key, labelled(parameter)));
+            properties.insert(name.to_owned(), table("Parameters of this table.", keys.collect()));
+        }
+        let interfaces = json_schema!({
+            "description": "Parameters of interfaces, by the names of the interfaces.",
+            "type": "object",
+            "additionalProperties": interface,
+        });
+        properties.insert("interface".to_owned(), interfaces);
+        let free = json_schema!({ "type": ["array", "number"], "allOf": [value] });
+        json_schema!({
+            "type": "object",
+            "properties": properties,
+            "additionalProperties": { "anyOf": [region, free] },
+        })
+    }
+}
+
+/// Schema of the tables `viscoelastic`, `plastic` and `strength` of a region and of all tables within them.
+struct InelasticTable<T>(PhantomData<T>);
+
+impl<T: JsonSchema> JsonSchema for InelasticTable<T> {
+    fn schema_name() -> Cow<'static, str> {
+        format!("{}InelasticTable", T::schema_name()).into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let value = generator.subschema_for::<T>();
+        let own = generator.subschema_for::<Self>();
+        let keys = InelasticConstant::symbols().map(|(key, [symbol, unit])| {
+            // the key `rate` is also the name of a table
+            let forms = if key == "rate" { vec![&value, &own] } else { vec![&value] };
+            let text = match unit {
+                "1" => symbol.to_owned(),
+                unit => format!("{symbol} in {unit}"),
+            };
+            (key, json_schema!({ "description": text, "anyOf": forms }))
+        });
+        json_schema!({
+            "description": "Numbers of the material, by their keys in [material].",
+            "type": "object",
+            "properties": keys.collect::<BTreeMap<_, _>>(),
+            "additionalProperties": own,
+        })
     }
 }
 

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use fem::{Hardening, HardeningPoint, PlasticRate, Plasticity, YieldCriterion};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::error::InputError;
@@ -14,13 +15,14 @@ pub(super) fn hardening_key(region: &str) -> String {
 }
 
 /// `plastic.…` of a region.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PlasticCase {
     /// Yield criterion: `"j2"`, or `{ drucker-prager = { friction_deg, dilatancy_deg } }`.
     #[serde(default)]
     pub criterion: YieldCriterion,
     /// Initial yield stress in MPa; with the criterion of Drucker and Prager, the initial cohesion.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1e6))]
     pub yield_mpa: f64,
     /// Hardening.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -31,31 +33,37 @@ pub struct PlasticCase {
 }
 
 /// Hardening as written in a case: a formula, or the name of a table.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum HardeningCase {
     /// h α.
     #[serde(rename_all = "snake_case")]
     Linear {
         /// h in MPa.
+        #[schemars(range(min = 0))]
         modulus_mpa: f64,
     },
     /// A (1 − e^(−b α)).
     #[serde(rename_all = "snake_case")]
     Voce {
         /// A in MPa.
+        #[schemars(range(min = 0))]
         saturation_mpa: f64,
         /// b, dimensionless.
+        #[schemars(extend("exclusiveMinimum" = 0))]
         rate: f64,
     },
     /// k ((e₀ + α)ⁿ − e₀ⁿ).
     #[serde(rename_all = "snake_case")]
     Swift {
         /// k in MPa.
+        #[schemars(range(min = 0))]
         factor_mpa: f64,
         /// e₀, a positive strain.
+        #[schemars(extend("exclusiveMinimum" = 0))]
         offset: f64,
         /// n, in (0, 1].
+        #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
         exponent: f64,
     },
     /// A table of yield stresses.
@@ -64,7 +72,7 @@ pub enum HardeningCase {
 
 /// A table of yield stresses: the name of a CSV file with the columns `plastic_strain,yield_mpa`. When the case is read,
 /// the rows of the file replace the name.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum HardeningTable {
     /// Path, relative to the folder of the case.
@@ -74,7 +82,7 @@ pub enum HardeningTable {
 }
 
 /// Row of a table of yield stresses.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct YieldRow {
     /// Equivalent plastic strain.

@@ -70,6 +70,13 @@ impl CaseFile {
         }
         let unexplained = file.validate().into_iter().filter(|mistake| !read.explains(mistake));
         mistakes.extend(unexplained.map(|mistake| with_excerpt(mistake, text, path)));
+        // in unit tests, the schema must accept every case that the reader accepts
+        #[cfg(test)]
+        if mistakes.is_empty()
+            && let Err(error) = super::schema::tests::check_case(text)
+        {
+            panic!("the schema refuses a case: {error}\n{text}");
+        }
         (Some(file), mistakes)
     }
 
@@ -194,7 +201,7 @@ fn explain_at(error: &toml::de::Error, location: String, value: String, path: &P
     let (problem, help) = match names.split_first() {
         Some((key, allowed)) if message.starts_with("unknown field") => {
             let mut allowed = allowed.to_vec();
-            if location.contains("specimen.image") {
+            if allowed.contains(&"min_grain_voxels") {
                 // the message of the parser lists only the keys of the segmentation
                 allowed.extend(IMAGE_KEYS);
             }

@@ -1,10 +1,12 @@
 //! `[[tests]]`: several tests of one material. Each test is a complete case: the common case, with the keys of the
 //! test.
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use super::overlay::{merge, nested, remove};
+use super::schema::changed_case;
 use super::{ByParameter, CandidateCase, Case, CaseFile, PriorCase, ValidationCase};
 use crate::error::InputError;
 
@@ -46,7 +48,7 @@ const SIMULATIONS: [&str; 12] = [
 const RESERVED: [&str; 5] = ["tests", "test", "machine", "interface", "phase_field"];
 
 /// `[[tests]]`: one of several tests of the same material.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TestEntry {
     /// Name of the test. The folder of the test has the same name, and so have the entries of its specimens in
@@ -54,6 +56,7 @@ pub struct TestEntry {
     pub name: String,
     /// Keys of the case whose values differ in this test, with the values for this test.
     #[serde(default, skip_serializing_if = "Table::is_empty")]
+    #[schemars(schema_with = "test_keys")]
     pub set: Table,
     /// Keys of the case that are removed for this test.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -61,6 +64,16 @@ pub struct TestEntry {
     /// Priors of parameters whose value in this test is independent of the other tests.
     #[serde(default, skip_serializing_if = "is_empty")]
     pub prior: PriorCase,
+}
+
+fn test_keys(_: &mut SchemaGenerator) -> Schema {
+    json_schema!({
+        "allOf": [
+            changed_case(),
+            { "properties": { "calibration": { "propertyNames": { "not": { "enum": JOINT_CALIBRATION } } } } },
+        ],
+        "propertyNames": { "not": { "enum": JOINT } },
+    })
 }
 
 fn is_empty(prior: &PriorCase) -> bool {

@@ -6,31 +6,36 @@ use fem::{
     AdaptiveSteps, ArcLength, CompressionTest, FemError, FixedSteps, Friction, LoadProgram,
     Platens, Schedule, SegmentSteps, StepController,
 };
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::program::ProgramPointCase;
 
 /// `[test]`: the top platen moves down at constant speed or follows a load program, unless
 /// [`ConditionsCase`](crate::case::ConditionsCase) replaces the platens.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TestCase {
     /// Displacement of the top platen at the end of the test in mm; not allowed with a load
     /// program.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1e-9, max = 1e3))]
     pub displacement_mm: Option<f64>,
     /// Duration of the test in s; not allowed with a load program. See [`TestCase::duration_s`].
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub duration_s: Option<f64>,
     /// Load program of the top platen: displacement or force are linear between these points, and begin at zero.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub program: Option<Vec<ProgramPointCase>>,
     /// Temperature of the specimen in °C.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = -273.15, max = 5000))]
     pub temperature_celsius: Option<f64>,
     /// Number of equal load steps: of the test, or of each segment of a load program. Without this key, the step size is
     /// adaptive.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1, max = u32::MAX))]
     pub steps: Option<u32>,
     /// First and largest step of an adaptive step size. The steps are fractions of the displacement; with a load program
     /// they are fractions of the duration of a segment.
@@ -44,42 +49,50 @@ pub struct TestCase {
     pub platens: Platens,
     /// Coulomb's friction coefficient of unilateral platens.
     #[serde(default)]
+    #[schemars(range(min = 0, max = 10))]
     pub friction: f64,
     /// Sliding velocity in mm/s below which Coulomb friction is regularised: below this velocity, the friction
     /// stress decreases to zero with the velocity.
     #[serde(default = "slip_velocity")]
+    #[schemars(range(min = 1e-9, max = 1e6))]
     pub slip_velocity_mm_per_s: f64,
     /// Viscous drag of unilateral platens in MPa s/mm.
     #[serde(default)]
+    #[schemars(range(min = 0, max = 1e6))]
     pub drag_mpa_s_per_mm: f64,
     /// Relative drop of the force below its peak at which the simulation stops. With a load program, the drop is checked
     /// only while the displacement exceeds all earlier displacements.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
     pub stop_below_peak: Option<f64>,
 }
 
 /// `test.adaptive`: limits of the adaptive step size, as fractions of the displacement at the end.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AdaptiveCase {
     /// First step, as a fraction of the displacement at the end.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
     pub first: f64,
     /// Largest step, as a fraction of the displacement at the end.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
     pub largest: f64,
 }
 
 /// `test.arc_length`: settings of the arc-length method.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ArcLengthCase {
     /// Largest step of the platen, as a fraction of the displacement at the end.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
     pub step: f64,
     /// Largest increase of the crack energy in one step, N mm.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub release_n_mm: f64,
 }
 
 /// `[output]`: files that a single simulation writes.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct OutputCase {
     /// Number of load steps between two files of fields; with 0, no files of fields are written.

@@ -2,11 +2,12 @@
 
 use std::path::PathBuf;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// `[simulator]`: a program that computes the runs instead of the built-in compression test. Each run has a separate
 /// folder.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SimulatorCase {
     /// Program and its arguments. `{input}` is the name of the input file, `{run}` the number of the run, and `{k1}` the
@@ -23,9 +24,11 @@ pub struct SimulatorCase {
     pub result: String,
     /// Wall-clock time after which the program is stopped, s; without it, there is no limit.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1e-2, max = 1e9))]
     pub time_limit_s: Option<f64>,
     /// Number of further attempts after a failure.
     #[serde(default)]
+    #[schemars(range(min = 0, max = 100))]
     pub retries: u32,
 }
 

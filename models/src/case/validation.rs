@@ -2,10 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use super::overlay::{merge, nested, remove};
+use super::schema::{changed_tables, percent_of_quantities};
 use super::{CalibrationCase, Case, CaseFile, Likelihood};
 use crate::error::InputError;
 use crate::qoi::Quantity;
@@ -34,7 +36,7 @@ const SPECIMENS: [(&str, &[&str]); 3] = [
 ];
 
 /// `[[validation]]`: a test whose specimens are predicted from the posterior and compared with their measured curves.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ValidationCase {
     /// Name of the validation, and of its folder.
@@ -44,16 +46,23 @@ pub struct ValidationCase {
     pub test: Option<String>,
     /// Number of posterior draws at which the test is simulated. Not used if the surrogate predicts the test.
     #[serde(default = "twenty_four")]
+    #[schemars(range(min = 4, max = 10_000))]
     pub draws: usize,
     /// Keys of the case with other values in this test.
     #[serde(default, skip_serializing_if = "Table::is_empty")]
+    #[schemars(schema_with = "validation_keys")]
     pub set: Table,
     /// Keys of the case that are removed for this test.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub without: Vec<String>,
     /// Standard deviation in % of quantities between specimens. Default: as calibrated, for the calibrated quantities.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    #[schemars(transform = percent_of_quantities(1e-3, 200.0))]
     pub scatter_percent: BTreeMap<Quantity, f64>,
+}
+
+fn validation_keys(_: &mut SchemaGenerator) -> Schema {
+    changed_tables(&TABLES)
 }
 
 /// Returns the case for the simulations and the held-out specimens of a validation, with paths relative to the folder

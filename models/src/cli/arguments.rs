@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use super::cluster::Jobs;
 use super::interrupt::INTERRUPT;
@@ -31,6 +31,7 @@ Examples:
   breccia                                   the default case, results in breccia-out/
   breccia init my.toml                      write a case that explains every key
   breccia init --own-data my-tests          write a case for your own curves, with example curves
+  breccia schema > case.schema.json         the keys of a case, for an editor
   breccia check my.toml                     print the interpreted input, the expected cost and every mistake
   breccia simulate my.toml --out try        one simulation: try/curve.csv
   breccia surfaces my.toml --out try        the surface of each grain: try/surfaces/grain-001.stl
@@ -45,6 +46,14 @@ Examples:
 Stages, in order: segment, mesh, experiments, ensemble, surrogate, calibrate, confirm, validate,
 verdict, next-test, report.
 `breccia help STAGE` describes a stage and the files that it writes.";
+
+/// Kind of a file that `breccia schema` describes.
+#[derive(Clone, Copy, Default, ValueEnum)]
+pub(super) enum FileKind {
+    #[default]
+    Case,
+    Study,
+}
 
 #[derive(Subcommand)]
 #[allow(clippy::large_enum_variant)]
@@ -62,6 +71,15 @@ pub(super) enum Command {
         /// Write a case for measured specimens to DIR instead, with an example table and example curves
         #[arg(long, value_name = "DIR", conflicts_with = "file")]
         own_data: Option<PathBuf>,
+    },
+    /// Print the JSON Schema of cases or studies, with which an editor completes and checks a file
+    #[command(after_help = "Example:\n  breccia schema > case.schema.json\n  \
+                      breccia schema study > study.schema.json\n\
+                      The first line `#:schema case.schema.json` of a case names the schema.")]
+    Schema {
+        /// Kind of the files
+        #[arg(value_enum, default_value_t)]
+        kind: FileKind,
     },
     /// Read a case and all files that it names; print the interpreted input, the expected cost and every mistake
     #[command(

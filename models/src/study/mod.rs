@@ -20,3 +20,4 @@ pub use run::Study;
 pub use slurm::{SlurmError, SlurmJobs, Submitted};
 pub use slurm_study::{StudyJob, StudyPart};
 pub use status::{PartStatus, study_status};
+pub(crate) use written_study::study_schema;

@@ -1,11 +1,12 @@
 //! Published results, with which a case of a study is compared.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::case::ByParameter;
 
 /// Published results of a case.
-#[derive(Clone, Debug, Default, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Reference {
     /// Published joint mode of the parameters.

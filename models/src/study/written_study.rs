@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::Deserialize;
 use toml::Table;
 
 use super::reference::Reference;
-use crate::case::CaseFile;
+use crate::case::{CaseFile, changed_case, schema_of};
 use crate::error::InputError;
 
 /// Folder of the laboratories, within the folder of the study.
@@ -15,27 +16,37 @@ pub(super) const LABORATORIES: &str = "laboratories";
 const RUNS: &str = "runs";
 
 /// A study as written in the file.
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct WrittenStudy {
+    /// Title of the study, for its report.
     pub(super) title: String,
+    /// Path of the case that the laboratories and cases change, relative to the folder of the study.
     pub(super) base: PathBuf,
+    /// Laboratories: specimens that several cases share, made by a separate case.
     #[serde(default)]
     pub(super) laboratory: Vec<WrittenPart>,
+    /// The calibrations that are compared.
     #[serde(default)]
     pub(super) case: Vec<WrittenPart>,
+    /// Variants: second runs of the study with other keys.
     #[serde(default)]
     pub(super) variant: Vec<WrittenVariant>,
 }
 
 /// A variant: keys that are changed in all cases, or in all laboratories, for a second run of the study.
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct WrittenVariant {
+    /// Name of the variant, and of its folder.
     pub(super) name: String,
+    /// Title of the variant, for the report.
     pub(super) title: String,
+    /// Keys that are changed in all cases, with their values.
     #[serde(default)]
+    #[schemars(schema_with = "changed_keys")]
     pub(super) set: Table,
+    /// Keys that are changed in all laboratories.
     #[serde(default)]
     pub(super) laboratory: WrittenChange,
     /// Further keys that are changed in individual cases.
@@ -43,34 +54,52 @@ pub(super) struct WrittenVariant {
     pub(super) case: Vec<WrittenOwnChange>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct WrittenOwnChange {
+    /// Name of the case.
     pub(super) name: String,
+    /// Keys that are changed in this case, with their values.
+    #[schemars(schema_with = "changed_keys")]
     pub(super) set: Table,
 }
 
-#[derive(Default, Deserialize)]
+#[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct WrittenChange {
+    /// Keys that are changed, with their values.
     #[serde(default)]
+    #[schemars(schema_with = "changed_keys")]
     pub(super) set: Table,
 }
 
-#[derive(Clone, Deserialize)]
+#[derive(Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct WrittenPart {
+    /// Name of the case or laboratory, and of its folder.
     pub(super) name: String,
+    /// Name of the laboratory whose specimens the case uses.
     #[serde(default)]
     pub(super) laboratory: Option<String>,
     /// Keys of the base case that the part changes.
     #[serde(default)]
+    #[schemars(schema_with = "changed_keys")]
     pub(super) set: Table,
     /// Keys of the base case that the part removes.
     #[serde(default)]
     pub(super) without: Vec<String>,
+    /// Published results, with which the case is compared.
     #[serde(default)]
     pub(super) reference: Reference,
+}
+
+fn changed_keys(_: &mut SchemaGenerator) -> Schema {
+    changed_case()
+}
+
+/// Returns the JSON Schema of study files.
+pub(crate) fn study_schema() -> serde_json::Value {
+    schema_of::<WrittenStudy>("Breccia study")
 }
 
 impl WrittenStudy {
@@ -133,5 +162,68 @@ impl WrittenStudy {
             }
         }
         mistakes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+    use crate::case::schema::tests::{compare, undescribed};
+    use crate::case::schema::validator::check;
+
+    #[test]
+    fn every_key_of_a_study_is_described() {
+        assert_eq!(undescribed(&study_schema()), [""; 0]);
+    }
+
+    #[test]
+    fn the_schema_has_the_keys_of_a_study() {
+        compare(&study_schema(), |place, file| {
+            let error = match file.to_string().parse::<Table>().unwrap().try_into::<WrittenStudy>()
+            {
+                Ok(_) => panic!("{place}: {file} is not refused"),
+                Err(error) => error.message().to_owned(),
+            };
+            let mut words = error.split('`').skip(1).step_by(2);
+            assert_eq!(words.next(), Some("zzz"), "{place}: {error}");
+            Some(words.map(str::to_owned).collect::<BTreeSet<_>>())
+                .filter(|words| !words.contains("young_mpa"))
+        });
+    }
+
+    #[test]
+    fn studies_are_accepted_and_wrong_ones_refused_by_reader_and_schema() {
+        let schema = study_schema();
+        let read = |text: &str| {
+            let table: Table = text.parse().unwrap();
+            let of_schema = check(&schema, &schema, &serde_json::to_value(&table).unwrap(), "");
+            (table.try_into::<WrittenStudy>().is_ok(), of_schema)
+        };
+        for text in [
+            include_str!("../../../studies/bonded-granular.toml"),
+            include_str!("../../../studies/viscoelastic.toml"),
+        ] {
+            assert_eq!(read(text), (true, Ok(())));
+        }
+        let study = "title = \"a\"\nbase = \"case.toml\"\n[[case]]\nname = \"b\"\n";
+        assert_eq!(read(study), (true, Ok(())));
+        for (from, to) in [
+            ("title", "titel"),
+            ("\"a\"", "1"),
+            ("base = \"case.toml\"", ""),
+            ("name", "nam"),
+            ("name", "without = \"a\"\nname"),
+            ("name", "reference.map.matrix.yuong_mpa = 1\nname"),
+        ] {
+            let (of_reader, of_schema) = read(&study.replacen(from, to, 1));
+            assert!(!of_reader && of_schema.is_err(), "{to}: {of_reader} {of_schema:?}");
+        }
+        // the keys that a case changes are read with the case
+        for set in ["specimen.radus_mm = 1", "design.runs = \"many\"", "design.runs = 1"] {
+            let (_, of_schema) = read(&format!("{study}set.{set}\n"));
+            assert!(of_schema.is_err(), "{set}");
+        }
     }
 }

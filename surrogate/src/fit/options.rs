@@ -1,6 +1,7 @@
 //! Fits an expansion to a dataset. The scales, the order and the terms with the smallest estimated prediction error
 //! are chosen.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::coefficients::posterior::CoefficientPosterior;
@@ -21,7 +22,7 @@ use crate::pce::Pce;
 const MAX_CORNER_INPUTS: usize = 10;
 
 /// Selection of the terms of an order: all terms, or a sparse subset.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Terms {
     /// All terms of the order. All terms are best for few inputs, and for runs whose outputs scatter.

@@ -1,6 +1,7 @@
 //! Errors of each order, and the rules that choose an order.
 
 use faer::Mat;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::error::SurrogateError;
@@ -8,7 +9,7 @@ use crate::fit::leave_out::Prefix;
 use crate::scale::Scale;
 
 /// Rule that chooses the order of an expansion. Errors are averaged over the outputs.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum OrderRule {
     /// The order with the least corrected leave-one-out error.

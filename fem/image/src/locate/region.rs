@@ -2,24 +2,28 @@
 
 use std::path::PathBuf;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::locate::fit::Fit;
 use crate::{ImageError, Volume};
 
-/// Position of the specimen, in voxels of the segmented image (after the averaging of blocks by `bin`). Values that are
-/// `None` are determined from the image.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+/// Position of the specimen, in voxels of the segmented image (after the averaging of blocks by `bin`). Absent values
+/// are determined from the image.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SpecimenRegion {
     /// Position of the axis of an upright cylinder along x and y, in voxels from the corner of the image.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(inner(range(min = -1e6, max = 1e6)))]
     pub centre_px: Option<[f64; 2]>,
     /// Radius of the cylinder (voxels).
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 3, max = 1e6))]
     pub radius_px: Option<f64>,
     /// First and last slice of the specimen, counted from 1.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(inner(range(min = 1)))]
     pub slices: Option<[usize; 2]>,
     /// Path of an image with the same number of voxels; voxels with at least half of the largest value belong to the
     /// specimen.

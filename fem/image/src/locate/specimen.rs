@@ -1,5 +1,7 @@
 //! Location of the specimen in its image, and the grey values of air.
 
+use schemars::JsonSchema;
+
 use rayon::prelude::*;
 
 use crate::locate::beside::{gap, without_pedestal};
@@ -20,7 +22,9 @@ const EDGE: u16 = 16384;
 const SCATTER: [f64; 2] = [0.6, 0.01];
 
 /// Form of the specimen in an image.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize, JsonSchema,
+)]
 #[serde(rename_all = "kebab-case")]
 pub enum SpecimenForm {
     /// A cylinder if air surrounds the specimen, otherwise a block. Cut cylinders, visible platens, and surroundings

@@ -1,5 +1,6 @@
 //! Settings of a segmentation.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::ImageError;
@@ -34,7 +35,7 @@ use crate::volume::contrast::Contrast;
 /// assert_eq!(found.regions[0].neighbours, [2]);
 /// # Ok::<(), fem_image::ImageError>(())
 /// ```
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Segmentation {
     /// Form of the specimen in the image.
@@ -45,6 +46,7 @@ pub struct Segmentation {
     /// Contrast of the image: whether grains are brighter or darker than the matrix.
     pub contrast: Contrast,
     /// Two percentiles of the grey values. Grey values are rounded to 16-bit integers between these percentiles.
+    #[schemars(inner(range(min = 0, max = 100)))]
     pub percentiles: [f64; 2],
     /// Whether a median filter of 3³ voxels is applied before voxels are classified.
     pub median: bool,
@@ -71,18 +73,21 @@ pub struct Segmentation {
     pub seeds: SeedRule,
     /// For `h-maxima`: two neighbouring maxima of the distance belong to different grains if the distance falls by at
     /// least this value between them, measured from the lower maximum (voxels).
+    #[schemars(range(min = 0, max = 100))]
     pub h_voxels: f64,
     /// For `h-maxima`: number of smoothing passes of the distance, with weights 1–2–1 along each axis; n passes have a
     /// standard deviation of √(n/2) voxels.
+    #[schemars(range(min = 0, max = 100))]
     pub smoothing_passes: usize,
     /// For `spacing`: the seeds of two grains are more than this number of voxels apart along at least one axis.
+    #[schemars(range(min = 1, max = 100))]
     pub spacing_voxels: usize,
     /// Smallest number of voxels of a grain; smaller grains are omitted.
     pub min_grain_voxels: usize,
 }
 
 /// Rule that separates touching grains.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SeedRule {
     /// A grain grows from a maximum of the smoothed distance. The distance must fall by at least `h_voxels` on every

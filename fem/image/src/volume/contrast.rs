@@ -1,7 +1,11 @@
 //! The contrast of an image: whether grains or matrix are brighter.
 
+use schemars::JsonSchema;
+
 /// Contrast of an image: whether grains are brighter or darker than the matrix.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize, JsonSchema,
+)]
 #[serde(rename_all = "kebab-case")]
 pub enum Contrast {
     /// Grains are brighter than the matrix, and the matrix is brighter than air.

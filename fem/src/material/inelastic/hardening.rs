@@ -1,5 +1,6 @@
 //! Hardening of a plastic material: the yield stress as a function of plastic strain and its rate.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::error::FemError;
@@ -55,15 +56,17 @@ pub struct HardeningPoint {
 }
 
 /// Dependence of the yield stress on the rate of plastic strain.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum PlasticRate {
     /// Johnson and Cook: the initial yield stress is multiplied by 1 + C ln(α̇/ε̇₀) for a rate α̇ above ε̇₀.
     #[serde(rename_all = "snake_case")]
     JohnsonCook {
         /// Rate sensitivity C, dimensionless.
+        #[schemars(range(min = 0))]
         c: f64,
         /// Reference rate ε̇₀, 1/s.
+        #[schemars(extend("exclusiveMinimum" = 0))]
         reference_per_s: f64,
     },
 }

@@ -1,5 +1,6 @@
 //! Parameters of finite-strain plasticity.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::hardening::{Hardening, PlasticRate};
@@ -38,7 +39,7 @@ pub struct Plasticity {
 }
 
 /// Condition at which a material yields.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum YieldCriterion {
     /// Von Mises: √(3/2) |dev τ| ≤ σ_y. α̇ is √(2/3) times the norm of the rate of plastic strain.
@@ -49,8 +50,10 @@ pub enum YieldCriterion {
     #[serde(rename_all = "snake_case")]
     DruckerPrager {
         /// Friction angle, degrees, in [0, 90).
+        #[schemars(extend("minimum" = 0, "exclusiveMaximum" = 90))]
         friction_deg: f64,
         /// Dilatancy angle, degrees, from zero to the friction angle; plastic flow is associated if both are equal.
+        #[schemars(extend("minimum" = 0, "exclusiveMaximum" = 90))]
         dilatancy_deg: f64,
     },
 }

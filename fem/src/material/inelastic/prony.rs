@@ -1,5 +1,6 @@
 //! Parameters of finite linear viscoelasticity: Prony series and time–temperature shift.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::error::FemError;
@@ -23,7 +24,7 @@ use crate::error::FemError;
 /// let binder = Material::hencky(275.0, 0.25).with_viscoelasticity(series);
 /// assert!(binder.validate("binder", None).is_ok());
 /// ```
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Viscoelasticity {
     /// Whether the moduli of the elastic law are the instantaneous or the long-term moduli.
@@ -38,7 +39,7 @@ pub struct Viscoelasticity {
 }
 
 /// The time to which the moduli of an elastic law with Prony series refer.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum PronyModuli {
     /// The moduli at time zero.
@@ -49,18 +50,20 @@ pub enum PronyModuli {
 }
 
 /// One term of a Prony series.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PronyTerm {
     /// Fraction γ of the instantaneous modulus, in (0, 1).
+    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
     pub fraction: f64,
     /// Relaxation time τ at the reference temperature, s.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub time_s: f64,
 }
 
 /// Shift of relaxation times with the temperature: the time at temperature T is a_T times the time at the reference
 /// temperature T₀.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum TimeShift {
     /// Williams, Landel and Ferry: log₁₀ a_T = −C₁ (T − T₀)/(C₂ + T − T₀).
@@ -71,6 +74,7 @@ pub enum TimeShift {
         /// Constant C₂, K.
         c2_kelvin: f64,
         /// Reference temperature T₀, °C.
+        #[schemars(extend("exclusiveMinimum" = -273.15))]
         reference_celsius: f64,
     },
     /// Arrhenius: ln a_T = (E/R) (1/T − 1/T₀) with absolute temperatures.
@@ -79,6 +83,7 @@ pub enum TimeShift {
         /// Activation energy E, kJ/mol.
         energy_kj_per_mol: f64,
         /// Reference temperature T₀, °C.
+        #[schemars(extend("exclusiveMinimum" = -273.15))]
         reference_celsius: f64,
     },
 }

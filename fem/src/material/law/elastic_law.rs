@@ -1,5 +1,6 @@
 //! Elastic laws with their names in files.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{MooneyRivlin, Ogden, SaintVenantKirchhoff, check_moduli};
@@ -18,13 +19,13 @@ use crate::material::Material;
 /// assert!(ElasticLaw::SaintVenantKirchhoff.material(275.0, 0.5).is_err());
 /// # Ok::<(), fem::FemError>(())
 /// ```
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ElasticLaw {
-    /// [`Elasticity::Hencky`](crate::Elasticity::Hencky).
+    /// Hencky's law, linear in the logarithmic strain: [`Elasticity::Hencky`](crate::Elasticity::Hencky).
     #[default]
     Hencky,
-    /// [`Elasticity::NeoHookean`](crate::Elasticity::NeoHookean).
+    /// Neo-Hookean solid: [`Elasticity::NeoHookean`](crate::Elasticity::NeoHookean).
     NeoHookean,
     /// [`SaintVenantKirchhoff`] with the given Young's modulus and Poisson's ratio.
     SaintVenantKirchhoff,

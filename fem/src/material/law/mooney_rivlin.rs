@@ -1,5 +1,6 @@
 //! The Mooney–Rivlin law.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::HyperelasticLaw;
@@ -30,7 +31,7 @@ use crate::material::{PrincipalStrain, Scalar};
 /// assert!((shear - 0.34).abs() < 1e-12);
 /// # Ok::<(), fem::FemError>(())
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MooneyRivlin {
     /// Constant C₁₀, MPa.

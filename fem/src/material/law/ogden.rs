@@ -1,5 +1,6 @@
 //! Ogden's law.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::HyperelasticLaw;
@@ -29,7 +30,7 @@ use crate::material::{PrincipalStrain, Scalar};
 /// assert!((shear - 0.4225).abs() < 1e-12);
 /// # Ok::<(), fem::FemError>(())
 /// ```
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Ogden {
     /// Terms of the sum.
@@ -39,7 +40,7 @@ pub struct Ogden {
 }
 
 /// A term μ/α Σ (λ̄^α − 1) of [`Ogden`]'s energy.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OgdenTerm {
     /// Coefficient μ, MPa.

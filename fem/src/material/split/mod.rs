@@ -13,6 +13,7 @@ mod volumetric_deviatoric;
 pub(super) use shares::Shares;
 pub use user::{ElasticPoint, EnergySplit, UserSplit};
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use self::volumetric_deviatoric::VolumetricDeviatoric;
@@ -21,7 +22,7 @@ use super::principal::Strains;
 use super::response::{ElasticResponse, Response};
 
 /// Part ψ⁺ of the elastic energy that damage degrades and that drives damage.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Split {
     /// The whole energy: damage grows in tension and in compression alike.

@@ -3,6 +3,7 @@
 
 use std::fmt;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
 
 /// Defines a list of words of a case file.
@@ -15,6 +16,11 @@ macro_rules! words {
             #[serde(rename = $word)]
             $Word
         ),*}
+
+        impl $Name {
+            /// All words.
+            pub const ALL: &[Self] = &[$(Self::$Word),*];
+        }
 
         impl fmt::Display for $Name {
             fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -78,8 +84,34 @@ impl PriorFamily {
     }
 }
 
+impl PriorKey {
+    /// Meaning of the key, for the user.
+    pub(super) fn meaning(self) -> &'static str {
+        match self {
+            Self::Distribution => "Family of the distribution.",
+            Self::Range => {
+                "Lower and upper bound in the unit of the parameter. Default: the quantiles 0.1 % and 99.9 %."
+            }
+            Self::Mean => "Mean, in the unit of the parameter.",
+            Self::Sd => "Standard deviation, in the unit of the parameter.",
+            Self::Median => "Median, in the unit of the parameter.",
+            Self::Factor => "Exponential of the standard deviation of the logarithm, above 1.",
+            Self::Shape => "Shape, dimensionless.",
+            Self::Rate => "Rate, in the inverse unit of the parameter.",
+            Self::A => "First shape of the beta distribution on 0 to 1.",
+            Self::B => "Second shape of the beta distribution on 0 to 1.",
+            Self::DegreesOfFreedom => "Degrees of freedom.",
+            Self::Location => "Centre, in the unit of the parameter.",
+            Self::Scale => "Scale, in the unit of the parameter.",
+            Self::Lower => "Lower end of the triangle, in the unit of the parameter.",
+            Self::Mode => "Peak of the triangle, in the unit of the parameter.",
+            Self::Upper => "Upper end of the triangle, in the unit of the parameter.",
+        }
+    }
+}
+
 /// Lower and upper bound of a parameter.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(transparent)]
 pub struct PriorBounds(#[serde(deserialize_with = "two_numbers")] pub [f64; 2]);
 

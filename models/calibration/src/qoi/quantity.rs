@@ -1,9 +1,11 @@
 //! A chosen quantity of interest, and the registry that finds it by its name in a case or its column in a table.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::ops::Deref;
 use std::sync::{Arc, OnceLock};
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Deserializer, Error};
 use serde::{Deserialize, Serialize, Serializer};
 
@@ -126,6 +128,25 @@ impl<'de> Deserialize<'de> for Quantity {
     }
 }
 
+impl JsonSchema for Quantity {
+    fn schema_name() -> Cow<'static, str> {
+        "Quantity".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let entries = &QoiRegistry::current().entries;
+        let names = entries.iter().filter(|entry| !entry.is_family).map(|entry| &entry.example);
+        let patterns: Vec<String> = entries.iter().map(Entry::pattern).collect();
+        json_schema!({
+            "description": "Name of a quantity of interest of a curve; [qoi] in the default case lists all names.",
+            "anyOf": [
+                { "type": "string", "enum": names.collect::<Vec<_>>() },
+                { "type": "string", "pattern": format!("^({})$", patterns.join("|")) },
+            ],
+        })
+    }
+}
+
 /// The quantities that can be named in a case.
 ///
 /// The registry of the process is the standard registry, unless a program installs another registry before it reads
@@ -142,8 +163,28 @@ type Parse = Box<dyn Fn(&str) -> Option<Quantity> + Send + Sync>;
 struct Entry {
     /// Name of the quantity, or of one of the quantities.
     example: String,
+    is_family: bool,
     named: Parse,
     of_column: Parse,
+}
+
+impl Entry {
+    /// Regular expression of the names: words may also be joined by `_`. In the names of a family, any text replaces
+    /// the numbers, or the text behind a colon.
+    fn pattern(&self) -> String {
+        let mut pattern = String::new();
+        for c in self.example.chars() {
+            match c {
+                '-' | '_' => pattern.push_str("[-_]"),
+                '0'..='9' | '.' if self.is_family && pattern.ends_with(".+") => {}
+                '0'..='9' if self.is_family => pattern.push_str(".+"),
+                ':' if self.is_family => return pattern + ":.+",
+                c if c.is_alphanumeric() => pattern.push(c),
+                c => pattern.extend(['\\', c]),
+            }
+        }
+        pattern
+    }
 }
 
 impl fmt::Debug for Entry {
@@ -186,6 +227,7 @@ impl QoiRegistry {
         let by_name = quantity.clone();
         self.entries.push(Entry {
             example: quantity.to_string(),
+            is_family: false,
             named: Box::new(move |name| (*by_name.name == *name).then(|| by_name.clone())),
             of_column: Box::new(move |text| (column == text).then(|| quantity.clone())),
         });
@@ -202,6 +244,7 @@ impl QoiRegistry {
     ) -> Self {
         self.entries.push(Entry {
             example: example.to_owned(),
+            is_family: true,
             named: Box::new(move |name| of_name(name).map(Quantity::new)),
             of_column: Box::new(move |column| of_column(column).map(Quantity::new)),
         });

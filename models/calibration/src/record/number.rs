@@ -1,12 +1,16 @@
 //! Numbers in exports: decimal signs, separators of thousands, and clock times.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+use super::aliases::aliases;
 
 /// Signs that only separate thousands: apostrophes, no-break space, narrow no-break space, thin space, and blank.
 const GROUPING: [char; 6] = ['\'', '\u{2019}', '\u{a0}', '\u{202f}', '\u{2009}', ' '];
 
 /// Decimal sign.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[schemars(transform = aliases(&["point", "comma"]))]
 pub enum Decimal {
     /// `1.5`
     #[serde(rename = ".", alias = "point")]

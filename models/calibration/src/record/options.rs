@@ -1,11 +1,13 @@
 //! `[experiments.read]`: how records of a testing machine are read.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::aliases::aliases;
 use super::number::Decimal;
 
 /// Options `[experiments.read]` for reading records. Options that are absent are detected from the file.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ReadOptions {
     /// Separator of the columns.
@@ -47,9 +49,11 @@ pub struct ReadOptions {
     pub time_unit: Option<String>,
     /// Displacement in mm that corresponds to the number 1 in the file. It replaces a unit.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub displacement_factor: Option<f64>,
     /// Force in N that corresponds to the number 1 in the file. It replaces a unit.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub force_factor: Option<f64>,
     /// Sign of a compressive force in the file.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -61,7 +65,8 @@ pub struct ReadOptions {
 }
 
 /// Separator of the columns of a text.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[schemars(transform = aliases(&["comma", "semicolon", "\t", " "]))]
 pub enum Separator {
     /// `,`
     #[serde(rename = ",", alias = "comma")]
@@ -78,7 +83,7 @@ pub enum Separator {
 }
 
 /// Encoding of a text.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Encoding {
     /// UTF-8, with or without a byte order mark.
@@ -93,7 +98,7 @@ pub enum Encoding {
 }
 
 /// Sign of a compressive force.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Compression {
     /// Compression is positive.

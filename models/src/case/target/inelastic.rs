@@ -4,13 +4,10 @@ use std::borrow::Cow;
 
 use super::definition::{SimulationParts, Target, TargetError};
 
-/// Tables of a region whose numbers can be calibrated.
-const TABLES: [&str; 3] = ["viscoelastic", "plastic", "strength"];
-
 /// Number in a viscoelastic, plastic or strength table of a region. After the region, the path consists of keys and of indices of
 /// lists.
 #[derive(Debug)]
-pub(super) struct InelasticConstant {
+pub(crate) struct InelasticConstant {
     path: String,
 }
 
@@ -18,7 +15,7 @@ pub(super) struct InelasticConstant {
 fn region_and_keys(path: &str) -> Option<(&str, impl Iterator<Item = &str>)> {
     let (region, below) = path.split_once('.')?;
     let first = below.split('.').next()?;
-    TABLES.contains(&first).then(|| (region, below.split('.')))
+    InelasticConstant::TABLES.contains(&first).then(|| (region, below.split('.')))
 }
 
 /// Returns whether a path is in one of these tables, or is such a table.
@@ -32,6 +29,14 @@ pub(super) fn is_table(path: &str) -> bool {
 }
 
 impl InelasticConstant {
+    /// Tables of a region whose numbers can be calibrated.
+    pub(crate) const TABLES: [&str; 3] = ["viscoelastic", "plastic", "strength"];
+
+    /// Keys of the numbers, with their symbols and units.
+    pub(crate) fn symbols() -> impl Iterator<Item = (&'static str, [&'static str; 2])> {
+        SYMBOLS.into_iter()
+    }
+
     /// Returns the constant that a path addresses, such as `matrix.plastic.hardening.voce.saturation_mpa`.
     pub(super) fn of_path(path: &str) -> Option<Self> {
         let (_, keys) = region_and_keys(path)?;
@@ -55,30 +60,32 @@ impl InelasticConstant {
     }
 }
 
+/// Keys of the numbers, with their symbols in figures and their units.
+const SYMBOLS: [(&str, [&str; 2]); 19] = [
+    ("fraction", ["γ", "1"]),
+    ("time_s", ["τ", "s"]),
+    ("c1", ["C₁", "1"]),
+    ("c2_kelvin", ["C₂", "K"]),
+    ("reference_celsius", ["T₀", "°C"]),
+    ("energy_kj_per_mol", ["activation energy", "kJ/mol"]),
+    ("yield_mpa", ["Y₀", "MPa"]),
+    ("friction_deg", ["friction angle", "°"]),
+    ("dilatancy_deg", ["dilatancy angle", "°"]),
+    ("modulus_mpa", ["h", "MPa"]),
+    ("saturation_mpa", ["A", "MPa"]),
+    ("rate", ["b", "1"]),
+    ("factor_mpa", ["k", "MPa"]),
+    ("offset", ["e₀", "1"]),
+    ("exponent", ["n", "1"]),
+    ("c", ["C", "1"]),
+    ("reference_per_s", ["reference rate", "1/s"]),
+    ("tensile_mpa", ["σ_ts", "MPa"]),
+    ("compressive_mpa", ["σ_cs", "MPa"]),
+];
+
 /// Symbol of a number in figures, and its unit; `None` if the key is no number.
 fn symbol(key: &str) -> Option<[&'static str; 2]> {
-    Some(match key {
-        "fraction" => ["γ", "1"],
-        "time_s" => ["τ", "s"],
-        "c1" => ["C₁", "1"],
-        "c2_kelvin" => ["C₂", "K"],
-        "reference_celsius" => ["T₀", "°C"],
-        "energy_kj_per_mol" => ["activation energy", "kJ/mol"],
-        "yield_mpa" => ["Y₀", "MPa"],
-        "friction_deg" => ["friction angle", "°"],
-        "dilatancy_deg" => ["dilatancy angle", "°"],
-        "modulus_mpa" => ["h", "MPa"],
-        "saturation_mpa" => ["A", "MPa"],
-        "rate" => ["b", "1"],
-        "factor_mpa" => ["k", "MPa"],
-        "offset" => ["e₀", "1"],
-        "exponent" => ["n", "1"],
-        "c" => ["C", "1"],
-        "reference_per_s" => ["reference rate", "1/s"],
-        "tensile_mpa" => ["σ_ts", "MPa"],
-        "compressive_mpa" => ["σ_cs", "MPa"],
-        _ => return None,
-    })
+    SYMBOLS.iter().find(|(name, _)| *name == key).map(|(_, symbol)| *symbol)
 }
 
 impl Target for InelasticConstant {

@@ -7,7 +7,7 @@ use super::definition::{SimulationParts, Target, TargetError};
 /// Beginning of the path of every parameter of an interface, including the dot.
 const TABLE: &str = "interface.";
 /// Key of the toughness in the table of an interface.
-pub(super) const TOUGHNESS: &str = "toughness_n_per_mm";
+pub(crate) const TOUGHNESS: &str = "toughness_n_per_mm";
 
 /// Whether a path is the path of a table of an interface, as `interface.matrix-grain`.
 pub(super) fn is_table(path: &str) -> bool {

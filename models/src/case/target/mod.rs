@@ -18,6 +18,8 @@ mod registry;
 
 pub use definition::{SimulationParts, Target, TargetError};
 pub(crate) use free::FreeParameter;
+pub(crate) use inelastic::InelasticConstant;
+pub(crate) use interface::TOUGHNESS;
 pub(crate) use material::Property;
 pub use registry::Parameter;
 pub(crate) use registry::TargetRegistry;

@@ -1,6 +1,7 @@
 //! A target with its path, and the registry that finds it.
 
 use std::cmp::Ordering;
+use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::Deref;
 use std::str::FromStr;
@@ -156,6 +157,16 @@ impl TargetRegistry {
     /// `matrix.viscoelastic`.
     pub(crate) fn is_table(path: &str) -> bool {
         interface::is_table(path) || inelastic::is_table(path)
+    }
+
+    /// Returns the targets of each table other than the tables of regions and interfaces, with their keys.
+    pub(crate) fn tables(&self) -> BTreeMap<&str, Vec<(&str, &Parameter)>> {
+        let mut tables = BTreeMap::<&str, Vec<_>>::new();
+        for target in &self.targets {
+            let (table, key) = target.table_and_key();
+            tables.entry(table).or_default().push((key, target));
+        }
+        tables
     }
 
     /// Returns the keys of a table of the case that can be calibrated.

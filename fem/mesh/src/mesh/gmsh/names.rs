@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A physical group of the file, identified by number or name.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum PhysicalGroup {
     /// The group's number.
@@ -37,12 +38,12 @@ impl fmt::Display for PhysicalGroup {
 }
 
 /// One or several physical groups that form one region or surface, such as `10` or `[10, "stones"]`.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(from = "OneOrSeveral", into = "OneOrSeveral")]
 pub struct PhysicalGroups(Vec<PhysicalGroup>);
 
 /// Form in which case files contain physical groups: one group or a list of groups.
-#[derive(Clone, Serialize, Deserialize)]
+#[derive(Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 enum OneOrSeveral {
     One(PhysicalGroup),

@@ -1,9 +1,10 @@
 //! Representation of grains in a mesh.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Representation of grains in a mesh.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum GrainMode {
     /// Each tetrahedron belongs entirely to the matrix or to the grain that contains most of its sample points. This

@@ -8,6 +8,7 @@ use std::f64::consts::PI;
 use rand::{Rng, SeedableRng};
 use rand_distr::{Distribution, LogNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::specimen::grains::Grain;
@@ -49,10 +50,11 @@ const MAX_FACETS: usize = 200;
 /// # References
 /// Radical planes: F. Aurenhammer, "Power diagrams", SIAM J. Comput. 16 (1987) 78–96,
 /// doi:10.1137/0216006.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Packing {
     /// Volume of the grains divided by the volume of the cylinder, in (0, 1).
+    #[schemars(range(min = 0, max = 0.5))]
     pub fraction: f64,
     /// Seed of the random generator.
     pub seed: u64,
@@ -61,6 +63,7 @@ pub struct Packing {
     pub form: GrainForm,
     /// Number of random facets per polyhedron, from 6 to 200.
     #[serde(default = "default_facets")]
+    #[schemars(range(min = 6, max = MAX_FACETS))]
     pub facets: usize,
     /// Size classes.
     #[serde(default = "default_sizes")]
@@ -68,11 +71,12 @@ pub struct Packing {
     /// Minimum thickness of matrix between two grains (mm); between a grain and the surface of the cylinder, the
     /// minimum is half this thickness.
     #[serde(default = "default_film")]
+    #[schemars(range(min = 0))]
     pub film_mm: f64,
 }
 
 /// Shape of the grains of a packing.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum GrainForm {
     /// Convex polyhedra.
@@ -83,14 +87,17 @@ pub enum GrainForm {
 }
 
 /// A class of grains with lognormal radii.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SizeClass {
     /// Median radius of the spheres (mm), before all radii are scaled to reach the volume fraction.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub median_radius_mm: f64,
     /// Standard deviation of the logarithm of the radius; radii beyond 2.5 standard deviations are redrawn.
+    #[schemars(range(min = 0, max = 1))]
     pub spread: f64,
     /// Weight of the class in the total volume of the grains, relative to the weights of the other classes.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1e9))]
     pub share: f64,
 }
 

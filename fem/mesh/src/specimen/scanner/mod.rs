@@ -7,6 +7,7 @@ use rand::SeedableRng;
 use rand_distr::{Distribution, Poisson, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::specimen::grains::GrainField;
@@ -45,40 +46,51 @@ const MAX_VOXELS: f64 = 1.0e9;
 /// assert!(scan.grey.values[middle] > 2.0 * scan.grey.values[0]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct Scanner {
     /// Edge length of a voxel (mm).
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub voxel_mm: f64,
     /// Seed of the random noise, ring artefacts and texture.
     #[serde(default)]
     pub seed: u64,
     /// Width of the air around the cylinder (voxels).
     #[serde(default = "default_margin")]
+    #[schemars(range(min = 2, max = 1000))]
     pub margin: usize,
     /// Inclination of the specimen's axis: displacement along x and y per mm along z.
     #[serde(default)]
+    #[schemars(inner(range(min = -0.3, max = 0.3)))]
     pub lean: [f64; 2],
     /// Number of projection directions over 180°. The value 0 stands for the width of a slice in voxels.
     #[serde(default)]
+    #[schemars(range(min = 0, max = 100_000))]
     pub projections: usize,
     /// Expected photon count of a detector pixel without specimen.
     #[serde(default = "default_photons")]
+    #[schemars(range(min = 10, max = 1e12))]
     pub photons: f64,
     /// Ratio of the attenuation of the grains to the attenuation of the matrix.
     #[serde(default = "default_attenuation")]
+    #[schemars(range(min = 0, max = 20))]
     pub grain_attenuation: f64,
     /// Strength of beam hardening: 0 for a monochromatic beam, 1 for a broad spectrum.
     #[serde(default = "default_hardening")]
+    #[schemars(range(min = 0, max = 1))]
     pub hardening: f64,
     /// Standard deviation of the Gaussian blur (voxels).
     #[serde(default = "default_blur")]
+    #[schemars(range(min = 0, max = 10))]
     pub blur: f64,
     /// Standard deviation of the relative gains of the detector pixels. Different gains cause ring artefacts.
     #[serde(default = "default_rings")]
+    #[schemars(range(min = 0, max = 0.5))]
     pub rings: f64,
     /// Largest relative change of the attenuation by random texture. The texture represents structures that the scanner
     /// does not resolve.
     #[serde(default = "default_texture")]
+    #[schemars(range(min = 0, max = 0.9))]
     pub texture: f64,
 }
 

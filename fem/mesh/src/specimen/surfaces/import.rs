@@ -7,6 +7,7 @@ use std::path::PathBuf;
 
 use fem_image::Cylinder;
 use rayon::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::enclosing::enclosing_cylinder;
@@ -27,7 +28,7 @@ const MOST_LOSS: f64 = 0.01;
 const SPACINGS: [f64; 2] = [1.0, 2000.0];
 
 /// Axis of the files' coordinates that becomes the z axis of the specimen.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SurfaceAxis {
     /// The x axis becomes z; y becomes x, and z becomes y.
@@ -68,7 +69,7 @@ impl SurfaceAxis {
 /// # std::fs::remove_dir_all(dir)?;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SurfaceImport {
     /// Path of a folder or of a file. In a folder, each STL file is a grain; in a single file, each connected part is a
@@ -76,21 +77,26 @@ pub struct SurfaceImport {
     pub surfaces: PathBuf,
     /// Length of one unit of the files (mm).
     #[serde(default = "one")]
+    #[schemars(range(min = 1e-9, max = 1e6))]
     pub unit_mm: f64,
     /// Axis of the files' coordinates that is the axis of the specimen.
     #[serde(default)]
     pub axis: SurfaceAxis,
     /// Number of passes of Taubin's smoothing filter before decimation.
     #[serde(default)]
+    #[schemars(range(min = 0, max = 1000))]
     pub smoothing_passes: usize,
     /// Factor by which decimation reduces the number of triangles.
     #[serde(default = "one")]
+    #[schemars(range(min = 1, max = 1e6))]
     pub decimation: f64,
     /// Required distance between grains (mm). Grains that are closer are shrunk; 0 disables shrinking.
     #[serde(default)]
+    #[schemars(range(min = 0, max = 1e3))]
     pub least_distance_mm: f64,
     /// Margin between the grains and the enclosing cylinder (mm).
     #[serde(default)]
+    #[schemars(range(min = 0, max = 1e3))]
     pub margin_mm: f64,
 }
 
