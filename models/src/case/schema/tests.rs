@@ -46,8 +46,9 @@ pub(crate) fn undescribed(schema: &Value) -> Vec<String> {
     let mut visit = |place: &str, key: &str, value: &Value| {
         let text = value["description"].as_str().unwrap_or_default();
         let unit = UNITS.into_iter().find(|(end, _)| key.ends_with(end));
-        let has_unit =
-            unit.is_none_or(|(_, unit)| [unit, "per cent", " °"].iter().any(|unit| text.contains(unit)));
+        let has_unit = unit.is_none_or(|(_, unit)| {
+            [unit, "per cent", " °"].iter().any(|unit| text.contains(unit))
+        });
         let reference = value["$ref"].as_str().and_then(|path| schema.pointer(&path[1..]));
         let is_described =
             !text.is_empty() || reference.is_some_and(|to| to["description"].is_string());
