@@ -6,7 +6,7 @@ pub(crate) use super::validation_results::{
     ValidatedQuantity, ValidationCoverage, ValidationResult, ValidationVerdict,
 };
 pub(crate) use super::verdict::{
-    CalibratedParameter, IDENTIFIED, MARGIN, MOST_AT_BOUND, Qualifier, Verdict, WEAKLY,
+    CalibratedParameter, IDENTIFIED, MARGIN, MOST_AT_BOUND, Qualifier, WEAKLY,
 };
 
 /// A curve of displacement in mm and force in N.
