@@ -1,5 +1,6 @@
 //! Tests with synthetic specimens of known location and known grains.
 
+mod continuity;
 mod dark;
 mod fine_detail;
 mod location;
