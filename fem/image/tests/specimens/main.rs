@@ -7,3 +7,4 @@ mod location;
 mod scene;
 mod small_grains;
 mod uneven;
+mod warnings;
