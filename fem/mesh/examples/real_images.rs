@@ -11,7 +11,7 @@ use std::error::Error;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-use fem_image::{RgbSlice, Segmentation, outlined_slice, tiff};
+use fem_image::{ReadOptions, Reading, RgbSlice, Segmentation, outlined_slice, tiff};
 
 /// Width of the gap between two slices of the picture (pixels).
 const GAP: usize = 4;
@@ -26,7 +26,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let folder = PathBuf::from(next("FOLDER")?);
     let settings: Segmentation = serde_json::from_str(&next("SETTINGS").unwrap_or("{}".into()))?;
 
-    let image = tiff::read(&stack, Some(voxel_mm))?;
+    let options = ReadOptions { voxel_mm: Some(voxel_mm), ..ReadOptions::default() };
+    let Reading { volume: image, header } = fem_image::read(&stack, &options)?;
+    for warning in &header.warnings {
+        println!("warning: {warning}");
+    }
     let found = settings.run(&image, &mut |_| {})?;
     let statistics = &found.statistics;
     println!("{:?} voxels, {}", image.shape, if found.block { "block" } else { "cylinder" });

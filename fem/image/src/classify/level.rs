@@ -32,8 +32,14 @@ pub(crate) struct Level {
     pub(crate) by_hand: f64,
     /// Whether the grey values have the distribution of a single phase.
     pub(crate) one_bell: bool,
-    /// The model of two materials and blur; `None` if the model could not be fitted.
+    /// The model of two materials and blur; `None` if the model could not be fitted, or if a threshold given by the user
+    /// is not near the middle between the materials.
     pub(crate) model: Option<Blurred>,
+    /// Whether the model could be fitted.
+    pub(crate) is_fitted: bool,
+    /// Grey values of matrix and grains: of the model if it could be fitted, otherwise the means of the voxels below and
+    /// above the level.
+    pub(crate) materials: [f64; 2],
 }
 
 impl Level {
@@ -73,7 +79,9 @@ impl Level {
             value = level_of(&counts, volume).clamp(limit(LEVEL_RANGE[0]), limit(LEVEL_RANGE[1]));
         }
         let by_hand = model.as_ref().map_or(value, Blurred::middle);
-        Some(Level { value, by_hand, one_bell, model })
+        let is_fitted = model.is_some();
+        let materials = materials(model.as_ref(), &counts, value);
+        Some(Level { value, by_hand, one_bell, model, is_fitted, materials })
     }
 
     /// Returns the level for a threshold `value` given by the user, which separates matrix from grain at a plane
@@ -90,11 +98,16 @@ impl Level {
         inside: &[u8],
         sample: &[u8],
     ) -> Level {
-        let by_hand = value;
-        let unshifted = Level { value, by_hand, one_bell: false, model: None };
-        let Some(model) = Blurred::fit(smooth, grey, inside, sample, value) else {
-            return unshifted;
+        let fitted = Blurred::fit(smooth, grey, inside, sample, value);
+        let unshifted = Level {
+            value,
+            by_hand: value,
+            one_bell: false,
+            model: None,
+            is_fitted: fitted.is_some(),
+            materials: materials(fitted.as_ref(), &histogram(&smooth.values, sample), value),
         };
+        let Some(model) = fitted else { return unshifted };
         let contrast = model.grain - model.matrix;
         let off = value - model.middle();
         if off.abs() > OFF * contrast {
@@ -128,6 +141,18 @@ pub(crate) fn matrix_grey(
     };
     let class_mean = class_means(&counts, &splits)[class];
     Some([core_mean(smooth, sample, range).unwrap_or(class_mean), split])
+}
+
+/// Returns the grey values of matrix and grains: of the model, or the means of the voxels below and above a level.
+fn materials(model: Option<&Blurred>, counts: &[u64], level: f64) -> [f64; 2] {
+    match model {
+        Some(model) => [model.matrix, model.grain],
+        None => {
+            let split = ((level / WIDTH as f64) as usize).min(counts.len());
+            let means = class_means(counts, &[split]);
+            [means[0], means[1]]
+        }
+    }
 }
 
 fn middle_of([matrix, grain]: [f64; 2]) -> f64 {

@@ -10,7 +10,8 @@ use std::sync::Arc;
 use fem_file::open_regular;
 use hdf5_reader::group::Group;
 use hdf5_reader::{
-    Dataset, Datatype, FileStorage, H5Type, Hdf5File, OpenOptions, SliceInfo, SliceInfoElem,
+    Attribute, Dataset, Datatype, FileStorage, H5Type, Hdf5File, OpenOptions, SliceInfo,
+    SliceInfoElem,
 };
 
 use super::detached::DENSEST;
@@ -236,13 +237,35 @@ fn voxel_size(dataset: &Dataset) -> VoxelSize {
     const NAME: &str = "element_size_um";
     let unknown = || VoxelSize::Unknown(format!("the dataset has no attribute {NAME}"));
     let Ok(attribute) = dataset.attribute(NAME) else { return unknown() };
-    let single = || attribute.read_1d::<f32>().map(|all| all.into_iter().map(f64::from).collect());
-    match attribute.read_1d::<f64>().or_else(|_| single()).as_deref() {
-        Ok(&[z, y, x]) => {
+    match floats(&attribute).or_else(|| integers(&attribute)).as_deref() {
+        Some(&[z, y, x]) => {
             VoxelSize::stated([x, y, z].map(|edge: f64| edge * 1e-3), format!("attribute {NAME}"))
         }
         _ => unknown(),
     }
+}
+
+/// Reads the numbers of an attribute of a floating-point type; `None` for other types.
+fn floats(attribute: &Attribute) -> Option<Vec<f64>> {
+    let single = |numbers: Vec<f32>| numbers.into_iter().map(f64::from).collect();
+    attribute.read_1d::<f64>().or_else(|_| attribute.read_1d().map(single)).ok()
+}
+
+/// Reads the numbers of an attribute of an integer type (h5py writes a list of integers as such an attribute); `None`
+/// for other types.
+fn integers(attribute: &Attribute) -> Option<Vec<f64>> {
+    fn numbers<T: H5Type + TryInto<i64>>(attribute: &Attribute) -> Option<Vec<f64>> {
+        let numbers = attribute.read_1d::<T>().ok()?.into_iter();
+        numbers.map(|number| number.try_into().ok().map(|number: i64| number as f64)).collect()
+    }
+    numbers::<i64>(attribute)
+        .or_else(|| numbers::<u64>(attribute))
+        .or_else(|| numbers::<i32>(attribute))
+        .or_else(|| numbers::<u32>(attribute))
+        .or_else(|| numbers::<i16>(attribute))
+        .or_else(|| numbers::<u16>(attribute))
+        .or_else(|| numbers::<i8>(attribute))
+        .or_else(|| numbers::<u8>(attribute))
 }
 
 /// Slices of a dataset.

@@ -4,10 +4,12 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
+use super::corners::empty_corners;
 use super::parts::numbered_parts;
 use super::rules::{LabelRules, MATRIX, Role, VOID};
 use crate::grains::regions::measure;
 use crate::grains::statistics::SpecimenStatistics;
+use crate::locate::beyond::beyond_image;
 use crate::locate::fit::{Fit, fit};
 use crate::locate::surroundings::{checked_filling, filling};
 use crate::volume::cylinder::Cylinder;
@@ -141,6 +143,9 @@ impl LabelRules {
             .map(|(_, role)| if let Role::Grain { phase, .. } = role { *phase } else { 0 })
             .collect();
         warnings.extend(self.small_grains(&regions, &phase_of, &phases));
+        if self.background.is_none() && fitted.is_none() && self.specimen == SpecimenForm::Auto {
+            warnings.extend(empty_corners(&labels, regions.len()));
+        }
 
         let voxel_mm = image.voxel_mm;
         let (cylinder, volume_mm3) = match &fitted {
@@ -201,6 +206,7 @@ impl LabelRules {
                     Some(fit) => fit,
                     None => self.region.overriding(fit(&grey, EDGE, self.follow_lean)?),
                 };
+                warnings.extend(beyond_image(&fitted, image.shape, self.region.slices.is_some()));
                 if let Err(error) = checked_filling(filling(&grey, &fitted, EDGE)) {
                     match self.specimen {
                         SpecimenForm::Cylinder => warnings.push(error.to_string()),

@@ -59,7 +59,7 @@ impl SpecimenRegion {
         Ok(())
     }
 
-    /// Checks that the slices and the centre are within an image.
+    /// Checks that the slices and the centre are within an image, and that the radius is not larger than the image.
     ///
     /// # Errors
     /// [`ImageError::Parameter`].
@@ -70,6 +70,14 @@ impl SpecimenRegion {
                 field: "region.slices",
                 value: last as f64,
                 requirement: "within the slices of the image",
+            });
+        }
+        let largest = nx.max(ny) as f64 / 2.0;
+        if let Some(value) = self.radius_px.filter(|&radius| radius > largest + 0.5) {
+            return Err(ImageError::Parameter {
+                field: "region.radius_px",
+                value,
+                requirement: "at most half of the image's longer side (voxels)",
             });
         }
         if let Some([x, y]) = self.centre_px {

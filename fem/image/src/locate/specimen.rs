@@ -5,12 +5,13 @@ use schemars::JsonSchema;
 use rayon::prelude::*;
 
 use crate::locate::beside::{gap, without_pedestal};
+use crate::locate::beyond::{beyond_image, region_beyond};
 use crate::locate::fit::{Fit, fit};
 use crate::locate::region::SpecimenRegion;
 use crate::locate::surroundings::{Surroundings, checked_filling, filling};
 use crate::volume::contrast::Contrast;
 use crate::volume::filter::core;
-use crate::volume::threshold::{WIDTH, class_means, core_mean, histogram, otsu};
+use crate::volume::threshold::{WIDTH, class_means, core_mean, histogram, otsu, peaked_mean};
 use crate::{ImageError, Volume};
 
 /// Distance from the wall (voxels) up to which the grey values of the median-filtered image contain a share of air.
@@ -74,8 +75,12 @@ impl Locating<'_> {
         let Some(levels) = Levels::of(image, self.void, self.contrast) else { return Ok(block) };
         let Levels { air, void, edge, bright } = levels;
         let by_hand = self.region.fit();
-        if let Some(fit) = by_hand {
-            return Ok(Specimen { fit: Some(fit), air, void });
+        if let Some(given) = by_hand {
+            let is_in_air = Surroundings::of(image, void, bright) == Surroundings::Air;
+            let shown = is_in_air.then(|| fit(image, edge, self.follow_lean).ok()).flatten();
+            warnings.extend(shown.and_then(|shown| region_beyond(&given, &shown)));
+            warnings.extend(beyond_image(&given, image.shape, true));
+            return Ok(Specimen { fit: Some(given), air, void });
         }
         if self.form == SpecimenForm::Auto
             && self.region.is_empty()
@@ -101,14 +106,12 @@ impl Locating<'_> {
             fitted = fit(restricted.as_ref().unwrap_or(image), edge, self.follow_lean)?;
         } else {
             let cut = without_pedestal(visible, &mut fitted, edge);
-            warnings.extend(cut.iter().map(|part| {
-                format!(
-                    "slices {} to {} show a section of {:.1} voxels in radius below or above a specimen of {:.1} voxels in radius and were removed as a pedestal: check the slices, or give slices in [specimen.image.region]",
-                    part.slices[0], part.slices[1], part.radius, fitted.radius
-                )
-            }));
+            warnings.extend(cut.iter().map(|part| part.in_words(fitted.radius)));
         }
+        let shown = fitted;
         let fitted = self.region.overriding(fitted);
+        warnings.extend(region_beyond(&fitted, &shown));
+        warnings.extend(beyond_image(&fitted, image.shape, self.region.slices.is_some()));
         let visible = restricted.as_ref().unwrap_or(image);
         self.doubts(visible, &fitted, edge, warnings)?;
         Ok(Specimen { fit: Some(fitted), air, void })
@@ -205,8 +208,8 @@ struct Levels {
 impl Levels {
     /// Finds the levels by dividing the histogram into three classes: air, matrix, grains (for dark grains: air,
     /// grains, matrix). In an image with few or no grains, the middle class consists of voxels at the blurred wall
-    /// between air and specimen. Such a class has no interior voxels, and the histogram is then divided into two
-    /// classes.
+    /// between air and specimen. Such a class has no interior voxels and no peak in the histogram, and the histogram is
+    /// then divided into two classes.
     fn of(image: &Volume<u16>, by_hand: Option<f64>, contrast: Contrast) -> Option<Self> {
         let all = vec![1; image.values.len()];
         let counts = histogram(&image.values, &all);
@@ -220,10 +223,14 @@ impl Levels {
                 (_, None) => limits[0]..f64::INFINITY,
             };
             let means = class_means(&counts, &splits);
-            let matrix = match (core_mean(image, &all, range), classes) {
-                (Some(mean), _) => mean,
-                (None, 2) => means[1],
-                (None, _) => continue,
+            let matrix = match (core_mean(image, &all, range.clone()), classes, contrast) {
+                (Some(mean), ..) => mean,
+                (None, 2, _) => means[1],
+                (None, _, Contrast::Bright) => match peaked_mean(image, &all, range, &counts) {
+                    Some(mean) => mean,
+                    None => continue,
+                },
+                (None, _, Contrast::Dark) => continue,
             };
             let air = core_mean(image, &all, 0.0..limits[0]).unwrap_or(means[0]);
             let edge = by_hand.unwrap_or((air + matrix) / 2.0);

@@ -95,8 +95,8 @@ impl Surroundings {
     }
 }
 
-/// Returns the ratio of the area of the specimen's sections to the area of the fitted circle (1 for a cylinder); voids
-/// count as filled.
+/// Returns the ratio of the area of the specimen's horizontal sections to the area of the same sections of the fitted
+/// cylinder (1 for a cylinder); voids count as filled. The sections of a tilted cylinder are ellipses.
 pub(crate) fn filling(image: &Volume<u16>, fit: &Fit, void: f64) -> f64 {
     let [nx, ny, nz] = image.shape;
     let height = fit.top - fit.bottom;
@@ -114,7 +114,9 @@ pub(crate) fn filling(image: &Volume<u16>, fit: &Fit, void: f64) -> f64 {
             voxels += from.zip(to).map_or(0, |(from, to)| to + 2 - from);
         }
     }
-    voxels as f64 / count as f64 / (std::f64::consts::PI * fit.radius * fit.radius)
+    let [p, q] = fit.lean;
+    let section = std::f64::consts::PI * fit.radius * fit.radius * (1.0 + p * p + q * q).sqrt();
+    voxels as f64 / count as f64 / section
 }
 
 /// Returns an error if the sections of a fitted cylinder do not fill the fitted circle.

@@ -2,12 +2,14 @@
 
 mod even;
 pub(crate) mod outline;
+mod plausibility;
 pub(crate) mod settings;
 mod warnings;
 
 use rayon::prelude::*;
 
 use crate::classify::dark::inverted;
+use crate::classify::exchanged::Shapes;
 use crate::classify::level::Level;
 use crate::classify::solid::Solid;
 use crate::grains::basins::Landscape;
@@ -16,8 +18,12 @@ use crate::grains::statistics::SpecimenStatistics;
 use crate::locate::region::masked;
 use crate::locate::specimen::{Locating, Specimen};
 use crate::segment::even::{CorrectedImage, GreyCorrection};
+use crate::segment::plausibility::{empty_end_in_words, skin_in_words};
 use crate::segment::settings::{SeedRule, Segmentation};
-use crate::segment::warnings::{fractions_in_words, small_in_words, void_in_words};
+use crate::segment::warnings::{
+    exchanged_in_words, fractions_in_words, small_in_words, thin_in_words, unfitted_in_words,
+    void_in_words,
+};
 use crate::volume::components::fill_holes;
 use crate::volume::contrast::Contrast;
 use crate::volume::cylinder::Cylinder;
@@ -143,6 +149,8 @@ impl Segmentation {
         progress("threshold");
         self.check_threshold(void_threshold, found_contrast)?;
         let level = self.grain_level(&smooth, &grey, [&solid, &sample], scale, &mut warnings)?;
+        let shapes = Shapes::of(&smooth, &sample, level.materials);
+        warnings.extend(exchanged_in_words(shapes, self.contrast, is_inverted));
         let threshold = level.value;
         let mut grain: Vec<u8> = smooth
             .values
@@ -193,7 +201,12 @@ impl Segmentation {
         // an upright cylinder around a tilted specimen contains air, which must not count as voids; another warning
         // reports the tilt
         let follows = located.fit.is_none_or(|fit| !fit.is_off_axis());
-        warnings.extend(void_in_words(void_fraction).filter(|_| follows));
+        warnings.extend(void_in_words(void_fraction, self.contrast).filter(|_| follows));
+        if let Some(fit) = &located.fit {
+            warnings.extend(skin_in_words(&labels, &inside, fit));
+            warnings.extend(thin_in_words(fit.radius));
+            warnings.extend(empty_end_in_words(&labels, grains, fit));
+        }
         warnings.extend(small_in_words(&regions, grey.voxel_mm));
         warnings.extend(self.one_for_all(&regions, &inside, scale.to_image(level.by_hand)));
         let voxel_mm = grey.voxel_mm;
@@ -282,7 +295,9 @@ impl Segmentation {
         warnings: &mut Vec<String>,
     ) -> Result<Level, ImageError> {
         if let Some(value) = self.grain_threshold {
-            return Ok(Level::given(scale.to_16_bits(value), smooth, grey, inside, sample));
+            let level = Level::given(scale.to_16_bits(value), smooth, grey, inside, sample);
+            warnings.extend(unfitted_in_words(level.is_fitted));
+            return Ok(level);
         }
         let Some(level) = Level::find(smooth, grey, inside, sample) else {
             return Err(ImageError::NoContrast {
@@ -290,6 +305,7 @@ impl Segmentation {
                 help: "check void_threshold, or give grain_threshold",
             });
         };
+        warnings.extend(unfitted_in_words(level.is_fitted));
         if level.one_bell {
             warnings.push(
                 "the grey values of the specimen do not separate into matrix and grains: check the slices, or give grain_threshold"

@@ -1,10 +1,15 @@
 //! Warnings about doubtful results of a segmentation.
 
-use crate::Region;
+use crate::classify::exchanged::Shapes;
 use crate::grains::statistics::SpecimenStatistics;
+use crate::{Contrast, Region};
 
-/// Share of the specimen's volume above which voids cause a warning.
+/// Share of the specimen's volume above which voids cause a warning about the mesh.
 const VOIDS: f64 = 0.02;
+/// Share of the specimen's volume above which voids cause a warning about the grain fraction.
+const THIN_VOIDS: f64 = 0.001;
+/// Radius of a cylinder (voxels) below which the grain fraction is uncertain.
+const THIN: f64 = 12.0;
 /// The measured volume of a grain below this volume (voxels) is uncertain.
 const SMALL: f64 = 65.0;
 /// A warning is added if grains smaller than [`SMALL`] have more than this share of the volume of all grains.
@@ -14,11 +19,73 @@ const SMALL_SHARE: f64 = 0.05;
 const FRACTION_DIFFERENCE: f64 = 0.05;
 
 /// Returns a warning about voids in the specimen.
-pub(super) fn void_in_words(fraction: f64) -> Option<String> {
-    (fraction > VOIDS).then(|| {
+pub(super) fn void_in_words(fraction: f64, contrast: Contrast) -> Option<String> {
+    let beside = match contrast {
+        Contrast::Bright => {
+            "blur mixes air into grains beside thin voids, so that the grain fraction may be too small by several times the share of voids"
+        }
+        Contrast::Dark => {
+            "blur gives the rims of thin voids the grey values of dark grains, so that the grain fraction may be wrong by several times the share of voids"
+        }
+    };
+    let percent = 100.0 * fraction;
+    if fraction > VOIDS {
+        return Some(format!(
+            "{percent:.1} % of the specimen is as dark as air (cracks, pores, a chipped edge) and is meshed as matrix: the grain fraction refers to the cylinder including its voids (share of voids: void_fraction in segment.csv); {beside}",
+        ));
+    }
+    (fraction > THIN_VOIDS).then(|| {
         format!(
-            "{:.1} % of the specimen is as dark as air (cracks, pores, a chipped edge) and is meshed as matrix: the grain fraction refers to the cylinder including its voids (share of voids: void_fraction in segment.csv)",
-            100.0 * fraction
+            "the grain fraction is uncertain: {percent:.2} % of the specimen is as dark as air (cracks, pores; void_fraction in segment.csv), and {beside}"
+        )
+    })
+}
+
+/// Returns a warning if the material that counts as grain is hollow and the other material is not. In `shapes`, the
+/// brighter material is the material that counts as grain. `is_inverted` is true for an image in which air is the
+/// brightest material.
+pub(super) fn exchanged_in_words(
+    shapes: Option<Shapes>,
+    contrast: Contrast,
+    is_inverted: bool,
+) -> Option<String> {
+    let shapes = shapes.filter(Shapes::is_exchanged)?;
+    let (counted, other, remedy) = match (contrast, is_inverted) {
+        (Contrast::Bright, _) => {
+            ("brighter", "darker", "set contrast = \"dark\" in [specimen.image]")
+        }
+        (Contrast::Dark, false) => {
+            ("darker", "brighter", "set contrast = \"bright\" in [specimen.image]")
+        }
+        (Contrast::Dark, true) => ("darker", "brighter", "invert the grey values of the image"),
+    };
+    Some(format!(
+        "grains and matrix are exchanged if grains are the {other} material: the {counted} material counts as grain but is hollow, \
+         as a matrix around grains (relative curvature of the interface {:.2}; separate grains: up to 0.67), and {:.0} % of it is \
+         one connected part, but {:.0} % of the {other} material: {remedy}",
+        shapes.curvature,
+        100.0 * shapes.bright_part,
+        100.0 * shapes.dark_part
+    ))
+}
+
+/// Returns a warning if the model of two materials and blur could not be fitted.
+pub(super) fn unfitted_in_words(is_fitted: bool) -> Option<String> {
+    (!is_fitted).then(|| {
+        "grain volumes are uncertain by more than 10 %, because no model of the two blurred materials could be fitted: too few voxels \
+         of matrix or grain are away from the wall and from voids; a smaller voxel size, or a specimen with more grains, gives \
+         accurate volumes"
+            .to_owned()
+    })
+}
+
+/// Returns a warning about a cylinder that is too thin for an accurate grain fraction.
+pub(super) fn thin_in_words(radius: f64) -> Option<String> {
+    (radius < THIN).then(|| {
+        format!(
+            "the grain fraction is probably too large: the specimen has a radius of {radius:.1} voxels, and in synthetic specimens with a \
+             radius of 8 to 10 voxels the fraction was 3 to 62 % too large; a smaller voxel size, so that the radius is at \
+             least {THIN} voxels, reduces this error"
         )
     })
 }

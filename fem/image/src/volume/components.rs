@@ -1,9 +1,80 @@
-//! Filling of holes in a set of voxels, by connected components.
+//! Connected components of a set of voxels: the largest component, and filling of holes.
+
+use std::ops::Range;
 
 use super::disjoint_sets::DisjointSets;
 
 /// A run of voxels along x: first index, and last index + 1.
 type Run = (u32, u32);
+
+/// Runs of the voxels of a set, and the face-connected components that they form.
+struct Components {
+    runs: Vec<Run>,
+    /// Index of the first run of each row; one more entry for the end of the last row.
+    first_of_row: Vec<usize>,
+    sets: DisjointSets,
+}
+
+impl Components {
+    /// Finds the components of the voxels for which `is_member` holds.
+    fn of([nx, ny, nz]: [usize; 3], set: &[u8], is_member: impl Fn(u8) -> bool) -> Self {
+        let rows = ny * nz;
+        let mut runs: Vec<Run> = Vec::new();
+        let mut first_of_row = Vec::with_capacity(rows + 1);
+        for row in 0..rows {
+            first_of_row.push(runs.len());
+            let voxels = &set[nx * row..][..nx];
+            let mut x = 0;
+            while x < nx {
+                let from = x;
+                let member = is_member(voxels[x]);
+                while x < nx && is_member(voxels[x]) == member {
+                    x += 1;
+                }
+                if member {
+                    runs.push((from as u32, x as u32));
+                }
+            }
+        }
+        first_of_row.push(runs.len());
+        let sets = DisjointSets::new(runs.len());
+        let mut components = Components { runs, first_of_row, sets };
+        for row in 0..rows {
+            let (y, z) = (row % ny, row / ny);
+            let before = [(y > 0).then(|| row - 1), (z > 0).then(|| row - ny)];
+            for other in before.into_iter().flatten() {
+                components.join(row, other);
+            }
+        }
+        components
+    }
+
+    fn of_row(&self, row: usize) -> Range<usize> {
+        self.first_of_row[row]..self.first_of_row[row + 1]
+    }
+
+    /// Joins the overlapping runs of two neighbouring rows.
+    fn join(&mut self, row: usize, other: usize) {
+        let (here, there) = (self.of_row(row), self.of_row(other));
+        let (mut a, mut b) = (here.start, there.start);
+        while a < here.end && b < there.end {
+            if self.runs[a].0 < self.runs[b].1 && self.runs[b].0 < self.runs[a].1 {
+                self.sets.join(a as u32, b as u32);
+            }
+            if self.runs[a].1 < self.runs[b].1 { a += 1 } else { b += 1 }
+        }
+    }
+}
+
+/// Returns the number of voxels of the largest face-connected component of a set.
+pub(crate) fn largest_component(shape: [usize; 3], set: &[u8]) -> usize {
+    let mut components = Components::of(shape, set, |voxel| voxel != 0);
+    let mut sizes = vec![0; components.runs.len()];
+    for (run, &(from, to)) in components.runs.iter().enumerate() {
+        sizes[components.sets.root(run as u32) as usize] += (to - from) as usize;
+    }
+    sizes.into_iter().max().unwrap_or(0)
+}
 
 /// Adds to `set` every hole of at most `most` voxels: a face-connected component of voxels outside the set that does
 /// not reach the edge of the volume.
@@ -13,58 +84,26 @@ pub(crate) fn fill_holes(shape: [usize; 3], set: &mut [u8], most: usize) {
     }
     let [nx, ny, nz] = shape;
     let rows = ny * nz;
-    let mut runs: Vec<Run> = Vec::new();
-    let mut first_of_row = Vec::with_capacity(rows + 1);
-    for row in 0..rows {
-        first_of_row.push(runs.len());
-        let voxels = &set[nx * row..][..nx];
-        let mut x = 0;
-        while x < nx {
-            let from = x;
-            let inside = voxels[x] != 0;
-            while x < nx && (voxels[x] != 0) == inside {
-                x += 1;
-            }
-            if !inside {
-                runs.push((from as u32, x as u32));
-            }
-        }
-    }
-    first_of_row.push(runs.len());
-    let of_row = |row: usize| first_of_row[row]..first_of_row[row + 1];
-
-    let mut sets = DisjointSets::new(runs.len());
-    for row in 0..rows {
-        let (y, z) = (row % ny, row / ny);
-        let before = [(y > 0).then(|| row - 1), (z > 0).then(|| row - ny)];
-        for other in before.into_iter().flatten() {
-            let (mut a, mut b) = (of_row(row).start, of_row(other).start);
-            while a < of_row(row).end && b < of_row(other).end {
-                if runs[a].0 < runs[b].1 && runs[b].0 < runs[a].1 {
-                    sets.join(a as u32, b as u32);
-                }
-                if runs[a].1 < runs[b].1 { a += 1 } else { b += 1 }
-            }
-        }
-    }
+    let mut components = Components::of(shape, set, |voxel| voxel == 0);
 
     // number of voxels of each component; `usize::MAX` marks a component that reaches the edge of the volume
-    let mut size = vec![0_usize; runs.len()];
+    let mut size = vec![0_usize; components.runs.len()];
     for row in 0..rows {
         let (y, z) = (row % ny, row / ny);
         let edge = y == 0 || z == 0 || y + 1 == ny || z + 1 == nz;
-        for run in of_row(row) {
-            let (from, to) = (runs[run].0 as usize, runs[run].1 as usize);
+        for run in components.of_row(row) {
+            let (from, to) = components.runs[run];
+            let (from, to) = (from as usize, to as usize);
             let length = if edge || from == 0 || to == nx { usize::MAX } else { to - from };
-            let root = sets.root(run as u32) as usize;
+            let root = components.sets.root(run as u32) as usize;
             size[root] = size[root].saturating_add(length);
         }
     }
     for row in 0..rows {
-        for run in of_row(row) {
-            if size[sets.root(run as u32) as usize] <= most {
-                let (from, to) = (runs[run].0 as usize, runs[run].1 as usize);
-                set[nx * row..][from..to].fill(1);
+        for run in components.of_row(row) {
+            if size[components.sets.root(run as u32) as usize] <= most {
+                let (from, to) = components.runs[run];
+                set[nx * row..][from as usize..to as usize].fill(1);
             }
         }
     }

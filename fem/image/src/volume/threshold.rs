@@ -5,7 +5,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use crate::Volume;
-use crate::volume::filter::core;
+use crate::volume::filter::{core, erode};
 use crate::volume::grey::sum;
 
 /// Number of bins of a histogram of 16-bit values.
@@ -15,6 +15,10 @@ pub(crate) const WIDTH: usize = 65536 / BINS;
 
 /// Smallest number of voxels away from interfaces from which the mean grey value of a class is computed.
 const CORE: u64 = 1000;
+/// Number of windows into which the range of grey values of a class is divided in the search for a peak.
+const WINDOWS: usize = 12;
+/// Smallest ratio of the number of voxels at a peak of a histogram to the numbers at both ends of the class.
+const PEAK: f64 = 1.5;
 
 /// Returns the grey value in the middle of a bin.
 pub(crate) fn middle(bin: usize) -> f64 {
@@ -130,11 +134,38 @@ pub(crate) fn level_of(counts: &[u64], voxels: f64) -> f64 {
 /// Returns the mean grey value of a class, given by a range of grey values. The mean is over the voxels whose whole 5³
 /// neighbourhood is in the class; `None` if there are fewer than [`CORE`] such voxels.
 pub(crate) fn core_mean(image: &Volume<u16>, inside: &[u8], range: Range<f64>) -> Option<f64> {
+    eroded_mean(image, inside, range, core)
+}
+
+/// Returns the mean grey value of a class like [`core_mean`], but over the voxels whose 3³ neighbourhood is in the class.
+/// Such voxels also exist in a narrow matrix between grains, and at the blurred wall between air and specimen.
+/// Therefore, the result is `None` unless the histogram `counts` has a peak within the range of grey values.
+pub(crate) fn peaked_mean(
+    image: &Volume<u16>,
+    inside: &[u8],
+    range: Range<f64>,
+    counts: &[u64],
+) -> Option<f64> {
+    let bins = (range.start / WIDTH as f64) as usize..(range.end / WIDTH as f64) as usize;
+    let width = bins.len().div_ceil(WINDOWS).max(1);
+    let windows: Vec<u64> =
+        counts.get(bins)?.windows(width).map(|counts| counts.iter().sum()).collect();
+    let edge = (*windows.first()?).max(*windows.last()?);
+    let peak = *windows.iter().max()?;
+    (peak as f64 > PEAK * edge as f64).then(|| eroded_mean(image, inside, range, erode)).flatten()
+}
+
+fn eroded_mean(
+    image: &Volume<u16>,
+    inside: &[u8],
+    range: Range<f64>,
+    erosion: impl Fn([usize; 3], &[u8]) -> Vec<u8>,
+) -> Option<f64> {
     let values = image.values.par_iter().zip(inside);
     let class: Vec<u8> = values
         .map(|(&value, &inside)| u8::from(range.contains(&f64::from(value))) & inside)
         .collect();
-    let core = core(image.shape, &class);
+    let core = erosion(image.shape, &class);
     let counts = histogram(&image.values, &core);
     (counts.iter().sum::<u64>() >= CORE).then(|| class_means(&counts, &[])[0])
 }

@@ -32,6 +32,13 @@ fn the_only_volume_of_a_file_is_read_with_its_voxel_size() {
         assert!(words.contains(part), "{part:?} is not in {words}");
     }
 
+    // h5py writes a list of integers as 64-bit integers
+    for name in ["long", "short"] {
+        let options = ReadOptions { voxel_mm: None, ..dataset(name) };
+        let header = StackHeader::read(&file("integers.h5"), &options).unwrap();
+        assert_eq!(header.voxel_mm, 0.02, "{name}");
+    }
+
     // slices of a chunked volume are read in slabs; their order and number do not matter
     let given = ReadOptions { voxel_mm: Some(0.02), ..ReadOptions::default() };
     let chunked = read(&file("chunked.h5"), &given).unwrap();

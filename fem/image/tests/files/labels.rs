@@ -154,6 +154,48 @@ fn without_phases_each_label_is_a_grain_and_background_in_the_specimen_gives_a_w
 }
 
 /// A region excludes a tube with a separate label, and the slices beyond the specimen.
+/// Returns an image of separate cubes in the label 0. The cubes are in a cylinder or in the whole image.
+fn cubes(is_cylinder: bool) -> Volume<i64> {
+    let values = (0..40_usize.pow(3)).map(|n| {
+        let [x, y, z] = [n % 40, n / 40 % 40, n / 1600];
+        let cell = [x / 8, y / 8, z / 8];
+        let is_cube = [x, y, z].iter().all(|c| (2..6).contains(&(c % 8)));
+        let off = [cell[0], cell[1]].map(|c| 8.0 * c as f64 - 16.0);
+        let is_out = is_cylinder && off[0].hypot(off[1]) > 15.0;
+        if is_cube && !is_out { 1 + (cell[0] + 5 * (cell[1] + 5 * cell[2])) as i64 } else { 0 }
+    });
+    Volume::new([40; 3], 0.1, values.collect()).unwrap()
+}
+
+#[test]
+fn corners_without_grains_are_reported_if_no_label_of_the_background_is_given() {
+    let reported = |rules: &LabelRules, is_cylinder: bool| {
+        let warnings = run(rules, &cubes(is_cylinder)).unwrap().warnings;
+        warnings.iter().any(|text| text.contains("label of air as background"))
+    };
+    let auto = LabelRules { small_grain_voxels: 1, ..LabelRules::default() };
+    assert!(reported(&auto, true) && !reported(&auto, false));
+    // a block that the user requests is not doubted
+    let block = LabelRules { specimen: SpecimenForm::Block, ..auto };
+    assert!(!reported(&block, true));
+}
+
+#[test]
+fn labels_of_a_cylinder_beyond_the_image_are_reported() {
+    let rules = LabelRules { background: Some(9), ..LabelRules::default() };
+    let cut = |shift: usize| {
+        let whole = scene();
+        let [nx, ny, nz] = whole.shape;
+        let shape = [nx, ny, nz - shift];
+        Volume::new(shape, whole.voxel_mm, whole.values[nx * ny * shift..].to_vec()).unwrap()
+    };
+    let reported = |shift: usize| {
+        let warnings = run(&rules, &cut(shift)).unwrap().warnings;
+        warnings.iter().any(|text| text.contains("reaches the first slice"))
+    };
+    assert!(reported(10) && !reported(0));
+}
+
 #[test]
 fn a_region_restricts_the_labels_of_the_specimen() {
     let mut image = scene();

@@ -118,6 +118,74 @@ fn the_spacing_of_slices_is_part_of_the_voxel_size() {
     }
 }
 
+/// Writes the slices `order` of a noisy image of a cylinder with small grains, in air and in the frame of a
+/// reconstruction. The blur of the ends extends over four slices. `scale` is applied to the slices from number 20 (from
+/// 0).
+fn write_scan(path: &Path, order: impl Iterator<Item = usize>, scale: f64) {
+    let side = 48;
+    let mut encoder = TiffEncoder::new(BufWriter::new(File::create(path).unwrap())).unwrap();
+    let profile = |z: usize| match z.min(39 - z) {
+        0..3 => 0.0,
+        3 => 0.01,
+        4 => 0.22,
+        5 => 0.78,
+        6 => 0.99,
+        _ => 1.0,
+    };
+    // reproducible random numbers from 0 to 1
+    let random = |n: usize| {
+        let hash = (n as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        let hash = (hash ^ (hash >> 29)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        ((hash ^ (hash >> 32)) % 4001) as f64 / 4000.0
+    };
+    let balls: Vec<[f64; 3]> =
+        (0..240).map(|n| [0, 1, 2].map(|k| 40.0 * random(1_000_000 + 3 * n + k) - 20.0)).collect();
+    for z in order {
+        let noise = |n: usize| 4000.0 * random(z * side * side + n) - 2000.0;
+        let grey = |n: usize| {
+            let [x, y] = [n % side, n / side].map(|c| c as f64 - 23.5);
+            let off = x.hypot(y);
+            if off > 23.4 {
+                return 0;
+            }
+            let at = [x, y, z as f64 - 19.5];
+            let square = |ball: &[f64; 3]| (0..3).map(|k| (at[k] - ball[k]).powi(2)).sum::<f64>();
+            let is_grain = balls.iter().any(|ball| square(ball) < 9.0);
+            let inside = if off < 20.0 { profile(z) } else { 0.0 };
+            let material = if is_grain { 36_000.0 } else { 20_000.0 };
+            let grey = 8000.0 + inside * material + noise(n);
+            (if z < 20 { grey } else { scale * grey }) as u16
+        };
+        let slice: Vec<u16> = (0..side * side).map(grey).collect();
+        encoder.write_image::<Gray16>(side as u32, side as u32, &slice).unwrap();
+    }
+}
+
+/// The blurred ends of a specimen do not look like a change of the grey scale, and the frame of a reconstruction does
+/// not hide the difference between slices of air and slices of the specimen.
+#[test]
+fn the_continuity_of_a_stack_is_checked_when_the_file_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scan.tif");
+    let warnings = |order: &mut dyn Iterator<Item = usize>, scale: f64| {
+        write_scan(&path, order, scale);
+        let mut warnings = read(&path, &GIVEN).unwrap().header.warnings;
+        warnings.retain(|text| !text.contains("voxel_mm"));
+        warnings
+    };
+    assert_eq!(warnings(&mut (0..40), 1.0), Vec::<String>::new());
+    for (found, part) in [
+        (warnings(&mut (0..40), 1.1), "after slice 20 grey values are multiplied by 1.1"),
+        (warnings(&mut (0..80).map(|k| k / 2), 1.0), "every slice is stored 2 times"),
+        (
+            warnings(&mut (0..16).chain(22..40), 1.0),
+            "slices 16 and 17 differ as slices elsewhere that are",
+        ),
+    ] {
+        assert!(found.len() == 1 && found[0].contains(part), "{found:?}, not {part}");
+    }
+}
+
 #[test]
 fn a_stack_behind_one_page_is_read() {
     let folder = tempfile::tempdir().unwrap();

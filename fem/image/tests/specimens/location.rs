@@ -78,6 +78,92 @@ fn a_pedestal_is_removed_with_a_warning() {
     assert!((ratio - 1.0).abs() < 0.02, "{ratio}");
 }
 
+/// Returns the signed distance of a point from a cylinder that leans along x; negative inside. The middle of its axis is
+/// `middle`, and `slope` is dx/dz of the axis.
+fn leaning(middle: [f64; 3], [radius, height]: [f64; 2], slope: f64, p: [f64; 3]) -> f64 {
+    let cos = (1.0 + slope * slope).sqrt().recip();
+    let [x, y, z] = [0, 1, 2].map(|k| p[k] - middle[k]);
+    let (across, along) = (cos * (x - slope * z), cos * (slope * x + z));
+    (across.hypot(y) - radius).max(along.abs() - height / 2.0)
+}
+
+/// Returns a cylinder that leans along x, with balls on its axis.
+fn leaning_specimen(middle: [f64; 3], size: [f64; 2], slope: f64) -> Scene {
+    let mut scene = Scene::filled(SHAPE, AIR);
+    scene.paint(|p| leaning(middle, size, slope, p), MATRIX);
+    let cos = (1.0 + slope * slope).sqrt().recip();
+    let count = (size[1] / 13.0) as usize;
+    for n in 0..count {
+        let along = 13.0 * (n as f64 - (count as f64 - 1.0) / 2.0);
+        let off = [slope * cos * along, 0.0, cos * along];
+        scene.add_ball([0, 1, 2].map(|k| middle[k] + off[k]), 5.0, GRAIN);
+    }
+    scene
+}
+
+/// The sections of a leaning cylinder are ellipses, whose area exceeds the area of the cylinder's circle.
+#[test]
+fn a_cylinder_that_leans_by_25_degrees_is_located() {
+    let (size, slope) = ([20.0, 50.0], 25.0_f64.to_radians().tan());
+    let found = run(&leaning_specimen([40.0, 40.0, 40.0], size, slope).image());
+    let cylinder = found.cylinder;
+    assert!((cylinder.lean[0] - slope).abs() < 0.005, "{cylinder:?}");
+    for (mm, voxels) in [(cylinder.radius_mm, size[0]), (cylinder.height_mm(), size[1])] {
+        assert!((mm / VOXEL_MM - voxels).abs() < 0.4, "{cylinder:?}");
+    }
+    assert_eq!(found.warnings, Vec::<String>::new());
+}
+
+/// The lower edge of a leaning specimen stands on a pedestal with the radius of the specimen, or the specimen stands on
+/// a narrower pedestal that leans like the specimen.
+#[test]
+fn a_pedestal_below_a_leaning_specimen_is_removed_with_a_warning() {
+    let (size, slope) = ([26.0, 52.0], 0.08);
+    let middle = [40.0, 40.0, 44.0];
+    let upright = |[x, y, z]: [f64; 3]| ((x - 40.0).hypot(y - 40.0) - 26.0).max(z - 13.0);
+    let narrower = |p: [f64; 3]| {
+        let below = leaning(middle, [20.0, 200.0], slope, p);
+        below.max((slope * (p[0] - middle[0]) + p[2] - middle[2]) / 1.0032 + 26.0)
+    };
+    for pedestal in [&upright as &dyn Fn([f64; 3]) -> f64, &narrower] {
+        let mut scene = leaning_specimen(middle, size, slope);
+        scene.paint(pedestal, MATRIX);
+        let found = run(&scene.image());
+        let cylinder = found.cylinder;
+        assert!(found.warnings.iter().any(|w| w.contains("as a pedestal")), "{:?}", found.warnings);
+        assert!((cylinder.radius_mm / VOXEL_MM - size[0]).abs() < 0.4, "{cylinder:?}");
+        assert!((cylinder.height_mm() / VOXEL_MM - size[1]).abs() < 1.0, "{cylinder:?}");
+        // the middle of the axis has moved with the lower end
+        let truth = middle.map(|c| c * VOXEL_MM);
+        let found_middle = cylinder.to_image([0.0, 0.0, cylinder.height_mm() / 2.0]);
+        assert!(
+            (0..3).all(|k| (found_middle[k] - truth[k]).abs() < 0.7 * VOXEL_MM),
+            "{cylinder:?}"
+        );
+    }
+}
+
+/// Layers of matrix without grains at both ends change neither the location nor the grain fraction.
+#[test]
+fn layers_without_grains_at_the_ends_belong_to_the_specimen() {
+    for (radius, fraction, layer) in [(4.0, 0.1, 6.0), (5.0, 0.25, 12.0), (9.0, 0.25, 18.0)] {
+        let truth = pillar();
+        let [bottom, top] = truth.ends;
+        let inner = Pillar { ends: [bottom + layer, top - layer], ..truth };
+        let mut scene = Scene::filled(SHAPE, AIR);
+        scene.paint(|p| truth.distance(p), MATRIX);
+        scene.add_balls(&inner, radius, fraction, GRAIN);
+        let found = run(&scene.image());
+        assert_found(&found, &truth);
+        let ratio = found.statistics.grain_fraction / scene.fraction(truth.volume());
+        println!(
+            "radius {radius}, fraction {fraction}, layers of {layer}: {ratio} {:?}",
+            found.warnings
+        );
+        assert!((ratio - 1.0).abs() < 0.02, "{ratio}");
+    }
+}
+
 /// A reconstruction writes one exact value outside its circle, which must not be classified as air.
 #[test]
 fn the_circle_of_the_reconstruction_is_not_the_wall() {

@@ -46,6 +46,30 @@ fn small_grains_have_the_correct_volume() {
     }
 }
 
+/// In a thin cylinder with many grains, hardly any voxel of the matrix is away from grains and wall. The radius is
+/// correct; the fraction is up to 13 % too large, which a warning reports.
+#[test]
+fn a_thin_cylinder_with_many_grains_has_its_radius_and_a_warning_about_its_fraction() {
+    let thin = Pillar::amid(SHAPE, 13.0, 60.0);
+    let scene = Scene::specimen(SHAPE, thin, 4.0, 0.26);
+    let found = run(&scene.image(), None);
+    let radius = found.cylinder.radius_mm / VOXEL_MM;
+    let ratio = found.statistics.grain_fraction / scene.fraction(thin.volume());
+    assert!((radius - 13.0).abs() < 0.15, "{radius}");
+    assert!((ratio - 1.0).abs() < 0.13, "{ratio}");
+    let is_warned = found.warnings.iter().any(|w| w.contains("the grain fraction is uncertain"));
+    assert!(is_warned, "{:?}", found.warnings);
+}
+
+/// In still thinner cylinders the fraction is wrong, and a warning states the limit.
+#[test]
+fn a_cylinder_below_the_limit_of_the_radius_causes_a_warning() {
+    let narrow = Pillar::amid(SHAPE, 9.0, 60.0);
+    let found = run(&Scene::specimen(SHAPE, narrow, 4.0, 0.05).image(), None);
+    let is_about_radius = |w: &String| w.contains("the specimen has a radius of ");
+    assert!(found.warnings.iter().any(is_about_radius), "{:?}", found.warnings);
+}
+
 /// The reported threshold is the grey value half way between the materials. If the user gives this value as
 /// `grain_threshold`, the grains are the same.
 #[test]

@@ -25,6 +25,11 @@ def contiguous(file):
     file["exchange/title"] = "contiguous"
 
 
+def integers(file):
+    for name, size in (("long", [20, 20, 20]), ("short", np.full(3, 20, "<u2"))):
+        file.create_dataset(name, data=VALUES.astype("<u2")).attrs["element_size_um"] = size
+
+
 def chunked(file):
     values = (VALUES - 200).astype("<i2")
     data = file.create_dataset(
@@ -60,6 +65,7 @@ def none(file):
 
 
 write("contiguous.h5", "earliest", contiguous)
+write("integers.h5", "earliest", integers)
 write("chunked.h5", "latest", chunked)
 write("ilastik.h5", "earliest", ilastik)
 write("several.h5", "latest", several)
