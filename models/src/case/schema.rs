@@ -138,7 +138,10 @@ fn add_changes(definitions: &mut Map<String, Value>, first: &str) {
 /// the definitions to which the table refers.
 fn make_optional(schema: &mut Value, definitions: &Map<String, Value>, names: &mut Vec<String>) {
     let Some(map) = schema.as_object_mut() else { return };
-    map.remove("required");
+    // the only key of a table is the name of a variant
+    if map.get("properties").and_then(Value::as_object).is_none_or(|keys| keys.len() > 1) {
+        map.remove("required");
+    }
     if let Some(Value::String(path)) = map.get_mut("$ref")
         && let Some(name) = path.strip_prefix(DEFINITIONS).map(str::to_owned)
         && definitions

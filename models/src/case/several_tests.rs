@@ -67,11 +67,12 @@ pub struct TestEntry {
 }
 
 fn test_keys(_: &mut SchemaGenerator) -> Schema {
+    let calibration = json_schema!({
+        "description": "Likelihood of the test; all tests have one sampler.",
+        "propertyNames": { "not": { "enum": JOINT_CALIBRATION } },
+    });
     json_schema!({
-        "allOf": [
-            changed_case(),
-            { "properties": { "calibration": { "propertyNames": { "not": { "enum": JOINT_CALIBRATION } } } } },
-        ],
+        "allOf": [changed_case(), { "properties": { "calibration": calibration } }],
         "propertyNames": { "not": { "enum": JOINT } },
     })
 }
