@@ -3,7 +3,9 @@
 use fem::FemError;
 use ppl::Univariate;
 
-use super::super::{Case, CaseFile, Mistakes, Parameter, PriorCase, SimulationParts, TargetError};
+use super::super::{
+    Case, CaseFile, MaterialCase, Mistakes, Parameter, PriorCase, SimulationParts, TargetError,
+};
 use super::interface::{WrongInterface, check_interface};
 use super::machine::check_machine;
 use crate::error::InputError;
@@ -240,7 +242,10 @@ impl CaseFile {
         let changed = |(region, _): &(&String, &_)| {
             simulation.material[*region] != self.case.material[*region]
         };
-        for (region, _) in self.case.material.iter().filter(changed) {
+        for (region, material) in self.case.material.iter().filter(changed) {
+            if self.in_fem(region, material).is_err() {
+                continue;
+            }
             let error = self.in_fem(region, &simulation.material[region]);
             if let Err(FemError::OutOfRange { field: "fraction", value, .. }) = error {
                 let key = format!("prior.{region}.viscoelastic");
@@ -281,7 +286,11 @@ impl CaseFile {
             let _ = parameter.set(&mut simulation, value);
             names.push(format!("{path} = {value}"));
         }
-        for (region, material) in simulation.material.iter().filter(|(_, m)| m.strength.is_some()) {
+        // the check of the material reports a strength that the case itself does not allow
+        let is_checked = |(region, material): &(&String, &MaterialCase)| {
+            material.strength.is_some() && self.in_fem(region, &self.case.material[*region]).is_ok()
+        };
+        for (region, material) in simulation.material.iter().filter(is_checked) {
             let checked = material
                 .in_fem()
                 .and_then(|material| material.validate(region, simulation.phase_field.as_ref()));
