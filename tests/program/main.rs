@@ -296,3 +296,20 @@ fn a_killed_simulation_continues_to_the_identical_curve() {
         assert!(whole == killed, "{file} differs");
     }
 }
+
+/// A misspelt results folder is not created.
+#[test]
+fn a_stage_that_needs_results_makes_no_folder() {
+    let dir = tempfile::tempdir().unwrap();
+    for stage in ["report", "calibrate", "next-test"] {
+        let (code, _, err) = said(&breccia(dir.path(), &[stage, "--out", "typo"]));
+        assert_eq!(code, Some(1), "{err}");
+        assert!(err.contains("typo is not a results folder: there is no such folder"), "{err}");
+        assert!(!dir.path().join("typo").exists(), "{stage}");
+    }
+    // a folder in which nothing has been run has no results to report
+    std::fs::create_dir(dir.path().join("empty")).unwrap();
+    let (code, _, err) = said(&breccia(dir.path(), &["report", "--out", "empty"]));
+    assert!(code == Some(1) && err.contains("no stage has been run there"), "{err}");
+    assert_eq!(std::fs::read_dir(dir.path().join("empty")).unwrap().count(), 0);
+}

@@ -13,6 +13,7 @@ mod times;
 use crate::experiment::TestCurve;
 use crate::machine::Machine;
 use crate::qoi::{QoiError, Qois, Window};
+pub use confined::inspect_confined;
 use finding::largest;
 pub use finding::{Finding, Weight};
 use order::{NOISE_BACK, noise_of_displacement, order};

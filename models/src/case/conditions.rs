@@ -281,7 +281,7 @@ impl ConditionsCase {
             return None;
         }
         let MeasureCase { surface, direction } = &self.measure;
-        let entries = || self.prescribe.iter().filter(|entry| entry.surface == *surface);
+        let entries = || self.prescribe.iter().filter(move |entry| entry.surface == *surface);
         // the time at which each measured component begins to move
         let mut begins_s = f64::INFINITY;
         for axis in (0..3).filter(|&axis| direction[axis] != 0.0) {

@@ -45,6 +45,16 @@ fn every_bad_value_is_named_with_its_key_and_what_to_do() {
         ),
         ("young_mpa = 275.0", "", &["material.matrix.young_mpa", "is missing"]),
         (
+            "# drive = [\"elastic\"] ",
+            "drive = [\"elastic\", \"plastic\"] #",
+            &["phase_field.drive = \"plastic\"", "plastic.yield_mpa", "no region"],
+        ),
+        (
+            "# degrade = [\"elastic\", \"viscous\"] ",
+            "degrade = [\"elastic\", \"plastic\"] #",
+            &["phase_field.degrade = \"plastic\"", "Remove \"plastic\""],
+        ),
+        (
             "law = \"hencky\" ",
             "law = { mooney-rivlin = { c10_mpa = 1.0, c01_mpa = 0.1, bulk_mpa = 9.0 } } ",
             &["material.matrix.young_mpa = 275", "constants of its own"],

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use crate::WorkflowError;
 use crate::progress::say;
-use crate::prony::{MeasuredModuli, PronyFit, prony_picture};
+use crate::prony::{MeasuredModuli, PronyFit, check_fit, prony_picture};
 use crate::workflow::create_file;
 
 use super::failure::{Failure, file_error};
@@ -24,7 +24,7 @@ pub(super) fn prony(table: &Path, folder: &Path) -> Result<(), Failure> {
         }
     }
     let fit = PronyFit::new(&data);
-    let warning = fit.check(&data, table).map_err(WorkflowError::from)?;
+    let warning = check_fit(&fit, &data, table).map_err(WorkflowError::from)?;
     let text = fit.series.to_toml();
     let drawn = prony_picture(&data, &fit).map_err(|source| file_error(&picture, source))?;
     std::fs::create_dir_all(folder).map_err(|source| init(folder, source))?;

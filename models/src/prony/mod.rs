@@ -21,4 +21,5 @@ mod tests;
 pub use data::MeasuredModuli;
 pub use fit::PronyFit;
 pub use picture::prony_picture;
+pub use quality::check_fit;
 pub use series::{PronySeries, PronyTerm};

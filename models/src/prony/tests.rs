@@ -99,7 +99,8 @@ fn a_power_law_is_described_over_its_decades() {
 /// modulus with noise has a series without terms.
 #[test]
 fn data_that_no_series_describes_are_refused_and_large_errors_are_reported() {
-    let checked = |data: &MeasuredModuli| PronyFit::new(data).check(data, Path::new("data.csv"));
+    let checked =
+        |data: &MeasuredModuli| check_fit(&PronyFit::new(data), data, Path::new("data.csv"));
     let times = || spaced(1e-3, 1e3, 61).into_iter().enumerate();
     let noise = |k: usize| 0.02 * ((k as f64 * 0.754_877_666).fract() - 0.5);
     let of_time = |modulus: &dyn Fn(f64) -> f64| {

@@ -328,3 +328,21 @@ fn keeping(name: &str) -> String {
         ),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_of_files_name_the_remedy() {
+        let text = |kind: io::ErrorKind| {
+            WorkflowError::io(Path::new("out/written.csv"), kind.into()).to_string()
+        };
+        let denied = text(io::ErrorKind::PermissionDenied);
+        for part in ["out/written.csv: ", "another folder with --out", "chmod"] {
+            assert!(denied.contains(part), "{denied}");
+        }
+        assert!(text(io::ErrorKind::StorageFull).contains("free space"));
+        assert!(!text(io::ErrorKind::NotFound).contains(';'));
+    }
+}

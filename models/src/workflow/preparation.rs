@@ -3,7 +3,7 @@
 use super::experiment_inputs;
 use super::inputs::Inputs;
 use crate::case::Toe;
-use crate::curve_check::{CheckedProgram, Finding, InspectedCurve, Weight};
+use crate::curve_check::{CheckedProgram, Finding, InspectedCurve, Weight, inspect_confined};
 use crate::experiment::TestCurve;
 use crate::machine::Machine;
 
@@ -58,7 +58,7 @@ impl Preparation {
         }
         let curve = self.specimen_curve(record);
         if let Some(confined_s) = self.confined_s {
-            let seen = InspectedCurve::of_confined(&curve, slope_fraction, confined_s);
+            let seen = inspect_confined(&curve, slope_fraction, confined_s);
             return (seen.prepared, seen.findings);
         }
         let mut seen = InspectedCurve::of(&curve, slope_fraction);

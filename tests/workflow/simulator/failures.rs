@@ -140,3 +140,18 @@ fn interrupted_and_killed_ensembles_resume() {
     let text = |results: &Path| std::fs::read_to_string(results.join("summary.csv")).unwrap();
     assert_eq!(text(&own), text(&other));
 }
+
+/// A program that cannot solve any run is not tried at all points of the design.
+#[test]
+fn a_program_that_fails_in_all_of_its_first_runs_ends_the_ensemble() {
+    let case = CASE.replace("files", "retries = 1\nfiles");
+    let dir = folder(&case, "echo try >> \"$MARKS/tries\"\necho 'no licence'\nexit 2\n");
+    let arguments = ["run", "bar.toml", "--out", "results", "--threads", "1"];
+    let (code, _, err) = breccia(dir.path(), &arguments);
+    assert_eq!(code, Some(1), "{err}");
+    for part in ["bar.toml: ", "all of the first 5 runs have failed", "no licence", "work/run-00"] {
+        assert!(err.contains(part), "{part:?} is not in {err}");
+    }
+    let tries = std::fs::read_to_string(dir.path().join("marks/tries")).unwrap();
+    assert_eq!(tries.lines().count(), 10, "two attempts for each of five of the ten runs");
+}

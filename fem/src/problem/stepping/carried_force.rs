@@ -55,9 +55,9 @@ impl Increments<'_> {
     /// 1 − Σ f⁰·Δu / Σ f·Δu, with the inner forces f of the body, the inner forces f⁰ of the same fields without residual
     /// stiffness, and the displacements Δu of the increment. Returns zero if the platen does not move into the body.
     ///
-    /// The displacements of an increment at a constant force are concentrated where the body fails. Therefore the share is close to 1 for a body
-    /// that creeps in a broken section, however thin the section is, and close to 0 for a closed crack whose split keeps
-    /// its stiffness in compression.
+    /// The displacements of an increment at a constant force are concentrated where the body fails. Therefore the share is
+    /// close to 1 for a body that creeps in a broken section, however thin the section is, and close to 0 for a closed
+    /// crack whose split keeps its stiffness in compression.
     fn residual_work_share(&self, fields: &Fields, duration: f64) -> Result<f64, StepFailure> {
         let moved_mm = fields.platen_mm - self.state.fields.platen_mm;
         let has_residual =

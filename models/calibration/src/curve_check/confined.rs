@@ -11,25 +11,22 @@ const FEWEST: usize = 3;
 /// begins.
 const OF_ORIGIN: [&str; 4] = ["preload", "force-zero", "late-load", "toe"];
 
-impl InspectedCurve {
-    /// Checks a curve whose displacement rests up to `confined_s` after its first reading, while other loads change the
-    /// force. The readings of the confinement are kept. Spikes, order, slope and peak are checked after the confinement,
-    /// and the origin of force and displacement is not checked. A curve without times rests as long as its displacement
-    /// is constant.
-    pub fn of_confined(curve: &TestCurve, slope_fraction: f64, confined_s: f64) -> Self {
-        let mut check = Self::unchecked(curve);
-        let start = end_of_confinement(curve, confined_s);
-        let loading: Vec<usize> = (start..curve.force_n.len()).collect();
-        if loading.len() < FEWEST {
-            return check;
-        }
-        let after = Self::of(&curve.picked(&loading), slope_fraction);
-        let kept: Vec<usize> = (0..start + after.prepared.force_n.len()).collect();
-        check.prepared = check.prepared.picked(&kept);
-        check.findings = after.findings;
-        check.findings.retain(|finding| !OF_ORIGIN.contains(&finding.name));
-        check
+/// Checks a curve whose displacement rests up to `confined_s` after its first reading, while other loads change the force.
+/// The readings of the confinement are kept. Spikes, order, slope and peak are checked after the confinement, and the
+/// origin of force and displacement is not checked. A curve without times rests as long as its displacement is constant.
+pub fn inspect_confined(curve: &TestCurve, slope_fraction: f64, confined_s: f64) -> InspectedCurve {
+    let mut check = InspectedCurve::unchecked(curve);
+    let start = end_of_confinement(curve, confined_s);
+    let loading: Vec<usize> = (start..curve.force_n.len()).collect();
+    if loading.len() < FEWEST {
+        return check;
     }
+    let after = InspectedCurve::of(&curve.picked(&loading), slope_fraction);
+    let kept: Vec<usize> = (0..start + after.prepared.force_n.len()).collect();
+    check.prepared = check.prepared.picked(&kept);
+    check.findings = after.findings;
+    check.findings.retain(|finding| !OF_ORIGIN.contains(&finding.name));
+    check
 }
 
 /// Returns the index of the last reading of the confinement.
@@ -77,19 +74,19 @@ mod tests {
         let curve = triaxial();
         let unaware = names(&InspectedCurve::of(&curve, 0.3));
         assert!(unaware.contains(&"toe"), "{unaware:?}");
-        let check = InspectedCurve::of_confined(&curve, 0.3, 1.0);
+        let check = inspect_confined(&curve, 0.3, 1.0);
         assert_eq!(names(&check), [""; 0]);
         assert_eq!((&check.prepared, check.toe_mm), (&curve, 0.0));
         // without times, the confinement ends where the displacement begins
         let timeless = TestCurve { time_s: Vec::new(), ..curve.clone() };
-        assert_eq!(names(&InspectedCurve::of_confined(&timeless, 0.3, 1.0)), [""; 0]);
+        assert_eq!(names(&inspect_confined(&timeless, 0.3, 1.0)), [""; 0]);
     }
 
     #[test]
     fn defects_after_the_confinement_are_found() {
         let mut spiked = triaxial();
         spiked.force_n[30] += 80.0;
-        assert!(names(&InspectedCurve::of_confined(&spiked, 0.3, 1.0)).contains(&"spike"));
+        assert!(names(&inspect_confined(&spiked, 0.3, 1.0)).contains(&"spike"));
         // unloading at the end is omitted, and the confinement is kept
         let mut unloaded = triaxial();
         for k in 1..=10 {
@@ -98,7 +95,7 @@ mod tests {
             unloaded.force_n.push(10.0);
             unloaded.time_s.push(10.0 + 0.1 * f64::from(k));
         }
-        let check = InspectedCurve::of_confined(&unloaded, 0.3, 1.0);
+        let check = inspect_confined(&unloaded, 0.3, 1.0);
         assert_eq!(names(&check), ["unloading"]);
         assert_eq!(check.prepared, triaxial());
     }
@@ -106,7 +103,7 @@ mod tests {
     #[test]
     fn a_curve_that_ends_in_the_confinement_has_no_findings() {
         let curve = triaxial().picked(&(0..8).collect::<Vec<_>>());
-        let check = InspectedCurve::of_confined(&curve, 0.3, 1.0);
+        let check = inspect_confined(&curve, 0.3, 1.0);
         assert_eq!((names(&check), &check.prepared), (Vec::new(), &curve));
     }
 }
