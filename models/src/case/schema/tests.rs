@@ -78,8 +78,8 @@ fn visit_properties(schema: &Value, place: &str, visit: &mut dyn FnMut(&str, &st
     {
         visit_properties(inner, place, visit);
     }
-    for inner in ["additionalProperties", "items"] {
-        visit_properties(&schema[inner], place, visit);
+    for inner in ["additionalProperties", "items"].into_iter().filter_map(|key| schema.get(key)) {
+        visit_properties(inner, place, visit);
     }
 }
 
