@@ -70,9 +70,11 @@ impl CaseFile {
         }
         let unexplained = file.validate().into_iter().filter(|mistake| !read.explains(mistake));
         mistakes.extend(unexplained.map(|mistake| with_excerpt(mistake, text, path)));
-        // in unit tests, the schema must accept every case that the reader accepts
+        // in unit tests, the schema must accept every case that the reader accepts; the reader does not read the candidates
+        // of a case without a prior
         #[cfg(test)]
         if mistakes.is_empty()
+            && file.case.whole_prior().is_some()
             && let Err(error) = super::schema::tests::check_case(text)
         {
             panic!("the schema refuses a case: {error}\n{text}");
