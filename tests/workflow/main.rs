@@ -2,6 +2,7 @@
 
 mod browser;
 mod conditions;
+mod creep;
 mod curve;
 mod derivatives;
 mod discrepancy;
