@@ -147,6 +147,7 @@ mod uncertainty;
 mod validate;
 mod validation_folders;
 mod verdict;
+mod virtual_bodies;
 mod virtual_inputs;
 mod warnings;
 mod written;
