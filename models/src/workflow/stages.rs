@@ -199,6 +199,7 @@ pub(super) static JOINT_STAGES: [Stage; 3] = [
             "evidence.csv",
             "joint/*.json",
             "joint/validation/*.json",
+            "joint/candidate/*.json",
             "warnings/calibrate.txt",
         ],
         share: None,
