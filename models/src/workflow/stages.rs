@@ -197,6 +197,7 @@ pub(super) static JOINT_STAGES: [Stage; 3] = [
             "without_tests.csv",
             "sensitivity.csv",
             "evidence.csv",
+            "joint_model.json",
             "joint/*.json",
             "joint/validation/*.json",
             "joint/candidate/*.json",

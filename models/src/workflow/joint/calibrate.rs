@@ -11,6 +11,7 @@ use super::super::prior_sensitivity::{write_evidence, write_sensitivity};
 use super::super::task::Task;
 use super::evidence::TestEvidence;
 use super::folders;
+use super::model_file::write_model;
 use super::parameters::{FILE, JointParameter, path_and_test};
 use super::sources::write_uncertainty;
 use crate::case::{
@@ -39,6 +40,7 @@ pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         task.check_interrupt()?;
         Ok::<JointCalibration, WorkflowError>(result?)
     };
+    write_model(task, &all, &between)?;
     let joint = calibrated(&all, "draws of all tests")?;
     if !joint.mode.converged {
         let mode = &joint.mode;
