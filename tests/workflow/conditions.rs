@@ -1,4 +1,4 @@
-//! Calibrations with `[conditions]`: triaxial compression.
+//! Calibrations with `[conditions]`: triaxial compression, and tension of a bar with an extensometer.
 
 use std::path::Path;
 
@@ -90,4 +90,71 @@ measure = { surface = "top", direction = [0.0, 0.0, -1.0] }
         let exact = number(&row, "matrix.young_mpa") * strain * area;
         assert!((added / exact - 1.0).abs() < 0.15, "{row:?} {exact}");
     }
+}
+
+/// A round bar that is stretched along its axis. The extensometer measures half of its length.
+const BAR: &str = r#"
+[specimen]
+mesh = "bar.msh"
+order = 1
+regions = { matrix = "matrix" }
+surfaces = { bottom = "bottom", top = "top" }
+"#;
+const TENSION: &str = r#"
+steps = 5
+[conditions]
+symmetry = ["bottom"]
+remove_rigid_motions = true
+prescribe = [{ surface = "top", z_mm = 0.2 }]
+measure = { surface = "top", direction = [0.0, 0.0, 1.0] }
+extensometer = { from_mm = [0.0, 0.0, 4.4], to_mm = [0.0, 0.0, 13.2] }
+"#;
+
+/// A mesh file has virtual specimens, which share its mesh. Hencky's law in uniaxial tension has the force E A ln λ / λ.
+#[test]
+fn a_bar_with_an_extensometer_is_calibrated_on_a_mesh_file() {
+    let dir = tempfile::tempdir().unwrap();
+    let cylinder = fem::CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 };
+    let mut mesh = cylinder.build().unwrap();
+    mesh.nodes.iter_mut().for_each(|node| node[2] *= 4.0);
+    fem::gmsh::write(dir.path().join("bar.msh"), &mesh).unwrap();
+    let area_mm2 = mesh.volume() / 17.6;
+    let stretch = 1.0 + 0.08 / 8.8_f64;
+    let force_n = |young_mpa: f64| young_mpa * area_mm2 * stretch.ln() / stretch;
+
+    let young = ["matrix.young_mpa = [220.0, 340.0]", "matrix.young_mpa = 275.0"];
+    let text = case(BAR, "", TENSION, r#""force-at-0.08-mm""#, young)
+        .replace("noise =", "scatter = { matrix.young_mpa = 0.03 }\nnoise =");
+    let [mean, sd] = calibrated(dir.path(), &text, "bar.msh");
+    let results = dir.path().join("results");
+    let column = "force_at_0.08_mm_N";
+    for row in table(&results.join("runs.csv")) {
+        let exact = force_n(number(&row, "matrix.young_mpa"));
+        assert!((number(&row, column) / exact - 1.0).abs() < 1e-6, "{row:?} {exact}");
+    }
+    let specimens = table(&results.join("experiments.csv"));
+    let truths = table(&results.join("experiments/truth.csv"));
+    assert_eq!(specimens.len(), 4);
+    let mut measured = 0.0;
+    for (specimen, truth) in specimens.iter().zip(&truths) {
+        // noise of 0.05 N and 0.02 µm is below 0.1 % of the force
+        let exact = force_n(number(truth, "matrix.young_mpa"));
+        assert!((number(specimen, column) / exact - 1.0).abs() < 2e-3, "{specimen:?} {exact}");
+        measured += number(specimen, column) / 4.0;
+    }
+    // the posterior is centred at the modulus of the mean force
+    let centre = measured / force_n(1.0);
+    assert!((mean - centre).abs() < 0.5 * sd, "{mean} ± {sd}, {centre}");
+    assert!((mean - 275.0).abs() < 4.0 * sd && sd < 15.0, "{mean} ± {sd}");
+
+    // what a shared mesh does not have is refused
+    let with = |key: &str| {
+        let text = text.replace("seed = 5", &format!("seed = 5\n{key}"));
+        std::fs::write(dir.path().join("refused.toml"), text).unwrap();
+        let (code, out, err) = breccia(dir.path(), &["check", "refused.toml"]);
+        assert_ne!(code, Some(0), "{key}");
+        format!("{out}{err}")
+    };
+    assert!(with("spacing_mm = 1.0").contains("cannot change the elements of specimen.mesh"));
+    assert!(with("scans = true").contains("experiments.virtual.scans"));
 }

@@ -4,6 +4,7 @@
 mod accepted;
 mod browser;
 mod conditions;
+mod creep;
 mod curve;
 mod derivatives;
 mod discrepancy;

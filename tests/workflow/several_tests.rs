@@ -1,5 +1,7 @@
 //! A case with several tests: folders, joint posterior, resume, status and one stage alone.
 
+use std::io::Write as _;
+
 use super::*;
 
 /// Two tests on the tiny mesh.
@@ -9,6 +11,26 @@ fn fast_and_slow() -> String {
         set.qoi.quantities = [\"slope\", \"peak-force\"]\n[prior]\n";
     let text = without_image().replace("[prior]\n", tests).replace("spacing_mm = 1.25\n", "");
     text.replace("[0.00001, 0.005]", "[0.001, 0.005]")
+}
+
+/// Samples the exported joint model with a program that shares no code with this workspace, and compares means within four
+/// standard errors. Needs a Python with NumPy; otherwise a line says that the check was skipped.
+fn assert_same_posterior_in_python(results: &Path) {
+    let python = std::env::var("BRECCIA_PYTHON").unwrap_or_else(|_| "python3".into());
+    let probe = Command::new(&python).args(["-c", "import numpy"]).output();
+    if !probe.is_ok_and(|output| output.status.success()) {
+        // written to standard error directly, because the test harness hides the output of a passing test
+        let note =
+            format!("SKIPPED: {python} has no NumPy; set BRECCIA_PYTHON to a Python with NumPy");
+        writeln!(std::io::stderr(), "{note}").expect("stderr is open");
+        return;
+    }
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("python/two_tests.py");
+    let files = ["joint_model.json", "summary.csv"].map(|name| results.join(name));
+    let output = Command::new(python).arg(script).args(files).output().expect("starts");
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    let [printed, errors] = [&output.stdout, &output.stderr].map(|bytes| text(bytes));
+    assert!(output.status.success(), "{printed}{errors}");
 }
 
 #[test]
@@ -97,10 +119,10 @@ fn two_tests_are_calibrated_together_in_folders_of_their_own() {
     assert_eq!(code, Some(0), "{err}");
     assert_eq!(std::fs::read(out.join("posterior.csv")).unwrap(), before);
 
-    // with only one test in the joint posterior, the joint stage runs again and the ensembles do
-    // not
+    // with a modulus of each test, the joint stage runs again and the ensembles do not
     let text = fast_and_slow()
-        .replace("[calibration]\n", "[calibration]\nbetween_tests.matrix.young_mpa = \"own\"\n");
+        .replace("[calibration]\n", "[calibration]\nbetween_tests.matrix.young_mpa = \"own\"\n")
+        .replace("chains = 2\nwarmup = 150\ndraws = 150", "chains = 4\nwarmup = 400\ndraws = 1500");
     std::fs::write(dir.path().join("two.toml"), text).unwrap();
     let (code, _, err) = breccia(dir.path(), &["calibrate", "two.toml", "--out", "results"]);
     assert_eq!(code, Some(0), "{err}");
@@ -109,6 +131,7 @@ fn two_tests_are_calibrated_together_in_folders_of_their_own() {
         table(&out.join("map.csv")).iter().map(|row| row["parameter"].clone()).collect();
     assert!(names.contains(&"matrix.young_mpa (fast)".to_owned()), "{names:?}");
     assert!(names.contains(&"matrix.young_mpa (slow)".to_owned()), "{names:?}");
+    assert_same_posterior_in_python(&out);
 
     // a parameter that is a power of the rate: its values at both rates, and its value in each test
     let text = fast_and_slow().replace(

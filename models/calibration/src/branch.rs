@@ -60,14 +60,12 @@ impl Controlled<'_> {
 }
 
 /// Returns the branches of a curve whose machine controls the displacement, and in some branches the force (`force`).
-/// Noise displaces a corner by at most `corner_shift` readings.
 ///
 /// Returns no branch if the times decrease anywhere, or if there are fewer than two readings.
 pub fn branches(
     time_s: &[f64],
     displacement: Controlled<'_>,
     force: Option<Controlled<'_>>,
-    corner_shift: usize,
 ) -> Vec<Branch> {
     let count = displacement.values.len();
     let ascends = time_s.windows(2).all(|pair| pair[0] <= pair[1]);
@@ -80,7 +78,7 @@ pub fn branches(
     let mut branches: Vec<Branch> = Vec::new();
     let mut from = 0;
     while from + 1 < count {
-        let end = next_corner(&of_displacement, from, 0);
+        let end = next_corner(&of_displacement, from);
         let by_displacement = match displacement.direction(from, end) {
             1 => BranchKind::Loading,
             -1 => BranchKind::Unloading,
@@ -88,12 +86,12 @@ pub fn branches(
         };
         let (mut kind, mut to) = (by_displacement, end);
         if let Some((force, corners)) = &of_force {
-            let end_of_force = next_corner(corners, from, corner_shift);
+            let end_of_force = next_corner(corners, from);
             // if both are linear equally long, a constant value is the controlled one
             let direction = force.direction(from, end_of_force);
-            let is_tie = end_of_force.abs_diff(end) <= corner_shift.min((end - from) / 10);
-            let is_force_hold = is_tie && direction == 0 && by_displacement != BranchKind::Hold;
-            if (end_of_force > end && !is_tie) || is_force_hold {
+            let is_force_hold =
+                end_of_force == end && direction == 0 && by_displacement != BranchKind::Hold;
+            if end_of_force > end || is_force_hold {
                 to = end_of_force;
                 kind = match direction {
                     1 => BranchKind::Loading,
@@ -112,18 +110,10 @@ pub fn branches(
     branches
 }
 
-/// Returns the first corner after the reading `from`. A corner at most `nearest` readings after `from` is skipped if
-/// another corner follows: noise has moved it away from `from`.
-fn next_corner(corners: &[usize], from: usize, nearest: usize) -> usize {
+/// Returns the first corner after the reading `from`.
+fn next_corner(corners: &[usize], from: usize) -> usize {
     let last = corners.last().copied().unwrap_or(from + 1);
-    let mut later = corners.iter().copied().filter(|corner| *corner > from);
-    let first = later.next().unwrap_or(last);
-    // few readings per branch: a near corner is another corner
-    let following = later.next().filter(|following| following - from > 4 * nearest);
-    match following {
-        Some(following) if first - from <= nearest => following,
-        _ => first,
-    }
+    corners.iter().copied().find(|corner| *corner > from).unwrap_or(last)
 }
 
 /// Returns the readings of the first loading of a curve with branches: the readings of loading branches whose
@@ -250,7 +240,7 @@ mod tests {
     }
 
     fn by_displacement(time_s: &[f64], u: &[f64], tolerance: f64) -> Vec<Branch> {
-        branches(time_s, Controlled { values: u, tolerance }, None, 0)
+        branches(time_s, Controlled { values: u, tolerance }, None)
     }
 
     /// A ramp in displacement with a curved force, a ramp in force, a hold of the force with creep, unloading in force,
@@ -260,32 +250,21 @@ mod tests {
         use BranchKind::{ForceHold, Hold, Loading, Unloading};
         let ends = [1.0, 2.0, 8.0, 9.0, 12.0].map(|time_s| (time_s, 0.0));
         let time_s = readings(&ends, 40).0;
-        for noise_sd in [0.0, 0.02] {
-            let normal = Normal::new(0.0, 1.0).unwrap();
-            let mut rng = Xoshiro256PlusPlus::seed_from_u64(11);
-            let mut read = |(u, f): (f64, f64)| {
-                let mut noisy = |x: f64, sd: f64| x + sd * normal.sample(&mut rng);
-                (noisy(u, 1e-3 * noise_sd), noisy(f, noise_sd))
-            };
-            let exact = |t: f64| match t {
-                t if t <= 1.0 => (0.05 * t, 50.0 * t.powf(0.8)),
-                t if t <= 2.0 => (0.05 + 0.03 * (t - 1.0).powi(2), 50.0 + 40.0 * (t - 1.0)),
-                t if t <= 8.0 => (0.08 + 0.03 * (1.0 - (2.0 - t).exp()), 90.0),
-                t if t <= 9.0 => (0.11 - 0.06 * (t - 8.0).powf(1.2), 90.0 - 80.0 * (t - 8.0)),
-                _ => (0.05, 10.0 + 15.0 * (1.0 - (9.0 - t).exp())),
-            };
-            let (u, f): (Vec<f64>, Vec<f64>) = time_s.iter().map(|&t| read(exact(t))).unzip();
-            let displacement = Controlled { values: &u, tolerance: (8e-3 * noise_sd).max(1e-7) };
-            let force = Controlled { values: &f, tolerance: (8.0 * noise_sd).max(1e-4) };
-            let found =
-                branches(&time_s, displacement, Some(force), if noise_sd > 0.0 { 5 } else { 0 });
-            let kinds: Vec<BranchKind> = found.iter().map(|b| b.kind).collect();
-            assert_eq!(kinds, [Loading, ForceHold, Unloading, Hold], "{noise_sd}: {found:?}");
-            let starts = [0, 80, 120, 160];
-            for (branch, start) in found.iter().zip(starts) {
-                assert!(branch.readings.start.abs_diff(start) <= 5, "{noise_sd}: {found:?}");
-            }
-        }
+        let exact = |t: f64| match t {
+            t if t <= 1.0 => (0.05 * t, 50.0 * t.powf(0.8)),
+            t if t <= 2.0 => (0.05 + 0.03 * (t - 1.0).powi(2), 50.0 + 40.0 * (t - 1.0)),
+            t if t <= 8.0 => (0.08 + 0.03 * (1.0 - (2.0 - t).exp()), 90.0),
+            t if t <= 9.0 => (0.11 - 0.06 * (t - 8.0).powf(1.2), 90.0 - 80.0 * (t - 8.0)),
+            _ => (0.05, 10.0 + 15.0 * (1.0 - (9.0 - t).exp())),
+        };
+        let (u, f): (Vec<f64>, Vec<f64>) = time_s.iter().map(|&t| exact(t)).unzip();
+        let displacement = Controlled { values: &u, tolerance: 1e-7 };
+        let force = Controlled { values: &f, tolerance: 1e-4 };
+        let found = branches(&time_s, displacement, Some(force));
+        let kinds: Vec<BranchKind> = found.iter().map(|b| b.kind).collect();
+        assert_eq!(kinds, [Loading, ForceHold, Unloading, Hold], "{found:?}");
+        let starts: Vec<usize> = found.iter().map(|b| b.readings.start).collect();
+        assert_eq!(starts, [0, 80, 120, 160]);
     }
 
     const PROGRAM: [(f64, f64); 5] =

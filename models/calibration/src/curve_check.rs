@@ -3,6 +3,7 @@
 
 mod confined;
 mod finding;
+mod known_program;
 mod order;
 mod origin;
 mod spikes;
@@ -12,11 +13,13 @@ mod times;
 
 use crate::experiment::TestCurve;
 use crate::machine::Machine;
-use crate::qoi::{QoiError, Qois, Window};
+use crate::qoi::{QoiError, Qois, Window, noise};
 pub use confined::inspect_confined;
 use finding::largest;
 pub use finding::{Finding, Weight};
-use order::{NOISE_BACK, noise_of_displacement, order};
+use known_program::divided;
+pub use known_program::{ProgramLoad, ProgramSegment};
+use order::{NOISE_BACK, noise_of_displacement, order, signs};
 use origin::{force_zero, late_load, late_onset_mm, preload, toe, toe_mm};
 use spikes::spikes;
 use times::times;
@@ -27,11 +30,8 @@ pub const NO_QUANTITIES: &str = "no-quantities";
 const SPARSE: usize = 10;
 /// Largest gap between readings before the peak, as a fraction of the displacement at peak; a wider gap is reported.
 const GAP: f64 = 0.15;
-/// Tolerance for equal displacements of a load program, as a fraction of the range of all displacements. A larger noise
-/// increases the tolerance.
-const EQUAL: f64 = 0.005;
-/// Number of readings by which noise may displace the corner of a load program.
-const CORNER_SHIFT: usize = 5;
+/// Fewest readings of a loading whose signs are checked.
+const FEWEST: usize = 3;
 
 /// Curve with the findings of its checks.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,13 +47,15 @@ pub struct InspectedCurve {
     /// Displacement (mm) at which loading begins after the approach of the platen or an offset; 0 if loading begins at
     /// the start of the curve or with a soft start.
     onset_mm: f64,
+    /// Least standard deviation of the noise of a force, N: a loading with few readings does not show its noise.
+    least_noise_n: f64,
 }
 
 /// What the checks of a curve with a load program depend on.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct CheckedProgram {
-    /// Whether the machine controls the force in some of the branches.
-    pub prescribes_force: bool,
+    /// Segments of the load program in the order of time.
+    pub segments: Vec<ProgramSegment>,
     /// Whether a quantity needs the peak of the curve.
     pub needs_peak: bool,
 }
@@ -76,43 +78,39 @@ impl InspectedCurve {
     /// Checks the record of a test with a load program. Hold, unloading and reloading are kept as branches; the checks
     /// concern the first loading. Peak and toe are checked only if a quantity needs the peak.
     ///
-    /// The branches are found in the record, because the machine controls the displacement of its crosshead. The prepared
-    /// curve is the curve of the specimen, without compliance and force offset of the machine.
+    /// The branches are known from the program; the readings move corners that the machine moved. The prepared curve is the
+    /// curve of the specimen, without compliance and force offset of the machine.
     pub fn of_program(
         record: &TestCurve,
         machine: &Machine,
         slope_fraction: f64,
-        program: CheckedProgram,
+        program: &CheckedProgram,
     ) -> Self {
         let mut check = Self::unchecked(record);
         if let Some(finding) = times(record) {
             check.findings.push(finding);
             return check;
         }
-        let u = &record.displacement_mm;
-        let least = u.iter().copied().fold(f64::INFINITY, f64::min);
-        let range = u.iter().copied().fold(f64::NEG_INFINITY, f64::max) - least;
-        let tolerance_mm = (EQUAL * range).max(NOISE_BACK * noise_of_displacement(u));
-        // without the compliance of the machine, the displacement is constant in a hold
-        let specimen = machine.specimen(&check.prepared);
-        check.prepared = match program.prescribes_force {
-            true => {
-                let largest_n = specimen.force_n.iter().copied().fold(0.0, f64::max);
-                let noise_n = noise_of_displacement(&specimen.force_n);
-                let tolerance_n = (EQUAL * largest_n).max(NOISE_BACK * noise_n);
-                specimen.with_force_branches(tolerance_mm, tolerance_n, CORNER_SHIFT)
-            }
-            false => specimen.with_branches(tolerance_mm),
-        };
+        check.least_noise_n = noise::of_single_readings(&record.time_s, &record.force_n);
+        let mut specimen = machine.specimen(&check.prepared);
+        // a machine may control the displacement of its crosshead, or of the specimen
+        let [by_specimen, by_record] =
+            [&specimen, &check.prepared].map(|curve| divided(curve, &program.segments));
+        let is_of_record = by_record.misfit < by_specimen.misfit;
+        specimen.branches = if is_of_record { by_record } else { by_specimen }.branches;
+        check.prepared = specimen;
         let loading = match check.prepared.first_loading() {
             Some(readings) => check.prepared.picked(&readings),
             None => check.prepared.clone(),
         };
-        if let Some(finding) = order(&loading) {
-            check.findings.push(finding);
-            return check;
+        // the times state the order of the readings, so that noise of the displacement is no wrong order
+        if loading.force_n.len() >= FEWEST {
+            if let Some(finding) = signs(&loading) {
+                check.findings.push(finding);
+                return check;
+            }
+            check.inspect_rise(&loading);
         }
-        check.inspect_rise(&loading);
         if program.needs_peak {
             check.inspect_peak(&loading, slope_fraction);
         }
@@ -129,14 +127,14 @@ impl InspectedCurve {
         let mut prepared = TestCurve { branches: Vec::new(), ..curve.clone() };
         let start_s = curve.time_s.first().copied().unwrap_or(0.0);
         prepared.time_s.iter_mut().for_each(|time_s| *time_s -= start_s);
-        Self { findings: Vec::new(), toe_mm: 0.0, prepared, onset_mm: 0.0 }
+        Self { findings: Vec::new(), toe_mm: 0.0, prepared, onset_mm: 0.0, least_noise_n: 0.0 }
     }
 
     /// Checks the rising force of a loading.
     fn inspect_rise(&mut self, loading: &TestCurve) {
-        self.findings.extend(spikes(loading));
-        self.findings.extend(force_zero(loading));
-        if let Some(onset_mm) = late_onset_mm(loading) {
+        self.findings.extend(spikes(loading, self.least_noise_n));
+        self.findings.extend(force_zero(loading, self.least_noise_n));
+        if let Some(onset_mm) = late_onset_mm(loading, self.least_noise_n) {
             self.findings.push(late_load(onset_mm));
             self.onset_mm = onset_mm;
         }
@@ -158,7 +156,7 @@ impl InspectedCurve {
             Ok(qois) => {
                 let toe_mm = toe_mm(&loading, &qois, slope_fraction);
                 self.toe_mm = self.onset_mm + toe_mm;
-                self.findings.extend(preload(&loading, &qois));
+                self.findings.extend(preload(&loading, &qois, self.least_noise_n));
                 self.findings.push(toe(toe_mm, &qois));
                 self.findings.extend(sampling(&loading, &qois, slope_fraction));
             }

@@ -43,25 +43,19 @@ impl TestCurve {
     /// Finds the branches of the curve from its times. Displacements that differ by at most `tolerance_mm` count as
     /// equal. A curve without hold and unloading has no branches.
     pub fn with_branches(self, tolerance_mm: f64) -> Self {
-        self.divided(tolerance_mm, None, 0)
+        self.divided(tolerance_mm, None)
     }
 
     /// Finds the branches of the curve as [`with_branches`](Self::with_branches) does, for a machine that controls the
-    /// force in some of the branches. Forces that differ by at most `tolerance_n` count as equal. `corner_shift` is the
-    /// number of readings by which noise may displace a corner; 0 for a simulated curve.
-    pub fn with_force_branches(
-        self,
-        tolerance_mm: f64,
-        tolerance_n: f64,
-        corner_shift: usize,
-    ) -> Self {
-        self.divided(tolerance_mm, Some(tolerance_n), corner_shift)
+    /// force in some of the branches. Forces that differ by at most `tolerance_n` count as equal: the curve has no noise.
+    pub fn with_force_branches(self, tolerance_mm: f64, tolerance_n: f64) -> Self {
+        self.divided(tolerance_mm, Some(tolerance_n))
     }
 
-    fn divided(mut self, tolerance_mm: f64, tolerance_n: Option<f64>, corner_shift: usize) -> Self {
+    fn divided(mut self, tolerance_mm: f64, tolerance_n: Option<f64>) -> Self {
         let displacement = Controlled { values: &self.displacement_mm, tolerance: tolerance_mm };
         let force = tolerance_n.map(|tolerance| Controlled { values: &self.force_n, tolerance });
-        let found = branches(&self.time_s, displacement, force, corner_shift);
+        let found = branches(&self.time_s, displacement, force);
         self.branches = if found.len() > 1 { found } else { Vec::new() };
         self
     }

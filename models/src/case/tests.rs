@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::{CalibrationCase, Case, CaseFile, SpecimenGeometry};
+use crate::qoi::{ForceAt, Quantity};
 
 /// Changes of the default case, each with the parts that the error message must contain.
 #[test]
@@ -681,6 +682,19 @@ fn load_steps_too_few_for_an_ensemble_are_refused_as_such() {
     }
     assert_eq!(with("steps = 44"), Ok(()));
     assert_eq!(with(""), Ok(()), "steps that adapt are as many as it takes");
+    // without a peak, the limit is the number of points of a curve
+    let without_peak = |steps: u32| {
+        let text = Case::TEMPLATE.replacen("steps = 44", &format!("steps = {steps}"), 1);
+        let mut file = CaseFile::parse(&text, Path::new("case.toml")).unwrap();
+        let force = ForceAt::micrometres(50).expect("a positive displacement");
+        file.case.qoi.quantities = vec![Quantity::new(force)];
+        file.check_steps()
+    };
+    assert_eq!(without_peak(4), Ok(()));
+    let message = without_peak(3).unwrap_err().to_string();
+    for part in ["test.steps = 3", "at least five points"] {
+        assert!(message.contains(part), "{part:?} is not in {message:?}");
+    }
 }
 
 /// The paper's sampling: four chains with 2 000 warm-up steps and 50 000 further steps each; the first 25 000 of these

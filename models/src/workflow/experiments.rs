@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use fem::{Meshing, Packing, RunInput, RunRecord, RunStatus, gmsh};
+use fem::{RunInput, RunRecord, RunStatus, gmsh};
 use rayon::prelude::*;
 
 use super::WorkflowError;
@@ -12,14 +12,14 @@ use super::measured_values::write_measured;
 use super::mesh_scale::{MeshScale, MeshSize};
 use super::runs::run_ensemble;
 use super::simulator::{Simulator, recorded_run};
-use super::specimen::packed_mesh;
 use super::specimen_checks::checked;
 use super::specimen_images::{scan, stiffness_ratios};
 use super::specimen_quantities::{cell, compared};
 use super::stiffness::STIFFNESS_RATIO;
 use super::task::Task;
+use super::virtual_bodies::VirtualBodies;
 use super::virtual_inputs;
-use crate::case::{ByParameter, Parameter, QoiComparison, SpecimenGeometry};
+use crate::case::{ByParameter, Parameter, QoiComparison};
 use crate::experiment::{Specimen, SpecimenTable, TestCurve};
 use crate::qoi::Qois;
 use crate::virtual_specimen::VirtualSpecimen;
@@ -88,29 +88,22 @@ fn test_virtual_specimens(task: &Task<'_>) -> Result<SpecimenTable, WorkflowErro
     let inputs = &task.inputs;
     inputs.check_steps()?;
     let geometry = inputs.geometry()?;
-    let SpecimenGeometry::Cylinder { radius_mm, height_mm, grains, meshing, .. } = &geometry else {
-        let message =
-            "virtual specimens need a cylinder, because each specimen has its own packing";
-        return Err(WorkflowError::Unusable(message.to_owned()));
-    };
+    let bodies = VirtualBodies::of(inputs, &geometry)?;
     let (setup, truth) = (inputs.setup(), virtual_inputs::truth(inputs)?);
-    let spacing_mm = meshing.spacing_mm;
-    let spacing = virtual_inputs::spacing_mm(inputs)?.unwrap_or(spacing_mm);
+    let spacing_mm = bodies.spacing_mm();
+    let spacing = virtual_inputs::spacing_mm(inputs)?.or(spacing_mm);
+    let grains = bodies.grains();
     let specimens = VirtualSpecimen::draw(
         *virtual_inputs::specimens(inputs)?,
         *virtual_inputs::seed(inputs)?,
         truth,
         virtual_inputs::scatter(inputs)?,
-        grains.as_ref().map(|g| g.seed),
+        grains.map(|g| g.seed),
     );
     let parameters: Vec<Parameter> = truth.parameters().cloned().collect();
-    let simulator = |seed: Option<u64>, spacing: f64| {
-        let grains = grains.as_ref().map(|g| Packing { seed: seed.unwrap_or(g.seed), ..g.clone() });
-        let meshing = Meshing { spacing_mm: spacing, ..*meshing };
-        let size = [*radius_mm, *height_mm];
-        // virtual specimens are meshed from the exact grains, not from a scan
-        let meshed = packed_mesh(setup.path, size, grains.as_ref(), &meshing)?;
-        Simulator::new(&setup, meshed.mesh, parameters.clone())
+    let simulator = |seed: Option<u64>, spacing: Option<f64>| {
+        let mesh = bodies.mesh(setup.path, seed, spacing)?;
+        Simulator::new(&setup, mesh, parameters.clone())
     };
     let mut tests: Vec<(Simulator, Vec<f64>)> = specimens
         .par_iter()
@@ -142,14 +135,16 @@ fn test_virtual_specimens(task: &Task<'_>) -> Result<SpecimenTable, WorkflowErro
             )));
         }
     }
-    if let [coarse, fine] = &records[specimens.len()..] {
+    if let ([coarse, fine], Some(spacing_mm), Some(spacing)) =
+        (&records[specimens.len()..], spacing_mm, spacing)
+    {
         write_bias(task, [spacing_mm, spacing], [coarse, fine])?;
     }
+    let [radius_mm, height_mm] = bodies.size_mm();
     if *virtual_inputs::scans(inputs)? {
-        let size = [*radius_mm, *height_mm];
-        scan(task, &specimens, grains.as_ref(), size)?;
+        scan(task, &specimens, grains, [radius_mm, height_mm])?;
     }
-    write_specimens(task, truth, &specimens, &records, [*height_mm, *radius_mm])
+    write_specimens(task, truth, &specimens, &records, [height_mm, radius_mm])
 }
 
 fn write_specimens(

@@ -152,6 +152,7 @@ mod unusable_runs;
 mod validate;
 mod validation_folders;
 mod verdict;
+mod virtual_bodies;
 mod virtual_inputs;
 mod warnings;
 mod written;

@@ -2,13 +2,15 @@
 
 use super::experiment_inputs;
 use super::inputs::Inputs;
-use crate::case::Toe;
-use crate::curve_check::{CheckedProgram, Finding, InspectedCurve, Weight, inspect_confined};
+use crate::case::{ProgramPointCase, Toe};
+use crate::curve_check::{
+    CheckedProgram, Finding, InspectedCurve, ProgramLoad, ProgramSegment, Weight, inspect_confined,
+};
 use crate::experiment::TestCurve;
 use crate::machine::Machine;
 
 /// Preparation of the measured curves of a case.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Preparation {
     toe: Toe,
     /// The load program of the test, if any: readings of hold and unloading are then not removed.
@@ -23,7 +25,7 @@ impl Preparation {
     pub(super) fn of(inputs: &Inputs<'_>) -> Self {
         let needs_peak = || inputs.qoi().quantities.iter().any(|quantity| quantity.needs_peak());
         let program = inputs.test().program.as_ref().map(|program| CheckedProgram {
-            prescribes_force: program.iter().any(|point| point.force_n.is_some()),
+            segments: program.iter().map(segment).collect(),
             // reading the key makes it an input of the stage
             needs_peak: needs_peak(),
         });
@@ -52,7 +54,7 @@ impl Preparation {
         record: &TestCurve,
         slope_fraction: f64,
     ) -> (TestCurve, Vec<Finding>) {
-        if let Some(program) = self.program {
+        if let Some(program) = &self.program {
             let seen = InspectedCurve::of_program(record, &self.machine, slope_fraction, program);
             return (seen.prepared, seen.findings);
         }
@@ -79,4 +81,14 @@ impl Preparation {
         }
         (curve, seen.findings)
     }
+}
+
+/// Segment of the load program that ends at a point.
+fn segment(point: &ProgramPointCase) -> ProgramSegment {
+    let ProgramPointCase { time_s, displacement_mm, force_n, .. } = *point;
+    let end = match force_n {
+        Some(force_n) => ProgramLoad::Force(force_n),
+        None => ProgramLoad::Displacement(displacement_mm.unwrap_or_default()),
+    };
+    ProgramSegment { end_s: time_s, end }
 }

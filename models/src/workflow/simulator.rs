@@ -293,7 +293,7 @@ pub(super) fn recorded(curve_points: &[CurvePoint]) -> TestCurve {
     let (equal_mm, equal_n) =
         (EQUAL * largest(&curve.displacement_mm), EQUAL * largest(&curve.force_n));
     match curve_points.iter().any(|point| point.force_is_prescribed) {
-        true => curve.with_force_branches(equal_mm, equal_n, 0),
+        true => curve.with_force_branches(equal_mm, equal_n),
         false => curve.with_branches(equal_mm),
     }
 }

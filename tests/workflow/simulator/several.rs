@@ -136,6 +136,52 @@ fn the_joint_posterior_predicts_held_out_and_further_tests() {
     assert!(err.contains("finished before") && solved() == before, "{err}");
 }
 
+/// The modulus varies between tests, so that a further test has a new value. Its quantity informs about the modulus of the
+/// calibrated test by the covariance C of both values: n specimens with the relative scatter s reduce the variance by
+/// C²/(V + s² k²/n), where V is the variance of the new value k.
+#[test]
+fn a_further_test_has_another_value_of_a_varying_parameter() {
+    let dir = case(1.0);
+    let varying = "[calibration]\nbetween_tests.k1 = { varies-percent = 2.0 }\n";
+    let text = CASE.replacen("[calibration]\n", varying, 1);
+    std::fs::write(dir.path().join("bar.toml"), text).unwrap();
+    run(dir.path(), &["--threads", "2"]);
+    let results = dir.path().join("results");
+    let present = table(&results.join("tests/single/posterior.csv"));
+    let scatter = present[0].keys().find(|name| name.starts_with("sd[")).unwrap().clone();
+    let column = |name: &str| present.iter().map(|row| number(row, name)).collect::<Vec<f64>>();
+    let (here, sd) = (column("k1"), column(&scatter));
+    let text = std::fs::read_to_string(results.join("joint/candidate/single-1.json")).unwrap();
+    let rows: Vec<Vec<f64>> = serde_json::from_str(&text).unwrap();
+    let there: Vec<f64> = rows.iter().map(|row| row[0]).collect();
+    assert_eq!(there.len(), here.len());
+    let covariance = |a: &[f64], b: &[f64]| {
+        let count = a.len() as f64;
+        let mean = |x: &[f64]| x.iter().sum::<f64>() / count;
+        let (of_a, of_b) = (mean(a), mean(b));
+        a.iter().zip(b).map(|(a, b)| (a - of_a) * (b - of_b)).sum::<f64>() / (count - 1.0)
+    };
+    let (both, new) = (covariance(&here, &there), covariance(&there, &there));
+    // a new value is known less well
+    assert!(new > covariance(&here, &here), "{new}");
+    let design = table(&results.join("tests/single/next-test.csv"));
+    let contraction = |candidate: &str, specimens: usize| {
+        let is_row = |row: &&std::collections::BTreeMap<String, String>| {
+            row["candidate"] == candidate && row["specimens"] == specimens.to_string()
+        };
+        number(design.iter().find(is_row).unwrap(), "contraction")
+    };
+    for specimens in [1, 4] {
+        let gain =
+            |(k, sd): (&f64, &f64)| both * both / (new + (sd * k).powi(2) / specimens as f64);
+        let exact = there.iter().zip(&sd).map(gain).sum::<f64>() / there.len() as f64;
+        // the prior is uniform on [1, 2]
+        let found = (contraction("tenfold", specimens) - contraction("tenfold", 0)) / 12.0;
+        assert!((found / exact - 1.0).abs() < 0.05, "{specimens}: {found} {exact}");
+        assert!(contraction("more specimens", specimens) > contraction("tenfold", specimens));
+    }
+}
+
 #[test]
 fn a_held_out_test_that_the_joint_posterior_misses_is_contradicted() {
     let dir = case(1.3);

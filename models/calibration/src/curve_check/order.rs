@@ -16,10 +16,16 @@ pub(super) const NOISE_BACK: f64 = 8.0;
 
 /// Checks order and sign of the readings, and returns the first error found.
 pub(super) fn order(curve: &TestCurve) -> Option<Finding> {
+    signs(curve).or_else(|| sequence(curve))
+}
+
+fn error(name: &'static str, value: f64, problem: String, help: &'static str) -> Option<Finding> {
+    Some(Finding { name, value, problem, help, weight: Weight::Error })
+}
+
+/// Checks that displacement and force increase from the start of a loading, and returns the first error found.
+pub(super) fn signs(curve: &TestCurve) -> Option<Finding> {
     let (u, force) = (&curve.displacement_mm, &curve.force_n);
-    let error = |name, value, problem: String, help| {
-        Some(Finding { name, value, problem, help, weight: Weight::Error })
-    };
     let (last, top, farthest) = (u.len().checked_sub(1)?, largest(force), largest(u));
     let lowest = force.iter().copied().fold(f64::INFINITY, f64::min);
     let least = u.iter().copied().fold(f64::INFINITY, f64::min);
@@ -76,7 +82,15 @@ pub(super) fn order(curve: &TestCurve) -> Option<Finding> {
             )
         };
     }
-    let way = (u[top] - u[0]).max(BACK * span);
+    None
+}
+
+/// Checks that the displacement increases from reading to reading, and returns the first error found.
+fn sequence(curve: &TestCurve) -> Option<Finding> {
+    let u = &curve.displacement_mm;
+    let (top, farthest) = (largest(&curve.force_n), largest(u));
+    let least = u.iter().copied().fold(f64::INFINITY, f64::min);
+    let way = (u[top] - u[0]).max(BACK * (u[farthest] - least));
     let noise_mm = noise_of_displacement(u);
     if noise_mm > NOISE * way && setback(u) > BACK * way {
         return error(

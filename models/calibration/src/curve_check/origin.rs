@@ -14,18 +14,19 @@ const LOADED: f64 = 0.05;
 /// Toe, as a fraction of the displacement at peak, above which a warning is reported.
 const TOE: f64 = 0.02;
 
-/// Median force of the first readings and its standard error, N.
-fn first_force(curve: &TestCurve) -> (f64, f64) {
+/// Median force of the first readings and its standard error, N. The noise of a force is at least `least_noise_n`.
+fn first_force(curve: &TestCurve, least_noise_n: f64) -> (f64, f64) {
     let count = (curve.force_n.len() / 200).clamp(1, 25);
     let mut first = curve.force_n[..count].to_vec();
     first.sort_unstable_by(f64::total_cmp);
-    let noise_n = noise::standard_deviation(&curve.displacement_mm, &curve.force_n);
+    let noise_n =
+        noise::standard_deviation(&curve.displacement_mm, &curve.force_n).max(least_noise_n);
     // the standard error of the median is √(π/2) times the standard error of the mean
     (first[count / 2], 1.25 * noise_n / (count as f64).sqrt())
 }
 
-pub(super) fn preload(curve: &TestCurve, qois: &Qois) -> Option<Finding> {
-    let (value, error) = first_force(curve);
+pub(super) fn preload(curve: &TestCurve, qois: &Qois, least_noise_n: f64) -> Option<Finding> {
+    let (value, error) = first_force(curve, least_noise_n);
     (value > PRELOAD * qois.peak_force_n + 3.0 * error).then(|| Finding {
         name: "preload",
         value,
@@ -38,8 +39,8 @@ pub(super) fn preload(curve: &TestCurve, qois: &Qois) -> Option<Finding> {
 }
 
 /// Reports a load cell that was not zeroed: the force is negative, but platens cannot pull a specimen.
-pub(super) fn force_zero(curve: &TestCurve) -> Option<Finding> {
-    let (value, error) = first_force(curve);
+pub(super) fn force_zero(curve: &TestCurve, least_noise_n: f64) -> Option<Finding> {
+    let (value, error) = first_force(curve, least_noise_n);
     let peak_n = curve.force_n.iter().copied().fold(0.0, f64::max);
     (value < -(PRELOAD * peak_n + 3.0 * error)).then(|| Finding {
         name: "force-zero",
@@ -53,9 +54,9 @@ pub(super) fn force_zero(curve: &TestCurve) -> Option<Finding> {
 
 /// Displacement (mm) after which the specimen stays loaded; `None` if this displacement is so small that it counts as a
 /// soft start. A late onset is caused by the approach of the platen, or by a displacement that was not zeroed.
-pub(super) fn late_onset_mm(curve: &TestCurve) -> Option<f64> {
+pub(super) fn late_onset_mm(curve: &TestCurve, least_noise_n: f64) -> Option<f64> {
     let (u, force) = (&curve.displacement_mm, &curve.force_n);
-    let noise_n = noise::standard_deviation(u, force);
+    let noise_n = noise::standard_deviation(u, force).max(least_noise_n);
     let top = largest(force);
     let limit = LOADED * force[top] + 3.0 * noise_n;
     let is_loaded = |from: usize| force[from..top].iter().take(3).all(|&force| force > limit);

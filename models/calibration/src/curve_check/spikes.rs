@@ -13,8 +13,8 @@ const NOISE: f64 = 6.0;
 const EXAMPLES: usize = 5;
 
 /// Finds the spikes of a curve, the largest first: at most [`EXAMPLES`] spikes individually, then the number of the
-/// other spikes.
-pub(super) fn spikes(curve: &TestCurve) -> Vec<Finding> {
+/// other spikes. The noise of a force is at least `least_noise_n`.
+pub(super) fn spikes(curve: &TestCurve, least_noise_n: f64) -> Vec<Finding> {
     let (u, force) = (&curve.displacement_mm, &curve.force_n);
     let top = largest(force);
     let mut steps: Vec<f64> = force.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
@@ -24,7 +24,7 @@ pub(super) fn spikes(curve: &TestCurve) -> Vec<Finding> {
     let mut forces = force.clone();
     forces.sort_unstable_by(f64::total_cmp);
     let scale = forces[forces.len().saturating_sub(2)];
-    let noise_n = noise::of_single_readings(u, force);
+    let noise_n = noise::of_single_readings(u, force).max(least_noise_n);
     let limit = (SPIKE * scale).max(3.0 * usual_step).max(NOISE * noise_n);
     let height = |i: usize| {
         let [before, after] = [force[i] - force[i - 1], force[i] - force[i + 1]];

@@ -223,12 +223,24 @@ fn ramp_hold_unload(compliance: f64) -> TestCurve {
     machine.specimen(&record)
 }
 
+fn of_ramp_hold_unload(needs_peak: bool) -> CheckedProgram {
+    let segment = |end_s, mm| ProgramSegment { end_s, end: ProgramLoad::Displacement(mm) };
+    CheckedProgram {
+        segments: vec![segment(1.0, 0.1), segment(5.0, 0.1), segment(6.0, 0.0)],
+        needs_peak,
+    }
+}
+
 #[test]
 fn a_record_of_a_program_keeps_hold_and_unloading() {
     use crate::branch::BranchKind::{Hold, Loading, Unloading};
     let rigid = Machine::default();
-    let seen =
-        InspectedCurve::of_program(&ramp_hold_unload(0.0), &rigid, 0.3, CheckedProgram::default());
+    let seen = InspectedCurve::of_program(
+        &ramp_hold_unload(0.0),
+        &rigid,
+        0.3,
+        &of_ramp_hold_unload(false),
+    );
     assert_eq!(seen.findings, []);
     let branches: Vec<_> =
         seen.prepared.branches.iter().map(|b| (b.kind, b.readings.start)).collect();
@@ -238,8 +250,8 @@ fn a_record_of_a_program_keeps_hold_and_unloading() {
     }
     assert_eq!((seen.prepared.time_s[0], seen.prepared.time_s[20]), (0.0, 1.0));
     // without a peak, quantities of the peak cannot be computed
-    let with_peak = CheckedProgram { needs_peak: true, ..CheckedProgram::default() };
-    let peak = InspectedCurve::of_program(&ramp_hold_unload(0.0), &rigid, 0.3, with_peak);
+    let with_peak = of_ramp_hold_unload(true);
+    let peak = InspectedCurve::of_program(&ramp_hold_unload(0.0), &rigid, 0.3, &with_peak);
     assert_eq!(
         peak.findings.iter().map(|f| (f.name, f.weight)).collect::<Vec<_>>(),
         [("no-quantities", Weight::Error)]
@@ -251,7 +263,7 @@ fn a_record_of_a_program_keeps_hold_and_unloading() {
         &ramp_hold_unload(0.0),
         &machine,
         0.3,
-        CheckedProgram::default(),
+        &of_ramp_hold_unload(false),
     );
     let kinds: Vec<_> = seen.prepared.branches.iter().map(|b| b.kind).collect();
     assert_eq!(kinds, [Loading, Hold, Unloading]);
@@ -261,8 +273,12 @@ fn a_record_of_a_program_keeps_hold_and_unloading() {
 #[test]
 fn a_program_needs_times_that_increase() {
     let name = |curve: &TestCurve| {
-        let seen =
-            InspectedCurve::of_program(curve, &Machine::default(), 0.3, CheckedProgram::default());
+        let seen = InspectedCurve::of_program(
+            curve,
+            &Machine::default(),
+            0.3,
+            &of_ramp_hold_unload(false),
+        );
         assert_eq!(seen.findings.len(), 1, "{:?}", seen.findings);
         (seen.findings[0].name, seen.findings[0].weight)
     };

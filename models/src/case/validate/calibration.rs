@@ -7,9 +7,11 @@ use super::program::check_branches;
 use crate::error::InputError;
 use crate::qoi::{Extent, Quantity, RelativeForce};
 
-/// Smallest number of load steps of a run. The window of a slope is a fifth of the displacement at peak and should
-/// contain two points of the curve.
+/// Smallest number of load steps of a run with a peak. The window of a slope is a fifth of the displacement at peak and
+/// should contain two points of the curve.
 const LEAST_STEPS: f64 = 10.0;
+/// Smallest number of load steps of a run if no quantity needs the peak: a curve has at least five points.
+const LEAST_STEPS_WITHOUT_PEAK: f64 = 4.0;
 
 impl CaseFile {
     pub(super) fn check_calibration(&self, mistakes: &mut Mistakes) {
@@ -119,11 +121,23 @@ impl CaseFile {
         steps.map_or(Ok(()), |steps| self.check_number_of_steps("test.steps", steps))
     }
 
-    /// Refuses a number of load steps, given by `key`, that is too small for quantities of interest.
+    /// Refuses a number of load steps, given by `key`, that is too small for the compared quantities.
     pub(crate) fn check_number_of_steps(&self, key: &str, steps: u32) -> Result<(), InputError> {
-        let help = "Slope and peak need points of the curve on both sides of the peak: the paper uses \
-                    44 steps. Remove this key for adaptive steps.";
-        self.within(key, f64::from(steps), LEAST_STEPS, 1e9, "steps", help)
+        let needs_peak =
+            self.case.compared_quantities().iter().any(|quantity| quantity.needs_peak());
+        let (least, help) = match needs_peak {
+            true => (
+                LEAST_STEPS,
+                "Slope and peak need points of the curve on both sides of the peak: the paper uses 44 steps. Remove \
+                 this key for adaptive steps.",
+            ),
+            false => (
+                LEAST_STEPS_WITHOUT_PEAK,
+                "A curve has at least five points, of which the first is the unloaded start. Remove this key for \
+                 adaptive steps.",
+            ),
+        };
+        self.within(key, f64::from(steps), least, 1e9, "steps", help)
     }
 
     fn check_quantities(&self, quantities: &[Quantity]) -> Result<(), InputError> {

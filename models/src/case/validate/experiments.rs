@@ -72,14 +72,21 @@ impl CaseFile {
         v: &VirtualCase,
         geometry: &SpecimenGeometry,
     ) -> Result<(), InputError> {
-        let SpecimenGeometry::Cylinder { radius_mm, height_mm, .. } = geometry else {
-            return Err(self.error(
-                "experiments.virtual",
-                "",
-                "needs a cylinder, because each virtual specimen has its own packing",
-                "Give specimen.radius_mm, height_mm and spacing_mm instead of an image, STL files or a mesh, or test \
-                 real specimens (experiments.table).",
-            ));
+        let size = match geometry {
+            SpecimenGeometry::Cylinder { radius_mm, height_mm, .. } => {
+                Some([*radius_mm, *height_mm])
+            }
+            SpecimenGeometry::Mesh { .. } => None,
+            _ => {
+                return Err(self.error(
+                    "experiments.virtual",
+                    "",
+                    "needs a cylinder, in which each virtual specimen has its own packing, or a mesh file, which all \
+                     virtual specimens share",
+                    "Give specimen.radius_mm, height_mm and spacing_mm, or specimen.mesh, instead of an image or STL \
+                     files, or test real specimens (experiments.table).",
+                ));
+            }
         };
         let Some(prior) = &self.case.prior else {
             return Err(self.error(
@@ -106,7 +113,13 @@ impl CaseFile {
             ));
         }
         if let Some(spacing) = v.spacing_mm {
-            self.check_spacing("experiments.virtual.spacing_mm", spacing, *radius_mm, *height_mm)?;
+            let key = "experiments.virtual.spacing_mm";
+            let Some([radius_mm, height_mm]) = size else {
+                let help = "Remove this key: the virtual specimens have the mesh of the file.";
+                let problem = "cannot change the elements of specimen.mesh";
+                return Err(self.error(key, spacing.to_string(), problem, help));
+            };
+            self.check_spacing(key, spacing, radius_mm, height_mm)?;
         }
         if let Some(parameter) = prior.parameters().find(|p| v.truth.get(p).is_none()) {
             return Err(self.error(

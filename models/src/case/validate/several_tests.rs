@@ -107,18 +107,6 @@ fn check_entries_of_tests(file: &CaseFile, names: &[&str], mistakes: &mut Mistak
             let help = "Add the quantity to the test (set.qoi.quantities) and calibrate, or name keys in set.";
             mistakes.note(Err(file.error(&key, "", problem, help)));
         }
-        let relations = file.case.calibration.between_tests.iter();
-        let differs = relations
-            .filter(|(_, relation)| {
-                matches!(relation, BetweenTestsCase::VariesPercent(_) | BetweenTestsCase::Trend(_))
-            })
-            .map(|(parameter, _)| parameter.to_string());
-        if let Some(parameter) = differs.into_iter().next() {
-            let problem = format!("is another test, in which {parameter} has another value");
-            let help = "A candidate needs parameters that are shared by the tests, or that its test has alone: remove \
-                        calibration.between_tests, or the candidate.";
-            mistakes.note(Err(file.error(&key, "", problem, help)));
-        }
     }
 }
 

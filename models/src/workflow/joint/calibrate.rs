@@ -11,10 +11,11 @@ use super::super::prior_sensitivity::{write_evidence, write_sensitivity};
 use super::super::task::Task;
 use super::evidence::TestEvidence;
 use super::folders;
+use super::model_file::write_model;
 use super::parameters::{FILE, JointParameter, path_and_test};
 use super::sources::write_uncertainty;
 use crate::case::{
-    BetweenTestsCase, SingleTest, TrendCase, TrendValues, TrendVariable, validation_case,
+    BetweenTestsCase, CaseFile, SingleTest, TrendCase, TrendValues, TrendVariable, validation_case,
 };
 use crate::error::InputError;
 use crate::fracture::{BetweenTests, JointCalibration, JointTest, TrendOverTests, calibrate_tests};
@@ -39,6 +40,7 @@ pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         task.check_interrupt()?;
         Ok::<JointCalibration, WorkflowError>(result?)
     };
+    write_model(task, &all, &between)?;
     let joint = calibrated(&all, "draws of all tests")?;
     if !joint.mode.converged {
         let mode = &joint.mode;
@@ -52,7 +54,7 @@ pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     for (test, draws) in tests.iter().zip(&joint.tests) {
         task.write_json(&folders::draws_of(&test.name), draws)?;
     }
-    write_draws_of_validations(task, &joint)?;
+    write_draws_of_new_tests(task, &joint)?;
     write_sensitivity(task, joint.prior_sensitivity())?;
     write_evidence(task, |seed| joint.marginal_likelihood(seed))?;
     write_map(task, &joint)?;
@@ -110,31 +112,39 @@ fn relations(inputs: &Inputs<'_>) -> Result<BTreeMap<String, BetweenTests>, Work
     all.map(|(parameter, entry)| Ok((parameter.to_string(), relation(entry)?))).collect()
 }
 
-/// Writes the draws at which each validation simulates its test. A validation changes one of the tests, and has the
-/// parameters of this test, with two exceptions: varying parameters have new values about their centre, and trends are
-/// evaluated at the temperature or rate of the validation.
-fn write_draws_of_validations(
+/// Writes the draws at which each validation simulates its test, and the draws in each candidate for a further test. The
+/// parameters are those of the test that the entry changes, except that varying parameters have new values about their
+/// centre, and that trends are evaluated at the temperature or rate of the entry.
+fn write_draws_of_new_tests(
     task: &Task<'_>,
     joint: &JointCalibration,
 ) -> Result<(), WorkflowError> {
     let tests = task.inputs.tests()?;
     let settings = task.inputs.calibration();
     for (index, test) in tests.iter().enumerate() {
-        for (place, entry) in test.file.case.validation.iter().enumerate() {
-            let unreadable = |mut errors: Vec<InputError>| match errors.is_empty() {
-                true => WorkflowError::Unusable(format!("{}: mistakes", entry.name)),
-                false => errors.swap_remove(0).into(),
-            };
-            let file = validation_case(&test.file, entry, place).map_err(unreadable)?;
-            let own = SingleTest { name: entry.name.clone(), file, own: test.own.clone() };
+        let draws = |name: &str, file: CaseFile| {
+            let own = SingleTest { name: name.to_owned(), file, own: test.own.clone() };
             let mut at = BTreeMap::new();
             for (parameter, relation) in settings.between_tests.iter() {
                 let BetweenTestsCase::Trend(trend) = relation else { continue };
                 let value = trend.trend.value_in(&own, &tests).map_err(WorkflowError::Unusable)?;
                 at.insert(parameter.to_string(), value);
             }
-            let draws = joint.draws_in_new_test(index, &at, settings.seed);
-            task.write_json(&folders::draws_of_validation(&entry.name), &draws)?;
+            Ok::<_, WorkflowError>(joint.draws_in_new_test(index, &at, settings.seed))
+        };
+        for (place, entry) in test.file.case.validation.iter().enumerate() {
+            let unreadable = |mut errors: Vec<InputError>| match errors.is_empty() {
+                true => WorkflowError::Unusable(format!("{}: mistakes", entry.name)),
+                false => errors.swap_remove(0).into(),
+            };
+            let file = validation_case(&test.file, entry, place).map_err(unreadable)?;
+            let name = folders::draws_of_validation(&entry.name);
+            task.write_json(&name, &draws(&entry.name, file)?)?;
+        }
+        for (number, entry) in (1..).zip(&test.file.case.further_tests.candidate) {
+            let file = test.file.of_candidate(entry)?;
+            let name = folders::draws_of_candidate(&test.name, number);
+            task.write_json(&name, &draws(&entry.name, file)?)?;
         }
     }
     Ok(())

@@ -15,6 +15,12 @@ pub(crate) fn draws_of_validation(name: &str) -> String {
     format!("joint/validation/{name}.json")
 }
 
+/// File with the draws of the joint posterior in a candidate for a further test. `number` counts the candidates of a test
+/// from 1.
+pub(crate) fn draws_of_candidate(test: &str, number: usize) -> String {
+    format!("joint/candidate/{test}-{number}.json")
+}
+
 /// Path of a file of the case's results folder, relative to the folder of a test.
 pub(crate) fn from_test(file: &str) -> String {
     format!("../../{file}")

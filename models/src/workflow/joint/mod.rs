@@ -4,12 +4,13 @@
 //!
 //! 1. `folders`: names of folders and files
 //! 2. `evidence`: surrogate, specimens and errors of each test
-//! 3. `sources`: contributions of tests and errors to the posterior variance
+//! 3. `model_file`, `sources`: the joint model as a file, contributions of tests and errors to the posterior variance
 //! 4. `calibrate`, `parameters`, `verdict`, `report`: the stages, and the parameters that they show
 
 mod calibrate;
 mod evidence;
 pub(super) mod folders;
+mod model_file;
 mod parameters;
 mod report;
 mod sources;

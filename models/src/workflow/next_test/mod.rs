@@ -2,6 +2,7 @@
 //! specimens are needed.
 
 mod again;
+mod elsewhere;
 mod other;
 mod present;
 
@@ -19,7 +20,8 @@ const IDENTIFIED: f64 = 0.5;
 struct Candidate {
     name: String,
     /// Belief about the parameters: the posterior of the calibration. If the test takes further quantities from
-    /// existing curves, the belief is the narrower posterior that also includes these quantities.
+    /// existing curves, the belief is the narrower posterior that also includes these quantities. Parameters with other
+    /// values in the test follow the parameters of the calibration.
     belief: Belief,
     test: FurtherTest,
 }
@@ -39,9 +41,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         task.check_interrupt()?;
         say("next-test", &case.name);
         let made = match case.is_another_test() {
-            // before a new test is carried out, the belief is the posterior of the calibration
-            true => other::test(task, &present, case, number)
-                .map(|test| (candidates[0].belief.clone(), test)),
+            true => other::test(task, &present, &candidates[0].belief, case, number),
             false => again::test(task, case, number),
         };
         match made.and_then(|(belief, test)| usable(case, belief, test)) {

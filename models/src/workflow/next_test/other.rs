@@ -13,13 +13,15 @@ use super::super::specimen_stiffness::{knowing_stiffness, of_specimens};
 use super::super::task::Task;
 use super::super::uncertainty::SharedError;
 use super::super::unusable_runs::{RunOrigin, UnusableRuns};
-use super::present::{Present, at_draws};
+use super::elsewhere::Elsewhere;
+use super::present::{Present, at_draws, mean};
 use crate::case::CandidateCase;
-use crate::further_test::FurtherTest;
+use crate::further_test::{Belief, FurtherTest};
 use crate::progress::say;
 use crate::qoi::Quantity;
 
-/// Computes the unfinished runs of the candidate's ensemble, and derives the test from all its runs.
+/// Computes the unfinished runs of the candidate's ensemble, and derives the test from all its runs. Returns the belief
+/// before the test, which is `belief`, unless a parameter has another value in the test (see [`Elsewhere`]).
 ///
 /// The shared error is the error of the surrogate of the candidate's runs. For the quantities that the case compares,
 /// the errors of `[fidelity]` and of the discrepancy are added, because the candidate uses the same meshes and the same
@@ -28,9 +30,10 @@ use crate::qoi::Quantity;
 pub(super) fn test(
     task: &Task<'_>,
     present: &Present,
+    belief: &Belief,
     case: &CandidateCase,
     number: usize,
-) -> Result<FurtherTest, WorkflowError> {
+) -> Result<(Belief, FurtherTest), WorkflowError> {
     let file = task.inputs.candidate(case)?;
     let test_task = task.with(task.inputs.of(&file));
     // the runs depend on the candidate's geometry: reading the geometry adds the geometry to the identity
@@ -65,18 +68,31 @@ pub(super) fn test(
     // the stiffness ratio, if it is an input, will be known for further specimens too: use its mean over the runs
     let known_inputs: Vec<f64> =
         (present.prior.len()..data.inputs().len()).map(|i| mean_of(&data, i)).collect();
-    let means = fit.pce.value(&[present.mean(), known_inputs.clone()].concat())?;
+    let elsewhere = Elsewhere::read(&task.inputs, number, &present.draws)?;
+    let at = elsewhere.as_ref().map(|elsewhere| elsewhere.draws(&present.draws));
+    let at = at.as_deref().unwrap_or(&present.draws);
+    let means = fit.pce.value(&[mean(at), known_inputs.clone()].concat())?;
     let discrepancy = &task.inputs.calibration().discrepancy;
     let shared = SharedError::of(&fit, discrepancy, &means)?;
     let mut shared = shared.total();
     add_error_of_meshes(task, data.outputs(), &mut shared)?;
     let scatter = |draw: &Draw| scatter(draw, present, case, &quantities);
-    let draws = at_draws(&fit.pce, &known_inputs, &present.draws, &scatter)?;
-    let alike = match file.case.specimen == task.inputs.unrecorded().case.specimen {
-        true => present.alike(&quantities)?,
-        false => None,
-    };
-    Ok(FurtherTest { draws, shared, seen: Vec::new(), alike })
+    let mut draws = at_draws(&fit.pce, &known_inputs, at, &scatter)?;
+    let mut belief = belief.clone();
+    let mut alike = None;
+    match elsewhere {
+        Some(elsewhere) => {
+            draws = elsewhere.moved(draws);
+            belief = present
+                .belief_elsewhere(&elsewhere)
+                .map_err(|error| WorkflowError::Unusable(error.to_string()))?;
+        }
+        None if file.case.specimen == task.inputs.unrecorded().case.specimen => {
+            alike = present.alike(&quantities)?;
+        }
+        None => {}
+    }
+    Ok((belief, FurtherTest { draws, shared, seen: Vec::new(), alike }))
 }
 
 /// Minimum number of runs from which derivatives can be estimated.

@@ -7,6 +7,7 @@ use super::super::fitted::{Fitted, read_experiments};
 use super::super::posterior_draws::{Draw, posterior_draws};
 use super::super::task::Task;
 use super::super::uncertainty::SharedError;
+use super::elsewhere::Elsewhere;
 use crate::fracture::column_means;
 use crate::further_test::{AlikeTest, Belief, FurtherTest, FurtherTestError, TestAtDraw};
 use crate::prior::Prior;
@@ -80,10 +81,18 @@ impl Present {
         Ok(Some(AlikeTest { draws, shared, seen, quantities }))
     }
 
-    /// Posterior mean of each parameter.
-    pub(super) fn mean(&self) -> Vec<f64> {
-        column_means(&self.draws.iter().map(|draw| draw.theta.clone()).collect::<Vec<_>>())
+    /// Returns the belief about the parameters and about their values in a further test.
+    pub(super) fn belief_elsewhere(
+        &self,
+        elsewhere: &Elsewhere,
+    ) -> Result<Belief, FurtherTestError> {
+        elsewhere.belief(&self.priors, &self.draws)
     }
+}
+
+/// Mean of each parameter over draws.
+pub(super) fn mean(draws: &[Draw]) -> Vec<f64> {
+    column_means(&draws.iter().map(|draw| draw.theta.clone()).collect::<Vec<_>>())
 }
 
 /// Computes the belief about the parameters from posterior draws.

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use ppl::prelude::*;
+use serde::Serialize;
 use surrogate::{DynPce, Input};
 
 use super::correlation;
@@ -31,7 +32,8 @@ pub struct JointTest {
 }
 
 /// Relation between the values of one parameter in the tests.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum BetweenTests {
     /// All tests have the same value.
     #[default]
@@ -53,7 +55,7 @@ pub enum BetweenTests {
 ///
 /// The parameters of the trend are the values at the smallest and at the largest value of the variable. Both have the prior of
 /// the parameter. Between them, the logarithm of the parameter is linear in the variable.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TrendOverTests {
     /// Value of the variable in each test, by the name of the test. The ends of the trend are the smallest and the largest of
     /// all these values, also if a test is omitted from the calibration.
