@@ -218,9 +218,9 @@ table = "specimens.csv"
     let write = |name: &str, text: &str| std::fs::write(dir.path().join(name), text).unwrap();
     write("case.toml", &case);
     std::fs::create_dir(dir.path().join("curves")).unwrap();
-    let mut specimens = "id,height_mm,radius_mm\n".to_owned();
+    let mut specimens = "id,height_mm,radius_mm,group\n".to_owned();
     for (k, factor) in [0.96, 1.0, 1.03].into_iter().enumerate() {
-        specimens += &format!("T-{k},4.4,2.5\n");
+        specimens += &format!("T-{k},4.4,2.5,A\n");
         let mut curve = "time_s,displacement_mm,force_N\n".to_owned();
         for i in 0..=100 {
             let t = 0.1 * f64::from(i);

@@ -202,7 +202,8 @@ impl<T: JsonSchema> JsonSchema for ByParameter<T> {
             "additionalProperties": interface,
         });
         properties.insert("interface".to_owned(), interfaces);
-        let free = json_schema!({ "type": ["array", "number"], "allOf": [value] });
+        let free =
+            json_schema!({ "type": ["array", "number", "string", "object"], "allOf": [value] });
         json_schema!({
             "type": "object",
             "properties": properties,
@@ -259,6 +260,9 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for Tables<T> {
     }
 }
 
+/// Keys of a table that is the value of one parameter, as in `calibration.between_tests`. No parameter has such a name.
+const KEYS_OF_VALUES: [&str; 3] = ["varies-percent", "trend", "deviation-percent"];
+
 /// Reads the parameters of one table. If a key has a value and not a table, the key is a free parameter name, which
 /// only `[parameters]` can declare.
 struct Table<'a, T>(&'a str, PhantomData<T>);
@@ -286,6 +290,17 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for Table<'_, T> {
                 Named::Table(path) => {
                     entries.extend(map.next_value_seed(Table(&path, PhantomData))?);
                 }
+                Named::KeyOfValue(key) => {
+                    let mut table = toml::Table::new();
+                    table.insert(key, map.next_value()?);
+                    while let Some((key, value)) = map.next_entry()? {
+                        table.insert(key, value);
+                    }
+                    let value: T = table
+                        .try_into()
+                        .map_err(|error: toml::de::Error| A::Error::custom(error.message()))?;
+                    entries.push((FreeParameter::named(self.0), value));
+                }
             }
         }
         Ok(entries)
@@ -310,7 +325,8 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for Table<'_, T> {
     }
 
     fn visit_str<E: Error>(self, text: &str) -> Result<Self::Value, E> {
-        Err(without_region(text))
+        let value: Result<T, E> = T::deserialize(text.into_deserializer());
+        value.map(|value| vec![(FreeParameter::named(self.0), value)]).map_err(without_region)
     }
 }
 
@@ -319,9 +335,11 @@ fn without_region<E: Error>(_: impl fmt::Display) -> E {
     E::custom("is not a region; expected a parameter with its region, such as matrix.young_mpa")
 }
 
-/// Meaning of a key of a table: a parameter or a table.
+/// Meaning of a key of a table.
 enum Named {
     Parameter(Parameter),
+    /// Key of a table that is the value of a free parameter.
+    KeyOfValue(String),
     /// Path of a table within the table.
     Table(String),
 }
@@ -335,6 +353,9 @@ impl<'de> DeserializeSeed<'de> for Key<'_> {
     fn deserialize<D: Deserializer<'de>>(self, source: D) -> Result<Named, D::Error> {
         let key = String::deserialize(source)?;
         let registry = TargetRegistry::current();
+        if KEYS_OF_VALUES.contains(&&*key) {
+            return Ok(Named::KeyOfValue(key));
+        }
         let path = format!("{}.{key}", self.0);
         if TargetRegistry::is_table(&path) {
             return Ok(Named::Table(path));
@@ -349,6 +370,7 @@ impl<'de> DeserializeSeed<'de> for Key<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::case::BetweenTestsCase;
 
     #[test]
     fn paths_are_read_as_they_are_written() {
@@ -381,6 +403,14 @@ mod tests {
         assert_eq!(toml::from_str::<ByParameter<f64>>(&again).unwrap(), values);
         let bounds: BoundsCase = toml::from_str("k1 = [2.0, 3.0]").unwrap();
         assert_eq!(bounds.iter().next().unwrap().1.0, [2.0, 3.0]);
+        let relations = "k1 = { varies-percent = 2.0 }\nk2 = \"own\"\nk3 = { trend = \"rate\" }\n";
+        let relations: ByParameter<BetweenTestsCase> = toml::from_str(relations).unwrap();
+        assert_eq!(relations.names().collect::<Vec<_>>(), ["k1", "k2", "k3"]);
+        let [varying, own] = [BetweenTestsCase::VariesPercent(2.0), BetweenTestsCase::Own];
+        assert_eq!(
+            relations.iter().map(|(_, relation)| *relation).take(2).collect::<Vec<_>>(),
+            [varying, own]
+        );
         let error = toml::from_str::<PriorCase>("young_mpa = 3.0").unwrap_err().to_string();
         assert!(error.contains("with its region"), "{error}");
     }

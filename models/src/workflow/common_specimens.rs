@@ -134,14 +134,20 @@ mod tests {
         dir
     }
 
-    fn refused(dir: &Path, keys: [&str; 2]) -> Option<String> {
+    /// A material that is simulated.
+    const SIMULATED: &str = "[specimen]\nradius_mm = 2.5\nheight_mm = 4.4\nspacing_mm = 1.4\n\
+        [material.matrix]\nyoung_mpa = 275\npoisson = 0.25\n[test]\ndisplacement_mm = 0.2\n\
+        [prior]\nmatrix.young_mpa = [250.0, 300.0]\n";
+    /// A program of the user, whose quantities are measured too.
+    const OUTSIDE: &str = "[simulator]\ncommand = [\"sh\", \"solver.sh\", \"{k1}\"]\n\
+        [parameters]\nk1 = { unit = \"MPa\", prior = [1.0, 2.0] }\n\
+        [qoi]\nquantities = [\"slope\", \"peak-force\", \"displacement-at-peak\"]\n[experiments]\n";
+
+    fn refused(dir: &Path, source: &str, keys: [&str; 2]) -> Option<String> {
         let [fast, slow] = keys;
         let text = format!(
-            "[specimen]\nradius_mm = 2.5\nheight_mm = 4.4\nspacing_mm = 1.4\n\
-             [material.matrix]\nyoung_mpa = 275\npoisson = 0.25\n[test]\ndisplacement_mm = 0.2\n\
-             [prior]\nmatrix.young_mpa = [250.0, 300.0]\n\
-             [[tests]]\nname = \"fast\"\nset.experiments = {{ {fast} }}\n\
-             [[tests]]\nname = \"slow\"\nset.experiments = {{ {slow} }}\nset.test.duration_s = 30.0\n"
+            "{source}[[tests]]\nname = \"fast\"\nset.experiments = {{ {fast} }}\n\
+             [[tests]]\nname = \"slow\"\nset.experiments = {{ {slow} }}\nset.design.seed = 2\n"
         );
         let path = dir.join("case.toml");
         let (file, mistakes) = CaseFile::parse_all(&text, &path);
@@ -156,11 +162,11 @@ mod tests {
     fn a_specimen_of_two_tests_is_refused() {
         let tables = ["table = \"0/specimens.csv\"", "table = \"1/specimens.csv\""];
         let dir = folder([[1.0, 1.1], [0.7, 0.8]]);
-        assert_eq!(refused(dir.path(), tables), None);
-        let refused_table = refused(dir.path(), [tables[0]; 2]).unwrap();
+        assert_eq!(refused(dir.path(), SIMULATED, tables), None);
+        let refused_table = refused(dir.path(), SIMULATED, [tables[0]; 2]).unwrap();
         assert!(refused_table.contains("of the test slow"), "{refused_table}");
         let dir = folder([[1.0, 1.1], [0.7, 1.1]]);
-        let mistake = refused(dir.path(), tables).unwrap();
+        let mistake = refused(dir.path(), SIMULATED, tables).unwrap();
         for part in ["1/specimens.csv", "S-11", "S-01 of the test fast", "count twice"] {
             assert!(mistake.contains(part), "{part}: {mistake}");
         }
@@ -178,7 +184,7 @@ mod tests {
         write("b.csv", "B,2700.5,130.25,0.103\nC,2500.5,121.25,0.102\n");
         write("c.csv", "B,2500.5,121.25,0.102\nD,2700.5,130.25,0.103\n");
         let values = |name: &str| format!("values = \"{name}\"");
-        let of = |second: &str| refused(dir.path(), [&values("a.csv"), &values(second)]);
+        let of = |second: &str| refused(dir.path(), OUTSIDE, [&values("a.csv"), &values(second)]);
         assert_eq!(of("b.csv"), None);
         let mistake = of("c.csv").unwrap();
         assert!(mistake.contains("c.csv") && mistake.contains("B of the test fast"), "{mistake}");

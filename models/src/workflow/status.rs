@@ -97,7 +97,8 @@ pub fn status(dir: &Path) -> Result<Vec<StageStatus>, WorkflowError> {
 }
 
 /// Checks that the results folder of a stage that needs other stages exists. The stage `report` needs a folder in which a
-/// stage has been run or started.
+/// stage has been run or started. A folder with a foreign file in the place of a product or a record is not refused here, so that
+/// the message of the stage names the file.
 ///
 /// # Errors
 /// [`WorkflowError::NoResults`] with the reason.
@@ -109,8 +110,9 @@ pub(crate) fn check_begun(dir: &Path, stage: &Stage) -> Result<(), WorkflowError
     if !dir.is_dir() {
         return refuse("it is a file");
     }
-    let begun =
-        has_locks(dir) || ["stages.toml", FOLDER, "tests"].iter().any(|n| dir.join(n).exists());
+    let records = ["case.toml", "origin.toml", "written.csv", "stages.toml", FOLDER, "tests"];
+    let names = records.iter().chain(stage.products);
+    let begun = has_locks(dir) || names.into_iter().any(|name| dir.join(name).exists());
     if begun || stage.name != "report" { Ok(()) } else { refuse("no stage has been run there") }
 }
 

@@ -100,10 +100,12 @@ fn the_specimen_table_is_needed_from_the_experiments_on_and_heights_are_in_mm() 
     std::fs::write(dir.path().join("specimens.csv"), table).unwrap();
     let curve =
         "displacement_mm,force_N\n0,0\n0.03,48\n0.04,64\n0.05,80\n0.1,140\n0.12,147\n0.14,140\n";
-    for (id, peak, elastic, at_peak) in [("S-1", "147", "64", "0.12"), ("S-2", "149", "65", "0.13")]
-    {
+    for (id, peak, elastic, last) in [("S-1", "147", "64", "140"), ("S-2", "149", "65", "138")] {
         let path = dir.path().join(format!("curves/{id}.csv"));
-        let forces = curve.replace("147", peak).replace("64", elastic).replace("0.12", at_peak);
+        let forces = curve
+            .replace("147", peak)
+            .replace("64", elastic)
+            .replace("0.14,140", &format!("0.14,{last}"));
         std::fs::write(path, forces).unwrap();
     }
     let workflow = Workflow::open(&case, &out, 1, &interrupt).unwrap();

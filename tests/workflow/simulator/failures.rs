@@ -63,14 +63,15 @@ fn failing_and_hanging_runs_are_left_out_and_tried_again_under_other_limits() {
     assert_eq!([3, 4, 5].map(tries), [3, 3, 3]);
 }
 
-/// If all runs fail, the error names their number, the reason and the remedy.
+/// If too few runs succeed, the error names their number, the reason and the remedy.
 #[test]
 fn an_ensemble_without_usable_runs_ends_with_the_reason() {
-    let dir = folder(CASE, "echo 'no convergence in step 7'\nexit 3\n");
+    let failing = "if [ \"$2\" -gt 1 ]; then echo 'no convergence in step 7'; exit 3; fi\n";
+    let dir = folder(CASE, &format!("{failing}{SOLVER}"));
     let (code, _, err) = breccia(dir.path(), &["run", "bar.toml", "--out", "results"]);
     assert_eq!(code, Some(1), "{err}");
     for part in [
-        "10 of 10 runs have no quantities",
+        "9 of 10 runs have no quantities",
         "at least 2 runs",
         "exit status: 3",
         "no convergence in step 7",
@@ -149,7 +150,9 @@ fn a_program_that_fails_in_all_of_its_first_runs_ends_the_ensemble() {
     let arguments = ["run", "bar.toml", "--out", "results", "--threads", "1"];
     let (code, _, err) = breccia(dir.path(), &arguments);
     assert_eq!(code, Some(1), "{err}");
-    for part in ["bar.toml: ", "all of the first 5 runs have failed", "no licence", "work/run-00"] {
+    for part in
+        ["simulator.command: ", "all of the first 5 runs have failed", "no licence", "work/run-00"]
+    {
         assert!(err.contains(part), "{part:?} is not in {err}");
     }
     let tries = std::fs::read_to_string(dir.path().join("marks/tries")).unwrap();

@@ -173,6 +173,24 @@ impl CaseFile {
         if is_complete {
             mistakes.note(self.check_in_fem(region, m));
         }
+        // without a toughness, `fem` does not read these constants
+        if m.toughness_n_per_mm.is_none() {
+            for (property, value, range) in [
+                (Property::Viscosity, m.viscosity_mpa_s, 0.0..f64::INFINITY),
+                (Property::ResidualStiffness, m.residual_stiffness, 0.0..1.0),
+            ] {
+                if !range.contains(&value) {
+                    let key = format!("material.{region}.{}", property.key());
+                    let problem = "is not a number in its range";
+                    mistakes.note(Err(self.error(
+                        &key,
+                        value.to_string(),
+                        problem,
+                        property.help(),
+                    )));
+                }
+            }
+        }
     }
 
     /// Checks that the time shift of a region has a temperature at which it is valid.

@@ -59,18 +59,22 @@ pub(super) fn interrupted(
     let mut at = 0;
     while let Some(gap) = gaps.get(at) {
         let i = gap.slice;
-        let fits = |other: &&Gap| {
-            let j = other.slice;
+        // the other end of a reversed block may differ less: it need not be a gap itself
+        let fits = |j: usize| {
             let jumps = pairs[i].squares[0].zip(pairs[j].squares[0]);
             let limit = FITS * jumps.map_or(0.0, |(a, b)| a.min(b));
             samples.mean_square(i, j) < limit && samples.mean_square(i + 1, j + 1) < limit
         };
-        let later = gaps[at + 1..].iter().position(|other| fits(&other));
-        match later {
-            Some(n) => {
-                let end = gaps[at + 1 + n].slice;
-                texts.push(format!("slices {} to {} are in reversed order", i + 2, end + 1));
-                at += n + 2;
+        let later = gaps[at + 1..].iter().position(|other| fits(other.slice));
+        let other_end = later.map(|n| gaps[at + 1 + n].slice);
+        match other_end.or_else(|| (0..pairs.len()).find(|&j| j != i && fits(j))) {
+            Some(j) => {
+                texts.push(format!(
+                    "slices {} to {} are in reversed order",
+                    i.min(j) + 2,
+                    i.max(j) + 1
+                ));
+                at += later.map_or(1, |n| n + 2);
             }
             None => {
                 let distance = match gap.distance {
