@@ -11,6 +11,7 @@ use serde::de::value::SeqAccessDeserializer;
 use serde::de::{DeserializeSeed, Error, IntoDeserializer, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use super::BetweenTestsCase;
 use super::target::{
     FreeParameter, InelasticConstant, Parameter, Property, TOUGHNESS, TargetRegistry,
 };
@@ -202,8 +203,10 @@ impl<T: JsonSchema> JsonSchema for ByParameter<T> {
             "additionalProperties": interface,
         });
         properties.insert("interface".to_owned(), interfaces);
-        let free =
-            json_schema!({ "type": ["array", "number", "string", "object"], "allOf": [value] });
+        // a table is the value of a free parameter in `calibration.between_tests` only
+        let mut types = vec!["array", "number", "string"];
+        types.extend((T::schema_name() == BetweenTestsCase::schema_name()).then_some("object"));
+        let free = json_schema!({ "type": types, "allOf": [value] });
         json_schema!({
             "type": "object",
             "properties": properties,
@@ -370,7 +373,6 @@ impl<'de> DeserializeSeed<'de> for Key<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::case::BetweenTestsCase;
 
     #[test]
     fn paths_are_read_as_they_are_written() {
