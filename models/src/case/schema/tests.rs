@@ -135,8 +135,8 @@ fn collect(
         }
         return;
     }
-    if schema["type"] == json!(["array", "number"]) {
-        // the value of a free parameter is no table
+    if schema["type"].as_array().is_some_and(|types| types[0] == "array") {
+        // the value of a free parameter is not compared
         return;
     }
     let place = places.entry(at.to_owned()).or_default();
