@@ -171,7 +171,7 @@ pub struct FurtherTest {
 /// The present test, whose error a further test may share.
 #[derive(Clone, Debug)]
 pub struct AlikeTest {
-    /// The quantities of the present test, linearised at the same draws as those of the further test.
+    /// The quantities of the present test, linearised at the same draws as the further test.
     pub draws: Vec<TestAtDraw>,
     /// Covariance S of the error that all specimens share, quantities × quantities.
     pub shared: Vec<Vec<f64>>,

@@ -121,7 +121,7 @@ fn microstructures(
 mod tests {
     use super::sample_bound;
 
-    /// n values at 1 ± a have the variance n a²/(n − 1). The quantiles are those of tables of Student's t.
+    /// n values at 1 ± a have the variance n a²/(n − 1). The quantiles are from a table of Student's t.
     #[test]
     fn the_bound_is_that_of_student_and_of_the_shared_error() {
         let sample = |pairs: usize| [0.98, 1.02].repeat(pairs);

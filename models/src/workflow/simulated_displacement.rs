@@ -22,8 +22,8 @@ pub(super) enum EarlyEnd {
 }
 
 /// Compares the measured displacements at peak, at the size of the mesh, with the largest displacement of the simulations.
-/// Returns `None` if the peaks are well before the end, and if the displacements cannot be compared: no quantity needs a
-/// peak, the test has boundary conditions of its own or prescribes the force, or the compliance of the machine is
+/// Returns `None` if the peaks are well before the end, or if the displacements cannot be compared because no quantity needs
+/// a peak, the test has boundary conditions of its own or prescribes the force, or the compliance of the machine is
 /// calibrated.
 pub(super) fn early_end(
     inputs: &Inputs<'_>,

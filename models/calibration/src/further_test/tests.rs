@@ -232,7 +232,7 @@ fn a_test_that_equals_the_present_one_has_the_value_of_a_repetition() {
             // independent errors would make the same test worth more than its repetition
             let independent = FurtherTest { alike: None, ..other(0.0, 0.5) };
             assert!(expected(&independent)[0].contraction > exact[0].contraction + 1e-3);
-            // errors of the test alone that are larger than those of the present test count
+            // errors of the further test count if they are larger than the errors of the present test
             let worse = expected(&other(0.0, 100.0));
             assert!(worse[0].contraction < exact[0].contraction);
         }

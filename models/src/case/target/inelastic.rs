@@ -32,7 +32,7 @@ impl InelasticConstant {
     /// Tables of a region whose numbers can be calibrated.
     pub(crate) const TABLES: [&str; 3] = ["viscoelastic", "plastic", "strength"];
 
-    /// Keys of the numbers, with their symbols and units.
+    /// Keys of the constants, with their symbols and units.
     pub(crate) fn symbols() -> impl Iterator<Item = (&'static str, [&'static str; 2])> {
         SYMBOLS.into_iter()
     }
@@ -60,7 +60,7 @@ impl InelasticConstant {
     }
 }
 
-/// Keys of the numbers, with their symbols in figures and their units.
+/// Keys of the constants, with their symbols in figures and their units.
 const SYMBOLS: [(&str, [&str; 2]); 19] = [
     ("fraction", ["γ", "1"]),
     ("time_s", ["τ", "s"]),

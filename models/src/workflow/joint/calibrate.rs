@@ -113,8 +113,8 @@ fn relations(inputs: &Inputs<'_>) -> Result<BTreeMap<String, BetweenTests>, Work
 }
 
 /// Writes the draws at which each validation simulates its test, and the draws in each candidate for a further test. The
-/// parameters are those of the test that the entry changes, except that varying parameters have new values about their
-/// centre, and that trends are evaluated at the temperature or rate of the entry.
+/// parameters have their values in the test that the entry changes, with two exceptions: varying parameters have new
+/// values about their centre, and trends are evaluated at the temperature or rate of the entry.
 fn write_draws_of_new_tests(
     task: &Task<'_>,
     joint: &JointCalibration,
