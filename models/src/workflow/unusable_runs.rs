@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use super::inputs::Inputs;
 
 /// Largest share of runs without quantities at which the verdict is still "identified"; with a larger share, the verdict is
-/// "identified with missing runs". Runs fail in a part of the prior box, not at random: a run has no peak if its peak is beyond the end of the simulated test. With more missing
-/// runs, the surrogate extrapolates into this part.
+/// "identified with missing runs". Runs fail in a part of the prior box, not at random: a run has no peak if its peak is
+/// beyond the end of the simulated test. With more missing runs, the surrogate extrapolates into this part.
 pub(super) const MOST_UNUSABLE: f64 = 0.1;
 
 /// Origin of the runs, on which the remedy depends.
