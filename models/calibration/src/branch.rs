@@ -87,7 +87,7 @@ pub fn branches(
         let (mut kind, mut to) = (by_displacement, end);
         if let Some((force, corners)) = &of_force {
             let end_of_force = next_corner(corners, from);
-            // if both are linear equally long, a constant value is the controlled one
+            // if force and displacement are linear up to the same corner, the machine controls the one that is constant
             let direction = force.direction(from, end_of_force);
             let is_force_hold =
                 end_of_force == end && direction == 0 && by_displacement != BranchKind::Hold;

@@ -103,7 +103,8 @@ impl InspectedCurve {
             Some(readings) => check.prepared.picked(&readings),
             None => check.prepared.clone(),
         };
-        // the times state the order of the readings, so that noise of the displacement is no wrong order
+        // the order of the readings is not checked: the times state the order, and noise can make displacements
+        // decrease
         if loading.force_n.len() >= FEWEST {
             if let Some(finding) = signs(&loading) {
                 check.findings.push(finding);

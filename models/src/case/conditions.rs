@@ -364,7 +364,7 @@ mod tests {
             toml::from_str::<ConditionsCase>(&text).unwrap().confined_s(10.0)
         };
         assert_eq!(confined("", ""), Some(1.0));
-        // displacement from the start, no other load, a free surface, an extensometer
+        // `None`: a displacement from the start, no load but this displacement, a free surface, an extensometer
         assert_eq!(confined("[[1.0, 0.0], [10.0, 1.0]]", "[[10.0, 1.0]]"), None);
         assert_eq!(
             confined(

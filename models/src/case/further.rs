@@ -193,7 +193,7 @@ impl CaseFile {
             let test = TestCase { steps: None, adaptive: None, ..case.test.clone() };
             Case { design, fidelity, solver, test, ..case.clone() }
         };
-        // the present test can lack a quantity of the candidate, and is then another test
+        // if the present test lacks a quantity of the candidate, the two tests differ
         let present = self.of_candidate(&unchanged);
         present.is_ok_and(|present| test(&own.case) == test(&present.case))
     }
@@ -299,7 +299,8 @@ impl CaseFile {
                 | SpecimenGeometry::Absent
                 | SpecimenGeometry::Surfaces { .. }
                 | SpecimenGeometry::Cylinder { scan: None, .. } => true,
-                // a scan has the grains of the calibrated specimen, unless each run has a packing
+                // a scanned packing has the grains of the calibrated specimen, unless each run generates its own
+                // packing
                 SpecimenGeometry::Cylinder { grains, .. } => {
                     grains.is_some() && own.case.design.microstructure == Microstructure::PerRun
                 }

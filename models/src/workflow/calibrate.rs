@@ -106,7 +106,8 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     write_fit(task, &fitted, posterior, &evidence, &shared, &result.map)?;
     let budget = budget(&fitted, &priors, posterior, &evidence, &shared)?;
     if let Some(budget) = &budget {
-        // the shares of this test alone are not shares of a joint posterior, which the joint stage writes
+        // in a joint calibration, the joint stage writes the shares of the joint posterior; this test alone does not
+        // give these shares
         if settings.joint.is_none() {
             budget.write(task)?;
             warnings.extend(unreached(inputs, budget));

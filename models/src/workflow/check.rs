@@ -232,7 +232,7 @@ impl CaseCheck {
     /// Returns the size of the simulated specimen; `None` if the size is unknown until the image is segmented.
     fn specimen(&mut self, file: &CaseFile) -> Option<MeshSize> {
         let geometry = file.geometry().ok()?;
-        // a mistake in the case would be reported again
+        // skip this check if the case has a mistake, because the check would report the same mistake again
         if self.mistakes.is_empty() && !self.has_other_mistakes {
             match check_on_coarse_body(file, &geometry) {
                 Ok(CoarseCheck { notes, warnings }) => {

@@ -75,8 +75,8 @@ pub(super) struct UnusableRuns {
 }
 
 impl UnusableRuns {
-    /// Counts the reasons of the failed runs (number of the run, reason) among `total` runs; `None` if no run failed.
-    /// Reasons that differ only in their numbers are one reason.
+    /// Counts the failed runs among `total` runs by their reasons. `failed` has the number of each failed run and its
+    /// reason. Returns `None` if no run failed. Reasons that differ only in their numbers are one reason.
     pub(super) fn of<'r>(
         total: usize,
         failed: impl Iterator<Item = (usize, &'r str)>,

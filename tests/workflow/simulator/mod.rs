@@ -203,7 +203,7 @@ fn imported_runs_give_the_posterior_of_the_runs_themselves() {
     let (code, status, _) = breccia(dir.path(), &["status", "results"]);
     assert_eq!(code, Some(0), "{status}");
 
-    // narrower priors leave runs out
+    // runs outside narrower priors are omitted
     let narrow = case.replace("[1.0, 2.0]", "[1.2, 1.9]");
     std::fs::write(dir.path().join("bar.toml"), narrow).unwrap();
     let (_, err) = run(dir.path(), &[]);

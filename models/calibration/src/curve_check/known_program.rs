@@ -142,7 +142,7 @@ impl<'a> Lines<'a> {
         let most_s = (0.5 * longest_s).max(last_s - end_s);
         let range = -0.5 * longest_s..=most_s;
         let mut best = (0.0, self.cost(&corners_s) - SIGNIFICANT);
-        // a start between two readings, or another corner between two readings
+        // offsets at which the start, the first corner or the last corner before the end is midway between two readings
         let mut tried: Vec<f64> = [0, 1, corners_s.len() - 2]
             .iter()
             .flat_map(|&k| self.between_readings().map(move |time_s| (k, time_s)))
@@ -262,7 +262,7 @@ impl<'a> Lines<'a> {
     /// Returns the change of the controlled value in a segment; zero if noise explains it.
     fn change(&self, curve: &TestCurve, corners_s: &[f64], k: usize) -> f64 {
         let (from, to) = (self.before(corners_s[k]), self.before(corners_s[k + 1]));
-        // the last reading of the segment before is at its end
+        // the first value is the last reading of the preceding segment, which is at the start of this segment
         let from = from.saturating_sub(1);
         let channel = self.channel(k);
         let values =

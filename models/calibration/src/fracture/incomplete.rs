@@ -133,11 +133,11 @@ fn the_posterior_of_incomplete_specimens_is_that_of_quadrature() {
             "{found:?} {ln_evidence}"
         );
     }
-    // and the same sensitivities: the uniform prior of E has none
+    // both models have the same sensitivities; the sensitivity to the uniform prior of E is zero
     let (a, b) = (single.prior_sensitivity().unwrap(), joint.prior_sensitivity().unwrap());
     for found in [&a, &b] {
         assert!(found.len() == 1 && found[0].parameter == "matrix.young_mpa", "{found:?}");
-        // rounding errors of the constant density
+        // the density of the prior is constant, except for rounding errors
         assert!(found[0].prior < 1e-5, "{found:?}");
     }
     assert!(a[0].likelihood > 0.05, "{a:?}");

@@ -76,7 +76,7 @@ pub(super) fn sensitivities(
 ) -> Result<Vec<PriorSensitivity>, PowerScalingError> {
     let mut parameters = posterior.clone();
     parameters.posterior.variables.retain(|values| values.name == "theta");
-    // a likelihood that a model adds by `factor` is no observation: state it as one term
+    // a likelihood that a model adds by `factor` does not count as an observation: pass the likelihood as one term
     let likelihood = Values { name: "data".to_owned(), shape: Vec::new(), data: ln_likelihood };
     parameters.log_likelihood.variables = vec![likelihood];
     let scaled = |names: &[&str]| -> Result<PowerScaling, PowerScalingError> {

@@ -224,12 +224,14 @@ fn a_test_that_equals_the_present_one_has_the_value_of_a_repetition() {
                     let difference = (found.contraction - exact.contraction).abs();
                     assert!(difference < 1e-9, "{n} {own} {found:?} {exact:?}");
                 }
-                // the limit is continuous: a test that is hardly different is hardly worth more
+                // the contraction is continuous: a test that hardly differs from the present test contracts the
+                // posterior hardly more than the present test
                 for (found, exact) in expected(&other(1e-4, own)).iter().zip(&exact) {
                     assert!(found.contraction < exact.contraction + 1e-3, "{found:?} {exact:?}");
                 }
             }
-            // independent errors would make the same test worth more than its repetition
+            // if the errors were independent, the same test would contract the posterior more than a repetition of the
+            // present test
             let independent = FurtherTest { alike: None, ..other(0.0, 0.5) };
             assert!(expected(&independent)[0].contraction > exact[0].contraction + 1e-3);
             // errors of the further test count if they are larger than the errors of the present test

@@ -220,7 +220,8 @@ mod tests {
         // (1/2)¹² is smaller than 0.01/4, (1/2)⁵ is not
         assert_eq!(verdict(compared(&[100.0; 12], true)), ValidationVerdict::TooWide);
         assert_eq!(verdict(compared(&[100.0; 5], true)), ValidationVerdict::Consistent);
-        // without a scatter, the specimens' own scatter judges their mean; a single specimen cannot be judged
+        // without a predicted scatter, the difference of the means is compared with the scatter of the specimens; a
+        // single specimen has no scatter and cannot be judged
         assert_eq!(verdict(compared(&shifted, false)), ValidationVerdict::Contradicted);
         assert_eq!(verdict(compared(&usual, false)), ValidationVerdict::Consistent);
         assert_eq!(verdict(compared(&[150.0], false)), ValidationVerdict::NotJudged);

@@ -128,7 +128,8 @@ mod tests {
         let same = Scatter { calibrated_means: Some(&[-400.0, 60.0]), ..scatter(None) };
         assert_eq!(same.sds(&slope, &[&draw], &[-200.0]).unwrap(), [20.0]);
         assert_eq!(same.sds(&peak, &[&draw], &[30.0]).unwrap(), stated);
-        // the means contain scatter between microstructures: it is removed from them, and the specimens keep it
+        // the means contain scatter between microstructures: this scatter is removed from the means, but not from the
+        // specimens
         assert_eq!(alone.included_variance(&slope), 0.0);
         let partly = scatter(Some(vec![0.0009, 1.0]));
         assert_eq!(partly.relative_variance(&slope, &draw), Some(0.0025));

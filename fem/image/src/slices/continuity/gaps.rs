@@ -23,8 +23,8 @@ const FARTHER: f64 = 1.1;
 const VISIBLE: f64 = 1.2;
 /// Largest share of a difference with one sign.
 const ONE_SIGN: f64 = 0.6;
-/// Largest change of the mean, in standard deviations of the grey values of a slice, because the mean changes where
-/// another body begins.
+/// Largest change of the mean grey value at a gap, in standard deviations of the grey values of a slice. A larger
+/// change shows that another body begins.
 const SAME_BODY: f64 = 0.1;
 /// Number of pairs of slices before and after a gap from which the usual differences are computed.
 const NEARBY: usize = 6;
@@ -59,7 +59,7 @@ pub(super) fn interrupted(
     let mut at = 0;
     while let Some(gap) = gaps.get(at) {
         let i = gap.slice;
-        // the other end of a reversed block may differ less: it need not be a gap itself
+        // the difference at the other end of a reversed block may be too small to count as a gap
         let fits = |j: usize| {
             let jumps = pairs[i].squares[0].zip(pairs[j].squares[0]);
             let limit = FITS * jumps.map_or(0.0, |(a, b)| a.min(b));
