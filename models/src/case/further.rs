@@ -183,8 +183,8 @@ impl CaseFile {
         })
     }
 
-    /// Whether a candidate, whose case is `own`, changes nothing of the test: only keys of runs, load steps and solvers differ
-    /// from the present test, or none.
+    /// Whether a candidate, whose case is `own`, is the present test: at most keys of runs, load steps and solvers
+    /// differ.
     pub(super) fn is_present_test(&self, candidate: &CandidateCase, own: &Self) -> bool {
         let unchanged =
             CandidateCase { set: Table::new(), without: Vec::new(), ..candidate.clone() };
@@ -338,7 +338,8 @@ mod tests {
         mistakes.iter().map(ToString::to_string).collect()
     }
 
-    /// Values of the present test, and other settings of its runs, are no other test.
+    /// A candidate that repeats the values of the present test, or that changes only settings of the runs, is not
+    /// another test.
     #[test]
     fn a_candidate_with_the_values_of_the_present_test_is_refused() {
         let with = |set: &str| {
@@ -360,7 +361,7 @@ mod tests {
         }
     }
 
-    /// A candidate of one test that has the values of another test is refused, too.
+    /// A candidate that has the values of another test of the case is refused, too.
     #[test]
     fn a_candidate_with_the_values_of_another_test_is_refused() {
         let with = |duration_s: f64| {

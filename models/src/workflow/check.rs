@@ -42,7 +42,7 @@ pub struct CaseCheck {
     pub cost: Option<ExpectedCost>,
     /// Interpreted input of each test of a case with several tests, and of each validation, by its name.
     pub tests: Vec<(String, Vec<(&'static str, String)>)>,
-    /// Whether the specimens are held out, so that a single one is sufficient.
+    /// Whether the specimens are held out, so that a single specimen is sufficient.
     is_held_out: bool,
     /// Whether mistakes have been found in the case that has this test or validation.
     has_other_mistakes: bool,

@@ -263,14 +263,14 @@ impl<'a> Detached<'a> {
         if text == before { Ok(()) } else { rewrite(self.to, SPECIMENS, &text) }
     }
 
-    /// The name by which the records of the copy name a file that the records of the case name `name`.
+    /// Returns the name of a file in the records of the copy. `name` is its name in the records of the original case.
     fn new_name(&self, name: &str) -> String {
         let Some((copy, is_of_specimen)) = self.copy_of(name) else { return name.to_owned() };
         let inner = copy.strip_prefix(self.to).unwrap_or(&copy).to_string_lossy().into_owned();
         if is_of_specimen { format!("experiments/../{inner}") } else { inner }
     }
 
-    /// The name by which the records in the folder of a validation name a copied file.
+    /// Returns the name of a copied file in the records of the folder of a validation.
     fn new_name_in_validation(&self, name: &str) -> String {
         let copy = self.copy_of(name);
         copy.map_or_else(|| name.to_owned(), |(copy, _)| copy.to_string_lossy().into_owned())
@@ -289,8 +289,8 @@ impl<'a> Detached<'a> {
     }
 }
 
-/// The move of the case first, and then the moves of its candidates for a further test, whose runs have cases of their
-/// own.
+/// Returns the move of the case, followed by the moves of its candidates that are another test: the runs of such a
+/// candidate have a separate case.
 fn moves<'m>(
     old: &CaseFile,
     from: &'m Path,

@@ -88,7 +88,7 @@ impl UnusableRuns {
             unusable += 1;
             kinds.entry(without_numbers(reason)).or_default().push((run, reason));
         }
-        // among equally frequent reasons, the one of the earliest run
+        // among equally frequent reasons, choose the reason of the earliest run
         let key = |runs: &&Vec<(usize, &str)>| (runs.len(), std::cmp::Reverse(runs[0].0));
         let most = kinds.values().max_by_key(key)?;
         let (run, reason) = most[0];

@@ -23,8 +23,8 @@ const FALLS: f64 = 1e-6;
 /// Largest share of the work of an increment that may act on the residual stiffness of damaged material. Beyond one
 /// half, the body moves mainly where only the numerical constant `residual_stiffness` carries the force.
 const MOST_RESIDUAL_WORK: f64 = 0.5;
-/// Displacement of the platen in an increment below which its work is a rounding error, relative to the displacement of
-/// the platen.
+/// Smallest displacement of the platen in an increment, relative to its total displacement. The work of a smaller
+/// displacement is only a rounding error.
 const RESTS: f64 = 1e-6;
 
 impl Increments<'_> {

@@ -50,7 +50,8 @@ impl ProgramLoad {
 pub struct ProgramSegment {
     /// End in s after the start of the program.
     pub end_s: f64,
-    /// Prescribed value at the end. The sizes of the specimen may multiply the values of all segments.
+    /// Prescribed value at the end. The values of all segments may be scaled by a common factor, such as the ratio of
+    /// two heights: only their relative sizes matter.
     pub end: ProgramLoad,
 }
 
@@ -62,8 +63,8 @@ pub(super) struct DividedCurve {
     pub(super) misfit: f64,
 }
 
-/// Returns the branches of a curve with increasing times, of which the first one is zero. There is no branch without a
-/// program, or with fewer than two readings.
+/// Returns the branches of a curve whose times start at zero and increase. There is no branch without a program, or
+/// with fewer than two readings.
 pub(super) fn divided(curve: &TestCurve, program: &[ProgramSegment]) -> DividedCurve {
     if program.is_empty() || curve.time_s.len() < 2 {
         return DividedCurve { branches: Vec::new(), misfit: 0.0 };

@@ -16,12 +16,13 @@ use crate::bridge::{BridgeError, MarginalLikelihood, marginal_likelihood};
 pub struct PriorSensitivity {
     /// Name of the parameter.
     pub parameter: String,
-    /// Change of its distribution per doubling of the power of the priors of all parameters: the cumulative Jensen–Shannon
-    /// distance.
+    /// Sensitivity to the priors of all parameters: change of the parameter's distribution (cumulative Jensen–Shannon
+    /// distance) per doubling of the power of these priors.
     pub prior: f64,
-    /// The same for the priors of the scatter between specimens: of its standard deviations and correlations.
+    /// Sensitivity to the priors of the scatter between specimens, that is, of its standard deviations and
+    /// correlations.
     pub scatter_prior: f64,
-    /// The same for the likelihood.
+    /// Sensitivity to the likelihood.
     pub likelihood: f64,
     /// Largest Pareto k of the importance weights; above 0.7 the sensitivities are unreliable.
     pub pareto_k: f64,

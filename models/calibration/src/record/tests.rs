@@ -203,7 +203,8 @@ fn separators_of_thousands_are_recognised_unless_they_may_be_decimal_signs() {
     assert_eq!(record.force_n, [0.0, 800.0, 1400.0, 1470.0, 1290.0]);
 }
 
-/// Times in several units and as clock times; columns of times that cannot be read, or two of them, are errors.
+/// Times in several units and as clock times. A column of times that cannot be read is an error, and so are two columns
+/// of times.
 #[test]
 fn columns_of_times_are_read_or_refused() {
     let with = |name: &str, times: [&str; 5]| {

@@ -190,7 +190,8 @@ fn the_probability_of_a_deviation_is_that_of_student() {
     assert_eq!(predicted.deviation(&[3.0, 4.0, 7.0]).degrees_of_freedom, 3.0);
 }
 
-/// Specimens share the draw and the error: frequencies in simulated laboratories.
+/// Compares the probabilities with frequencies in simulated laboratories, in which specimens share the draw and the
+/// error.
 #[test]
 fn the_probability_of_specimens_outside_is_their_frequency() {
     let mut noise = Noise::new(5);

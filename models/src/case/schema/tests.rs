@@ -184,7 +184,7 @@ pub(crate) fn with_unknown_word(place: &str, is_table: bool) -> toml::Table {
     }
 }
 
-/// Compares the words of a schema with those that `words_of_reader` returns for a file with an unknown word.
+/// Compares the words of a schema with the words that `words_of_reader` returns for a file with an unknown word.
 pub(crate) fn compare(
     schema: &Value,
     words_of_reader: impl Fn(&str, &toml::Table) -> Option<BTreeSet<String>>,

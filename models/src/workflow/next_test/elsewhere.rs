@@ -109,9 +109,10 @@ mod tests {
     use super::*;
     use crate::further_test::FurtherTest;
 
-    /// Two parameters, of which the second has another value in the further test: both values are a common normal number
-    /// plus an independent one, all with variance 1. The further test measures the sum of both parameters. The
-    /// conditional variance of the second parameter is that of the joint normal distribution.
+    /// Two parameters, of which the second has another value in the further test. Each of its two values is the sum of
+    /// a common number and an independent number, all normal with variance 1. The further test measures the sum of both
+    /// parameters. The conditional variance of the second parameter equals the conditional variance in the joint normal
+    /// distribution.
     #[test]
     fn a_value_in_another_test_informs_by_its_correlation() {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);

@@ -134,9 +134,11 @@ impl Compared {
         LEVELS.map(|level| self.predicted.prediction.interval(level))
     }
 
-    /// Probabilities, if the prediction is right, of a difference of the means at least as large, and of at least as many
-    /// specimens outside the intervals. The probability of a negligible difference is 1. A negligible difference is subtracted
-    /// from the measurements before specimens outside are counted, so that it does not contradict the prediction either way.
+    /// Probabilities under the assumption that the prediction is right: the probability of a difference of the means
+    /// that is at least as large as the observed difference, and, for each interval, the probability of at least the
+    /// observed number of specimens outside. The probability of a negligible difference is 1. A negligible difference
+    /// is subtracted from the measurements before specimens outside are counted, so that it does not contradict the
+    /// prediction either way.
     fn p_values(&self, deviation: &Deviation) -> Vec<f64> {
         let least = NEGLIGIBLE * self.predicted.prediction.mean().abs();
         let is_negligible = deviation.difference.abs() < least;
@@ -154,7 +156,7 @@ impl Compared {
         all
     }
 
-    /// Probability, if the prediction is right, of at least as many specimens inside the interval of 50 %.
+    /// Probability of at least the observed number of specimens inside the 50 % interval, if the prediction is right.
     fn probability_of_inside(&self) -> Option<f64> {
         let [Coverage { inside, total }, _] = self.coverage()?;
         let prediction = &self.predicted.prediction;

@@ -309,7 +309,7 @@ fn new_tests_have_the_parameters_of_the_population() {
         let exact = ends[0].powf(0.25) * ends[1].powf(0.75);
         assert!((row[0] / exact - 1.0).abs() < 1e-9, "{row:?} {exact}");
     }
-    // at the ends, the values are those of the calibrated tests
+    // at the ends of the trend, the values equal the values in the calibrated tests
     for (row, ends) in draws(20.0).iter().zip(theta.chunks(2)) {
         assert!((row[0] / ends[0] - 1.0).abs() < 1e-9, "{row:?} {ends:?}");
     }
