@@ -76,8 +76,8 @@ pub(super) fn percent_of_quantities(least: f64, most: f64) -> impl FnMut(&mut Sc
     }
 }
 
-/// Removes what TOML cannot express (null) and what concerns programmers only: links and examples in descriptions,
-/// formats of numbers, and defaults of tables, whose keys have defaults.
+/// Removes null, which TOML cannot express, and details for programmers: links and examples in descriptions, formats of
+/// numbers, and defaults of tables, whose keys have defaults.
 fn tidy(schema: &mut Schema) {
     let Some(map) = schema.as_object_mut() else { return };
     map.remove("format");

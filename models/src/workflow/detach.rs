@@ -1,5 +1,5 @@
-//! Detaches a case from its study: copies its results folder and the inputs outside of it to a folder of their own, in
-//! which no stage has to be run again.
+//! Detaches a case from its study: copies its results folder and the inputs outside of this folder to a separate
+//! folder, in which no stage has to be run again.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -246,7 +246,7 @@ impl<'a> Detached<'a> {
         let specimens = SpecimenTable::read(&path)?.specimens;
         let mut images: Vec<PathBuf> = specimens.into_iter().filter_map(|s| s.image).collect();
         images.retain(|image| image.is_absolute() && image.exists());
-        // a path may be the beginning of another one
+        // a path may be the beginning of another path
         images.sort_by_key(|image| std::cmp::Reverse(image.as_os_str().len()));
         images.dedup();
         let mut text = fem::read_regular_text(&path).map_err(|e| WorkflowError::io(&path, e))?;

@@ -10,8 +10,8 @@ use crate::case::TestCase;
 use crate::error::InputError;
 use crate::experiment::SpecimenTable;
 
-/// Difference between the displacements (or forces) of a curve and of the program, as a fraction of the largest one, above
-/// which a warning is reported.
+/// Difference between the displacements (or forces) of a curve and of the program, as a fraction of the largest
+/// displacement (or force), above which a warning is reported.
 const NOTICEABLE: f64 = 0.05;
 /// Difference above which the curve is rejected: the case simulates another test.
 const ANOTHER_TEST: f64 = 0.25;

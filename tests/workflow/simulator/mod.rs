@@ -145,7 +145,7 @@ fn a_program_is_calibrated_and_its_posterior_is_the_exact_one() {
     let map = number(&row_of(&results, "map.csv", "k1"), "map");
     assert!((number(&confirm[0], "map_simulation") - 3.0 * map).abs() < 1e-9, "{confirm:?}");
 
-    // each run has a folder with its files and what the program has printed
+    // each run has a folder with its files and the printed text of the program
     let folders = work(dir.path());
     assert_eq!(folders.len(), 10);
     let text = |name: &str| std::fs::read_to_string(folders[6].join(name)).unwrap();

@@ -1,11 +1,11 @@
 //! Branches of a curve whose load program is known.
 //!
-//! The program states the order of the branches, what the machine controls in each of them, and the times of the corners.
-//! The readings only decide where the machine departs from these times: the controlled value (displacement or force) is
-//! linear in time within a segment, and the sum of squared residuals of the least-squares lines, in units of the noise,
-//! changes with the corners. First, the start of the program moves relative to the first reading, with all corners. Then
-//! each corner moves within its two segments. Finally, the first segment starts after a rest, if the readings show a rest.
-//! Each move needs a significant decrease of the sum, so that noise alone moves no corner.
+//! The program states the order of the branches, the value that the machine controls in each branch, and the times of
+//! the corners. The readings only decide where the machine departs from these times: the controlled value (displacement
+//! or force) is linear in time within a segment, and the sum of squared residuals of the least-squares lines, in units
+//! of the noise, changes with the corners. First, the start of the program moves relative to the first reading, with
+//! all corners. Then each corner moves within its two segments. Finally, the first segment starts after a rest, if the
+//! readings show a rest. Each move needs a significant decrease of the sum, so that noise alone moves no corner.
 
 use crate::branch::{Branch, BranchKind};
 use crate::experiment::TestCurve;

@@ -1,4 +1,4 @@
-//! Reading of exports of testing machines, correct ones and ones with mistakes.
+//! Reading of exports of testing machines, without and with mistakes.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! The schema describes what the reader reads: the same keys, names and ranges.
+//! The schema and the reader of cases accept the same keys, names and ranges.
 
 use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};

@@ -1,10 +1,10 @@
 //! Parameters of a further test whose values differ from the values in the calibrated test, if several tests were
-//! calibrated: a varying parameter has a new value about its centre, and a trend another value at another temperature or
-//! rate.
+//! calibrated: a varying parameter has a new value about its centre, and a trend has another value at another
+//! temperature or rate.
 //!
 //! The belief then has the parameters of the calibrated test, followed by the values of the differing parameters in the
-//! further test. The further test measures the latter. It informs about the former by the covariance of both in the joint
-//! posterior.
+//! further test. The further test measures the differing parameters. It informs about the parameters of the calibrated
+//! test by the covariance of both in the joint posterior.
 
 use super::super::WorkflowError;
 use super::super::inputs::Inputs;
