@@ -6,8 +6,8 @@
 //! (1972) 244; Douglas & Peucker, Cartographica 10 (1973) 112). Each corner is then moved to the reading next to the
 //! intersection of the least-squares lines of its two segments, because noise displaces the largest distance.
 //!
-//! Displacement and force are divided independently. From each corner on, the machine is taken to control the value that
-//! is linear for longer.
+//! Displacement and force are divided independently. From each corner on, the machine is assumed to control the value
+//! (displacement or force) that remains linear for longer.
 
 use std::ops::Range;
 

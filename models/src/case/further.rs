@@ -56,8 +56,8 @@ pub struct CandidateCase {
     /// test, the default is the quantities that the case compares.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub quantities: Vec<Quantity>,
-    /// Keys of the case with other values in this test. If both `set` and `without` are empty, the candidate is the
-    /// present test.
+    /// Keys of the case whose values differ in this test, with the values for this test. If both `set` and `without`
+    /// are empty, the candidate is the present test.
     #[serde(default, skip_serializing_if = "Table::is_empty")]
     #[schemars(schema_with = "candidate_keys")]
     pub set: Table,

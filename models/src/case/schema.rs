@@ -120,7 +120,7 @@ fn plain(text: &str) -> String {
     text.replace("[`", "`").replace("`]", "`")
 }
 
-/// Adds, to each definition that the tables of `first` contain, a copy without required keys.
+/// For each definition that the tables of `first` contain, adds a copy of the definition without required keys.
 fn add_changes(definitions: &mut Map<String, Value>, first: &str) {
     let mut names = vec![first.to_owned()];
     while let Some(name) = names.pop() {

@@ -48,7 +48,7 @@ pub struct ValidationCase {
     #[serde(default = "twenty_four")]
     #[schemars(range(min = 4, max = 10_000))]
     pub draws: usize,
-    /// Keys of the case with other values in this test.
+    /// Keys of the case whose values differ in this test, with the values for this test.
     #[serde(default, skip_serializing_if = "Table::is_empty")]
     #[schemars(schema_with = "validation_keys")]
     pub set: Table,

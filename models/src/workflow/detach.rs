@@ -51,7 +51,7 @@ pub fn detach(case: &Path, dest: &Path) -> Result<(), WorkflowError> {
     check(&from, &to)?;
     let detached = Detached::new(&from, &to).copy();
     if detached.is_err() {
-        // the error is more useful than an error of the removal
+        // an error of the removal is ignored, because the error of the copying is more useful
         let _ = std::fs::remove_dir_all(&to);
     }
     detached

@@ -14,12 +14,13 @@ use crate::qoi::noise;
 /// Smallest standard deviation of a reading, as a fraction of the range of all readings: machines follow their program
 /// only approximately.
 const LEAST_NOISE: f64 = 5e-4;
-/// Decrease of the sum of squared normalised residuals that moves a corner: five standard deviations of a normal
-/// parameter.
+/// Least decrease of the sum of squared normalised residuals for which a corner is moved: the square of five standard
+/// deviations of a normally distributed parameter.
 const SIGNIFICANT: f64 = 25.0;
 /// Fewest readings that move corners: the noise of fewer readings is too uncertain.
 const FEWEST: usize = 20;
-/// Largest distance between a corner and the reading that counts as its reading, as a fraction of the shorter segment.
+/// Largest time between a reading and a corner at which the reading counts as the reading of the corner, as a fraction
+/// of the duration of the shorter segment at the corner.
 const AT_CORNER: f64 = 1e-3;
 /// Smallest change of a controlled value that counts as a change, as a fraction of the range of all readings.
 const EQUAL: f64 = 0.005;

@@ -60,8 +60,9 @@ impl Calibration {
     }
 }
 
-/// Computes the sensitivities of the parameters `theta` of a posterior, whose names are `names`. `ln_likelihood` has the log likelihood at each draw, and
-/// `of_parameters` and `of_scatter` name the variables whose priors are scaled.
+/// Computes the sensitivities of the parameters `theta` of a posterior. `names` are the names of the parameters, and
+/// `ln_likelihood` is the log likelihood at each draw. `of_parameters` and `of_scatter` are the names of the variables
+/// whose priors are scaled.
 ///
 /// # Errors
 /// If a log density is not finite at a draw.

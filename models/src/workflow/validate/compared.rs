@@ -7,7 +7,7 @@ use crate::validation::{Coverage, Deviation};
 /// Levels of the predictive intervals.
 pub(super) const LEVELS: [f64; 2] = [0.5, 0.9];
 
-/// Probability that a calibration that is right is contradicted by any of its comparisons.
+/// Probability that at least one of the comparisons contradicts a correct calibration.
 const SIGNIFICANCE: f64 = 0.01;
 
 /// A difference between the means below this fraction of the predicted mean does not contradict the prediction, as in the rule
