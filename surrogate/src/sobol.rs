@@ -120,8 +120,8 @@ impl DynPce {
     }
 }
 
-/// Fills `contributions` with the contributions of inputs and pairs of inputs to the variance, computed from conditional
-/// variances Var E[f | some inputs]. Returns the total variance of each output.
+/// Computes the contributions of inputs and pairs of inputs to the variance from conditional variances Var E[f | some
+/// inputs], and writes them to `contributions`. Returns the total variance of each output.
 fn conditional_variances(
     grid: &TensorGrid,
     d: usize,

@@ -87,8 +87,8 @@ pub fn branches(
         let (mut kind, mut to) = (by_displacement, end);
         if let Some((force, corners)) = &of_force {
             let end_of_force = next_corner(corners, from);
-            // if force and displacement are linear up to the same corner, and one of both is constant, the machine
-            // controls the constant value
+            // if force and displacement are linear up to the same corner, and one of these values is constant, the
+            // machine controls the constant value
             let direction = force.direction(from, end_of_force);
             let is_force_hold =
                 end_of_force == end && direction == 0 && by_displacement != BranchKind::Hold;

@@ -92,7 +92,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     warnings.extend(fitted.made_on.warning(inputs));
     warnings.extend(fitted.known_stiffness.warning.clone());
     if settings.joint.is_none() {
-        // otherwise the joint calibration reports the warnings about its draws
+        // in a joint calibration, the joint stage reports the warnings about the draws
         warnings.extend(of_posterior);
     }
     task.on_threads(settings.chains, |threads| {

@@ -401,8 +401,8 @@ mod tests {
     use super::*;
     use crate::case::CaseFile;
 
-    /// The identity of runs that read an image outside of the case names the copy of the image, and the keys of the
-    /// case with the new path.
+    /// If runs have read an image outside of the folder of the case, the moved identity of the runs contains the name
+    /// of the copied image, and the fingerprints of the keys of the copied case.
     #[test]
     fn the_identity_of_runs_is_that_of_the_copied_case() {
         let dir = tempfile::tempdir().unwrap();
@@ -435,7 +435,7 @@ mod tests {
         let files = [name.clone(), "a.csv".to_owned()].into();
         let moves = [Move { from: old, to: new, new_name: &new_name }];
         assert_eq!(moved_manifest(&before, &moves, &files), after);
-        // an identity of another case remains
+        // the identity of another case is not changed
         let other = "design = 0123456789abcdef\n";
         assert_eq!(moved_manifest(other, &moves, &files), other);
     }

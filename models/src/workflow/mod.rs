@@ -294,7 +294,7 @@ impl<'a> Workflow<'a> {
             validations.push((name, Self { is_held_out: true, ..workflow }));
         }
         let (path, case) = (dir.join("case.toml"), copies.case.clone());
-        // the case in the results folder has the rows of its tables
+        // the case in the results folder contains the rows of tables instead of file names
         let file = CaseFile { path, case, table_files: Vec::new() };
         Ok(Self {
             file,

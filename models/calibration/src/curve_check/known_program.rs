@@ -127,7 +127,7 @@ impl<'a> Lines<'a> {
     fn cost(&self, corners_s: &[f64]) -> f64 {
         let readings: Vec<usize> =
             corners_s.iter().map(|&corner_s| self.before(corner_s)).collect();
-        // before its start, the program rests
+        // the machine rests before the start of the program
         let mut cost = self.channel(0).about_mean(0, readings[0]);
         for (k, pair) in readings.windows(2).enumerate() {
             cost += self.channel(k).about_line(pair[0], pair[1]);
@@ -153,7 +153,8 @@ impl<'a> Lines<'a> {
             .collect();
         tried.sort_by(|a, b| a.abs().total_cmp(&b.abs()));
         for offset_s in tried {
-            // a cyclic program repeats itself: among equal starts, the nearest one is taken
+            // a cyclic program repeats itself: among starts that fit equally well, the start nearest to the first
+            // reading is chosen
             let far = 0.5 * SIGNIFICANT * offset_s.abs() / most_s;
             let cost = self.cost(&self.corners_s(offset_s)) + far;
             if cost < best.1 {

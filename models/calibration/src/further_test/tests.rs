@@ -192,7 +192,8 @@ fn specimens_that_lack_quantities_have_the_information_of_the_others() {
     }
 }
 
-/// A further test that equals the present test has the value of a repetition, whatever the error of its own surrogate.
+/// A further test that equals the present test contracts the posterior as much as a repetition of the present test. The
+/// error of the surrogate of the further test has no effect.
 #[test]
 fn a_test_that_equals_the_present_one_has_the_value_of_a_repetition() {
     let belief = prior_alone(&[[0.0, 1.0], [2.0, 3.0]]);
