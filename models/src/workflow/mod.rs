@@ -280,7 +280,7 @@ impl<'a> Workflow<'a> {
             true => held_out_cases(source)?,
             false => Vec::new(),
         };
-        // files that only the case names must not be in the place of products of a validation
+        // a file that only the case names must not have the path of a product of a validation
         for (name, _) in &held_out {
             check_inputs(source, &dir.join(folder_of(name)))?;
         }
