@@ -67,7 +67,8 @@ pub trait LogDensity: Sync {
 
     /// Returns a copy of `y` in which the named quantities have the given values.
     ///
-    /// # Errors A message with the invalid name or value, and the allowed names or values.
+    /// # Errors
+    /// A message with the invalid name or value, and the allowed names or values.
     #[doc(hidden)]
     fn with_values(&self, y: &[f64], values: &[(String, Vec<f64>)]) -> Result<Vec<f64>, String> {
         let _ = (y, values);
