@@ -94,7 +94,7 @@ impl Bar {
 /// Writes the estimated time until a bar is full; nothing before the first progress.
 fn write_time_left(state: &ProgressState, text: &mut dyn std::fmt::Write) {
     if state.pos() > 0 && state.pos() < RESOLUTION {
-        // an error leaves the time out
+        // after an error, the line shows no remaining time
         let _ = write!(text, ", {:#} left", HumanDuration(state.eta()));
     }
 }

@@ -6,7 +6,7 @@
 //! replaced by a `compile_error!`, so that one mistake gives one error and the rest of the model is still
 //! available to code completion.
 //!
-//! The modules; a module imports only from modules above it in this list:
+//! The modules are listed in the order of their layers. A module imports only from modules above it in this list:
 //!
 //! 1. `errors`: the error messages of the macro
 //! 2. `syntax`: properties of Rust syntax, independent of any model

@@ -42,7 +42,7 @@ struct Watch {
     evaluations: AtomicU64,
     /// Number of allocations at the last evaluation.
     before: AtomicU64,
-    /// Number of evaluations since the last one that an allocation preceded.
+    /// Number of evaluations without an allocation before them, since the last allocation.
     quiet: AtomicU64,
 }
 

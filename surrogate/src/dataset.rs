@@ -89,7 +89,7 @@ pub struct Dataset {
     /// Derivatives, with the dimensions rows × outputs × inputs with derivatives; empty if the rows
     /// have no derivatives.
     slopes: Vec<f64>,
-    /// The notes of all rows, row by row, each with one text per name of a note.
+    /// The notes of all rows, row by row; each row has one text per name of a note.
     noted: Vec<String>,
 }
 

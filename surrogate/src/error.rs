@@ -37,7 +37,7 @@ pub enum SurrogateError {
     Syntax {
         /// Description of the problem.
         problem: String,
-        /// Advice on what to write instead.
+        /// Advice on the correct input.
         help: &'static str,
     },
     /// A cell does not contain a number.

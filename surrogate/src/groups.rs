@@ -67,7 +67,7 @@ pub struct GroupedRuns {
     /// covariance W of the scatter within groups and the leverage h.
     pub within: CoefficientPosterior,
     /// Error of the fit from the scatter between groups. The covariance of this error at x is B g(x), with the
-    /// covariance B of the scatter between groups; the function g (see the module) takes the role of the leverage. The
+    /// covariance B of the scatter between groups and the function g, which is defined on the page of this module. The
     /// degrees of freedom of this posterior are the degrees of freedom of the estimate of B.
     pub between: CoefficientPosterior,
     /// Number of groups.

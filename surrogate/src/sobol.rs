@@ -92,8 +92,8 @@ impl DynPce {
         indices
     }
 
-    /// Adds the contributions of inputs and pairs of inputs to the variance, computed from the
-    /// coefficients, to `contributions`.
+    /// Computes the contributions of inputs and pairs of inputs to the variance from the coefficients, and adds them to
+    /// `contributions`.
     fn sums_of_squares(&self, contributions: &mut SobolIndices) {
         for (index, c) in self.terms() {
             let active: Vec<usize> = (0..index.len()).filter(|&i| index[i] > 0).collect();
@@ -120,8 +120,8 @@ impl DynPce {
     }
 }
 
-/// Fills `contributions` with the contributions of inputs and pairs of inputs to the variance, computed from conditional
-/// variances Var E[f | some inputs]. Returns the total variance of each output.
+/// Computes the contributions of inputs and pairs of inputs to the variance from conditional variances Var E[f | some
+/// inputs], and writes them to `contributions`. Returns the total variance of each output.
 fn conditional_variances(
     grid: &TensorGrid,
     d: usize,

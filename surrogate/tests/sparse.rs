@@ -162,7 +162,7 @@ fn noise_has_no_terms() {
     let chosen = fit.report.chosen().unwrap();
     assert!(chosen.terms <= 12, "{}", fit.report);
     assert!(chosen.loo.as_ref().unwrap().corrected[0] > 0.8, "{}", fit.report);
-    // 60 numbers with variance 1/12
+    // the scatter of the runs is the variance 1/12 of the noise, estimated from 60 runs
     let spread = fit.report.lack_of_fit(&[0.0]).unwrap()[0][0];
     assert!((12.0 * spread - 1.0).abs() < 0.4, "{spread}");
 }

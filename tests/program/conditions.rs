@@ -175,7 +175,7 @@ measure = { surface = "top", direction = [0.0, 0.0, -1.0] }
         ("symmetry = [\"bottom\"]", "symmetry = [\"side\"]", ["'side'", "not a plane"]),
     ] {
         let simulated = simulate(&case.replace(from, to));
-        // without the mesh, the check finds what the simulation refuses
+        // `breccia check`, which reads no mesh, reports the same mistakes as the simulation
         let checked = said(&breccia(dir.path(), &["check", "case.toml"]));
         for (code, _, err) in [simulated, checked] {
             assert_eq!(code, Some(1), "{err}");
@@ -186,8 +186,8 @@ measure = { surface = "top", direction = [0.0, 0.0, -1.0] }
     }
 }
 
-/// The example of `docs/how-to/conditions.md` with measured curves: the force at the displacement zero is neither a spike
-/// nor a toe.
+/// The example of `docs/how-to/conditions.md` with measured curves, which have a force at the displacement zero. The
+/// check reports this force neither as a spike nor as a toe.
 #[test]
 fn curves_of_triaxial_compression_are_checked_from_the_end_of_the_confinement() {
     let dir = tempfile::tempdir().unwrap();

@@ -56,7 +56,7 @@ impl Instance {
         let terms = indices.iter().enumerate().map(|(j, index)| {
             let index: [u8; 3] = std::array::from_fn(|d| index[d].as_u64().expect("degree") as u8);
             // the coefficients in the file refer to plain Legendre polynomials, the coefficients of a `Pce` to
-            // orthonormal ones
+            // orthonormal polynomials
             let norm = index.iter().map(|&a| f64::from(2 * a + 1).sqrt()).product::<f64>();
             (index, std::array::from_fn(|m| number(&json["C"][m][j]) / norm))
         });

@@ -63,7 +63,7 @@ fn assert_exact<const Q: usize>(
     assert_exact_after(600, model, names, exact);
 }
 
-/// As `assert_exact`, with more draws for chains that mix slowly.
+/// Version of [`assert_exact`] with a given number of draws, for chains that mix slowly.
 fn assert_exact_after<const Q: usize>(
     draws: usize,
     model: &Bound<impl Model>,

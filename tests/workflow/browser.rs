@@ -273,7 +273,7 @@ fn faults_of_a_page_are_found() {
     assert!(open(&page(&texts(100)), 390).is_good());
 }
 
-/// Checks that the queries of the report's style sheet are those that are emulated, and that each has an effect.
+/// Checks that every query of the report's style sheet is emulated, and that each query has an effect.
 #[test]
 fn media_of_the_report_are_emulated() {
     let page = finished_tiny().dir.path().join("results/report.html");

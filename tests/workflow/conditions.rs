@@ -147,7 +147,7 @@ fn a_bar_with_an_extensometer_is_calibrated_on_a_mesh_file() {
     assert!((mean - centre).abs() < 0.5 * sd, "{mean} ± {sd}, {centre}");
     assert!((mean - 275.0).abs() < 4.0 * sd && sd < 15.0, "{mean} ± {sd}");
 
-    // what a shared mesh does not have is refused
+    // keys of properties that a shared mesh does not have are refused
     let with = |key: &str| {
         let text = text.replace("seed = 5", &format!("seed = 5\n{key}"));
         std::fs::write(dir.path().join("refused.toml"), text).unwrap();

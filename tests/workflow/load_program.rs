@@ -160,7 +160,8 @@ fn a_load_program_is_calibrated_from_quantities_of_its_branches() {
     assert!(format!("{printed}{err}").contains("test.program states"), "{printed}{err}");
 }
 
-/// The case at constant speed, with a compliance of the machine that is unknown: up to a third of the specimen's.
+/// The case at constant speed, with a machine whose compliance is unknown. The compliance of the machine is at most a
+/// third of the compliance of the specimen.
 fn compliant() -> String {
     let start = CASE.find("[test]").unwrap();
     let end = CASE.find("[prior]").unwrap();

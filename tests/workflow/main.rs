@@ -204,7 +204,7 @@ fn without_seconds(path: &Path) -> Vec<BTreeMap<String, String>> {
     rows
 }
 
-/// The output names what is simulated, what each percentage counts, and both kinds of time.
+/// The output names the simulated objects, the counted items of each percentage, and both kinds of time.
 #[test]
 fn progress_has_labels_and_named_times() {
     let progress = &finished_tiny().progress;

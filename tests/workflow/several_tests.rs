@@ -79,7 +79,7 @@ fn two_tests_are_calibrated_together_in_folders_of_their_own() {
         // the shares of the posterior variance refer to all tests
         assert!(!out.join(format!("tests/{test}/uncertainty.csv")).exists(), "{test}");
     }
-    // the slow test is the one that has information on the toughness
+    // only the slow test has information on the toughness
     let without = table(&out.join("without_tests.csv"));
     assert_eq!(without.len(), 6);
     let without_slow: Vec<_> =

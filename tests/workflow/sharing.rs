@@ -239,7 +239,7 @@ fn damaged_and_foreign_runs_are_told_from_good_ones() {
 #[test]
 fn what_cannot_be_written_is_told_and_what_was_finished_is_kept() {
     let dir = tempfile::tempdir().unwrap();
-    // the curves of the first runs are below the limit, longer curves are not
+    // the files of the first runs are smaller than the limit; files with longer curves exceed the limit
     std::fs::write(dir.path().join("tiny.toml"), TINY).unwrap();
     let program = env!("CARGO_BIN_EXE_breccia");
     let limited = format!(

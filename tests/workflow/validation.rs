@@ -65,7 +65,7 @@ fn simulations_at_posterior_draws_predict_another_specimen() {
         report.contains("Validation with held-out specimens") && report.contains("<h3>short</h3>")
     );
 
-    // the results folder is a case of its own
+    // the results folder contains a complete case: `breccia run` without a case file uses this case
     let (code, out, err) = breccia(dir.path(), &["run", "--out", "results"]);
     assert_eq!(code, Some(0), "{err}");
     let told = out + &err;

@@ -84,7 +84,8 @@ impl Raster {
 
     /// Encodes the image as the bytes of a PNG file.
     ///
-    /// # Errors An error if the image has no pixels.
+    /// # Errors
+    /// An error if the image has no pixels.
     pub fn to_png(&self) -> io::Result<Vec<u8>> {
         let side = |n: usize| u32::try_from(n).map_err(io::Error::other);
         let mut bytes = Vec::new();

@@ -17,7 +17,7 @@ pub const LANES: usize = POINTS;
 /// fit into the second-level cache.
 const PER_CHUNK: [usize; 2] = [4096, 512];
 
-/// Nodes of a quadratic tetrahedron by vertex pair (k, j): the node on the edge between both vertices; vertex k for k
+/// Nodes of a quadratic tetrahedron by vertex pair (k, j): the node on the edge between both vertices, or vertex k if k
 /// = j.
 pub(super) const MIDDLE: [[usize; 4]; 4] = [[0, 4, 6, 7], [4, 1, 5, 8], [6, 5, 2, 9], [7, 8, 9, 3]];
 

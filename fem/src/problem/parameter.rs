@@ -78,7 +78,9 @@ impl MaterialParameter {
         Ok(Self { name: name.into(), below, above, width, interfaces })
     }
 
-    /// Checks that the materials of the problem are between `below` and `above`.
+    /// Checks that `below` and `above` are valid materials of the same kinds as the materials of the problem, and that
+    /// each constant of the problem lies between its values in `below` and `above`. Checks the interfaces in the same
+    /// way.
     ///
     /// # Errors
     /// The errors of [`Problem::with_sensitivities`](crate::Problem::with_sensitivities).

@@ -113,7 +113,8 @@ impl ForceControl {
         halo: &Halo,
     ) {
         let DrivenPlaten { direction, functional, .. } = &self.platen;
-        // moving the platen at constant fields changes its contact force by the opposite of a moving node
+        // if the platen moves at constant fields, its contact force changes as if the nodes moved in the opposite
+        // direction
         let owned = self.contact_border().filter(|(node, _)| halo.owns(*node));
         let contact: f64 =
             owned.map(|(_, force)| -(0..3).map(|k| direction[k] * force[k]).sum::<f64>()).sum();

@@ -83,8 +83,8 @@ fn a_creeping_body_ends_when_only_its_residual_stiffness_carries_the_force() {
     }
 }
 
-/// Below the quasi-static peak force A √(27 E Gc/(256 ℓ₀)) = 21.6 N of AT2, a damaged body carries its force to the end of
-/// the program. Above it, a body without viscosity fails during the ramp.
+/// Below the quasi-static peak force A √(27 E Gc/(256 ℓ₀)) = 21.6 N of AT2, a damaged body carries its force to the end
+/// of the program. Above this peak force, a body without viscosity fails during the ramp.
 #[test]
 fn a_body_fails_under_a_constant_force_only_above_its_quasi_static_peak() {
     let area = std::f64::consts::PI * RADIUS * RADIUS;

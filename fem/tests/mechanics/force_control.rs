@@ -47,8 +47,9 @@ fn run(problem: &Problem) -> Outcome {
     outcome
 }
 
-/// A test in which the force is prescribed is the test in which the displacement is prescribed, if both have the same
-/// equilibria. Returns the number of iterations with prescribed force and with prescribed displacement.
+/// Runs a test with prescribed displacement, then a test in which the forces of the first test are prescribed, and
+/// checks that both have the same equilibria. Returns the number of iterations with prescribed force and with
+/// prescribed displacement.
 fn assert_same_equilibria(
     order: Order,
     linear: LinearScheme,
@@ -404,7 +405,7 @@ fn combinations_without_meaning_are_refused() {
     let refused = problem.with_sensitivities(vec![young]).expect_err("contact has no derivatives");
     let reason = Unsupported::SensitivitiesOfForceByContact;
     assert!(matches!(&refused, FemError::Unsupported { reason: found, .. } if *found == reason));
-    // the program without its platen
+    // conditions without the platen that the program drives
     let plain = CompressionTest::new(0.1, test.schedule.clone());
     let refused = plain.builder(prism(2, false)).expect("platens").materials([matrix()]).build();
     let reason = Unsupported::ForceWithoutPlaten;

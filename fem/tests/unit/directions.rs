@@ -5,7 +5,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::*;
 
-/// Number of nodes: more than one parallel task processes, and not a multiple of `PART`.
+/// Number of nodes. It exceeds the number that one parallel task processes, and it is not a multiple of `PART`.
 const NODES: usize = CHUNK + 37;
 
 fn random(rng: &mut Xoshiro256PlusPlus) -> Vec<Nodal> {

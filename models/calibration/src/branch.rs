@@ -6,8 +6,8 @@
 //! (1972) 244; Douglas & Peucker, Cartographica 10 (1973) 112). Each corner is then moved to the reading next to the
 //! intersection of the least-squares lines of its two segments, because noise displaces the largest distance.
 //!
-//! Displacement and force are divided independently. From each corner on, the machine is taken to control the value that
-//! is linear for longer.
+//! Displacement and force are divided independently. From each corner on, the machine is assumed to control the value
+//! (displacement or force) that remains linear for longer.
 
 use std::ops::Range;
 
@@ -87,7 +87,8 @@ pub fn branches(
         let (mut kind, mut to) = (by_displacement, end);
         if let Some((force, corners)) = &of_force {
             let end_of_force = next_corner(corners, from);
-            // if both are linear equally long, a constant value is the controlled one
+            // if force and displacement are linear up to the same corner, and one of these values is constant, the
+            // machine controls the constant value
             let direction = force.direction(from, end_of_force);
             let is_force_hold =
                 end_of_force == end && direction == 0 && by_displacement != BranchKind::Hold;

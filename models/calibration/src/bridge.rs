@@ -310,7 +310,7 @@ mod tests {
         let chains = Nuts::default().chains(1).draws(20).seed(1).run(&model).unwrap();
         let error = marginal_likelihood(&model, &chains, 1).unwrap_err();
         assert_eq!(error, BridgeError::FewDraws { draws: 20, dim: 1 });
-        // draws far from those of the normal distribution
+        // draws that are far from the draws of the normal distribution
         let far = vec![(0..100).map(|i| 50.0 + f64::from(i)).collect::<Vec<f64>>()];
         let proposed: Vec<f64> = (0..100).map(|i| -50.0 - f64::from(i)).collect();
         assert!(matches!(bridge(&far, &proposed, 100.0), Err(BridgeError::Unreliable { .. })));

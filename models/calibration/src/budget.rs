@@ -108,7 +108,7 @@ mod tests {
         }
     }
 
-    /// The posterior of such a parameter is its prior, to which no source contributes.
+    /// The posterior of a parameter on which no quantity depends is its prior, to which no source contributes.
     #[test]
     fn a_parameter_on_which_no_quantity_depends_has_no_shares() {
         let sources = [matrix(&[vec![3e-4]]), matrix(&[vec![1e-4]])];

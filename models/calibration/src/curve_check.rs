@@ -51,7 +51,7 @@ pub struct InspectedCurve {
     least_noise_n: f64,
 }
 
-/// What the checks of a curve with a load program depend on.
+/// Data for the checks of a curve with a load program.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CheckedProgram {
     /// Segments of the load program in the order of time.
@@ -78,8 +78,9 @@ impl InspectedCurve {
     /// Checks the record of a test with a load program. Hold, unloading and reloading are kept as branches; the checks
     /// concern the first loading. Peak and toe are checked only if a quantity needs the peak.
     ///
-    /// The branches are known from the program; the readings move corners that the machine moved. The prepared curve is the
-    /// curve of the specimen, without compliance and force offset of the machine.
+    /// The program states the branches and the times of the corners. A corner that the machine reached early or late is
+    /// moved to its position in the readings. The prepared curve is the curve of the specimen, without compliance and
+    /// force offset of the machine.
     pub fn of_program(
         record: &TestCurve,
         machine: &Machine,
@@ -103,7 +104,8 @@ impl InspectedCurve {
             Some(readings) => check.prepared.picked(&readings),
             None => check.prepared.clone(),
         };
-        // the times state the order of the readings, so that noise of the displacement is no wrong order
+        // the order of the readings is not checked: the times state the order, and noise can make displacements
+        // decrease
         if loading.force_n.len() >= FEWEST {
             if let Some(finding) = signs(&loading) {
                 check.findings.push(finding);

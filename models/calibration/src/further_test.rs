@@ -163,8 +163,9 @@ pub struct FurtherTest {
     /// each specimen. These specimens share one error with further specimens.
     pub seen: Vec<Vec<usize>>,
     /// The present test, if this test is another test with the same mesh, specimen and quantities: the errors of both
-    /// tests are then alike. The expected variances are the larger ones of two assumptions: the errors of both tests are
-    /// independent, or all specimens of both tests have the error of the present test.
+    /// tests are then similar. The expected variances are computed under two assumptions: the errors of both tests are
+    /// independent, or all specimens of both tests have the error of the present test. The larger variance of each
+    /// parameter is used.
     pub alike: Option<AlikeTest>,
 }
 

@@ -105,7 +105,7 @@ impl PredictedCurves {
                 .iter()
                 .map(|(width, height, shape)| height * relative(percent, shape, 100.0 * u / width))
                 .collect();
-            // sorted once, because each quantile sorts its values
+            // sort once: `quantile` sorts its argument in each call, which is fast for sorted values
             forces.sort_by(f64::total_cmp);
             QUANTILES.map(|p| quantile(&forces, p))
         };
@@ -221,7 +221,8 @@ mod tests {
         let (sd, sd_of_shape, off) = ([7.0, 0.006], 0.25, 0.1);
         let places = [0.03, 0.07, 0.09, 0.1];
         let mut inside = [[0.0; 2]; 4];
-        // derivative of the shape with respect to the exponent a, in which the forward model has a normal error
+        // derivative of the shape with respect to the exponent a; the error of the forward model is a normal error of
+        // this exponent
         let slope: Vec<f64> = shape_of(3.01, &percent)
             .iter()
             .zip(shape_of(2.99, &percent))

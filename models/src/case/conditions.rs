@@ -364,7 +364,8 @@ mod tests {
             toml::from_str::<ConditionsCase>(&text).unwrap().confined_s(10.0)
         };
         assert_eq!(confined("", ""), Some(1.0));
-        // displacement from the start, no other load, a free surface, an extensometer
+        // there is no confinement if the displacement begins at the start, if there is no load, if the measured
+        // component is not prescribed, or if an extensometer measures the displacement
         assert_eq!(confined("[[1.0, 0.0], [10.0, 1.0]]", "[[10.0, 1.0]]"), None);
         assert_eq!(
             confined(

@@ -58,7 +58,7 @@ pub struct VirtualCase {
     pub specimens: usize,
     /// Seed of microstructures, scatter and noise.
     pub seed: u64,
-    /// Group written to the specimen table.
+    /// Group of all virtual specimens, as written to the specimen table.
     #[serde(default = "fifty_degrees")]
     pub group: String,
     /// Lattice spacing of the virtual specimens in mm, if it is finer than the spacing of the case.

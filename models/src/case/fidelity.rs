@@ -86,7 +86,7 @@ impl CaseFile {
             )));
             return;
         }
-        // a number of runs that another check refuses limits no number of repeats
+        // another check reports an invalid number of runs; such a number does not limit the number of repeats
         let valid = |runs: usize, least: usize| Some(runs).filter(|&runs| runs >= least);
         let mut runs = valid(self.case.design.runs, DesignCase::LEAST_RUNS);
         for (i, level) in levels.iter().enumerate() {

@@ -56,8 +56,8 @@ pub struct CandidateCase {
     /// test, the default is the quantities that the case compares.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub quantities: Vec<Quantity>,
-    /// Keys of the case with other values in this test. If both `set` and `without` are empty, the candidate is the
-    /// present test.
+    /// Keys of the case whose values differ in this test, with the values for this test. If both `set` and `without`
+    /// are empty, the candidate is the present test.
     #[serde(default, skip_serializing_if = "Table::is_empty")]
     #[schemars(schema_with = "candidate_keys")]
     pub set: Table,
@@ -183,8 +183,8 @@ impl CaseFile {
         })
     }
 
-    /// Whether a candidate, whose case is `own`, changes nothing of the test: only keys of runs, load steps and solvers differ
-    /// from the present test, or none.
+    /// Whether a candidate, whose case is `own`, is the present test: at most keys of runs, load steps and solvers
+    /// differ.
     pub(super) fn is_present_test(&self, candidate: &CandidateCase, own: &Self) -> bool {
         let unchanged =
             CandidateCase { set: Table::new(), without: Vec::new(), ..candidate.clone() };
@@ -193,7 +193,7 @@ impl CaseFile {
             let test = TestCase { steps: None, adaptive: None, ..case.test.clone() };
             Case { design, fidelity, solver, test, ..case.clone() }
         };
-        // the present test can lack a quantity of the candidate, and is then another test
+        // if the present test lacks a quantity of the candidate, the two tests differ
         let present = self.of_candidate(&unchanged);
         present.is_ok_and(|present| test(&own.case) == test(&present.case))
     }
@@ -299,7 +299,8 @@ impl CaseFile {
                 | SpecimenGeometry::Absent
                 | SpecimenGeometry::Surfaces { .. }
                 | SpecimenGeometry::Cylinder { scan: None, .. } => true,
-                // a scan has the grains of the calibrated specimen, unless each run has a packing
+                // a scanned packing has the grains of the calibrated specimen, unless each run generates its own
+                // packing
                 SpecimenGeometry::Cylinder { grains, .. } => {
                     grains.is_some() && own.case.design.microstructure == Microstructure::PerRun
                 }
@@ -337,7 +338,8 @@ mod tests {
         mistakes.iter().map(ToString::to_string).collect()
     }
 
-    /// Values of the present test, and other settings of its runs, are no other test.
+    /// A candidate that repeats the values of the present test, or that changes only settings of the runs, is not
+    /// another test.
     #[test]
     fn a_candidate_with_the_values_of_the_present_test_is_refused() {
         let with = |set: &str| {
@@ -359,7 +361,7 @@ mod tests {
         }
     }
 
-    /// A candidate of one test that has the values of another test is refused, too.
+    /// A candidate that has the values of another test of the case is refused, too.
     #[test]
     fn a_candidate_with_the_values_of_another_test_is_refused() {
         let with = |duration_s: f64| {

@@ -203,7 +203,7 @@ impl<T: JsonSchema> JsonSchema for ByParameter<T> {
             "additionalProperties": interface,
         });
         properties.insert("interface".to_owned(), interfaces);
-        // a table is the value of a free parameter in `calibration.between_tests` only
+        // only in `calibration.between_tests`, the value of a free parameter may be a table
         let mut types = vec!["array", "number", "string"];
         types.extend((T::schema_name() == BetweenTestsCase::schema_name()).then_some("object"));
         let free = json_schema!({ "type": types, "allOf": [value] });

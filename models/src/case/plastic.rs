@@ -199,7 +199,7 @@ mod tests {
         let Hardening::Table(points) = case.in_fem().hardening else { panic!("no table") };
         let stresses: Vec<f64> = points.iter().map(|p| p.hardening_mpa).collect();
         assert_eq!(stresses, [0.0, 50.0, 100.0]);
-        // the rows are written instead of the name
+        // the written case contains the rows of the table instead of the file name
         let again: PlasticCase = toml::from_str(&toml::to_string(&case).unwrap()).unwrap();
         assert_eq!(again, case);
     }

@@ -76,8 +76,8 @@ pub(super) fn percent_of_quantities(least: f64, most: f64) -> impl FnMut(&mut Sc
     }
 }
 
-/// Removes what TOML cannot express (null) and what concerns programmers only: links and examples in descriptions,
-/// formats of numbers, and defaults of tables, whose keys have defaults.
+/// Removes null, which TOML cannot express, and details for programmers: links and examples in descriptions, formats of
+/// numbers, and defaults of tables, whose keys have defaults.
 fn tidy(schema: &mut Schema) {
     let Some(map) = schema.as_object_mut() else { return };
     map.remove("format");
@@ -120,7 +120,7 @@ fn plain(text: &str) -> String {
     text.replace("[`", "`").replace("`]", "`")
 }
 
-/// Adds, to each definition that the tables of `first` contain, a copy without required keys.
+/// For each definition that the tables of `first` contain, adds a copy of the definition without required keys.
 fn add_changes(definitions: &mut Map<String, Value>, first: &str) {
     let mut names = vec![first.to_owned()];
     while let Some(name) = names.pop() {

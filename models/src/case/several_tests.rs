@@ -216,7 +216,7 @@ fn overlaid(file: &CaseFile, entry: &TestEntry) -> (Option<Table>, Vec<InputErro
     let mut prior = case.prior.take().unwrap_or_default();
     entry.prior.iter().for_each(|(parameter, own)| prior.insert(parameter.clone(), *own));
     case.prior = Some(prior);
-    // a width can be wanted of a parameter that another test alone has
+    // keep only the widths of parameters of this test: the case may request a width for a parameter of another test
     let mut widths = ByParameter::default();
     let whole = case.whole_prior().unwrap_or_default();
     for (parameter, width) in case.further_tests.width90.iter() {
@@ -287,7 +287,7 @@ fn validations_of(file: &CaseFile, entry: &TestEntry) -> Vec<ValidationCase> {
     let own = own.filter(|(_, validation)| validation.test.as_ref() == Some(&entry.name));
     let seeded = |(place, validation): (usize, &ValidationCase)| {
         let mut validation = ValidationCase { test: None, ..validation.clone() };
-        // larger than the increments of the seeds of all tests
+        // the seeds of the tests are increased by less than `tests.len()`, so that all seeds differ
         let later = (case.tests.len() + place) as u64;
         let seed = |seed: u64| Value::Integer((seed.wrapping_add(later) as i64) & i64::MAX);
         let specimens = case.experiments.as_ref().and_then(|own| own.virtual_specimens.as_ref());
@@ -439,7 +439,7 @@ mod tests {
             (of(&tests[0]).as_deref(), of(&tests[1]).as_deref()),
             (Some("fast"), Some("slow"))
         );
-        // a test may have specimens under another name; a name for all tests would not be used
+        // a test may state another name of its specimens; a name that is stated for all tests would have no effect
         let named = text.replacen(
             "name = \"slow\"",
             "name = \"slow\"\nset.experiments.test = \"creep\"",

@@ -48,7 +48,7 @@ pub struct ValidationCase {
     #[serde(default = "twenty_four")]
     #[schemars(range(min = 4, max = 10_000))]
     pub draws: usize,
-    /// Keys of the case with other values in this test.
+    /// Keys of the case whose values differ in this test, with the values for this test.
     #[serde(default, skip_serializing_if = "Table::is_empty")]
     #[schemars(schema_with = "validation_keys")]
     pub set: Table,
@@ -94,7 +94,7 @@ pub(crate) fn validation_case(
 /// Whether the surrogate of this case predicts the specimens of a validation: the validation has the same specimen,
 /// material, test and machine, and compares calibrated quantities.
 pub(crate) fn has_surrogate_for(file: &CaseFile, entry: &ValidationCase) -> bool {
-    // both cases are read from a table, so that defaults and notation are equal
+    // both cases are read from a table, so that defaults and the notation of numbers do not cause differences
     let read = |table: Table| {
         let mut case: Case = table.try_into().ok()?;
         case.complete();
@@ -227,7 +227,7 @@ mod tests {
         assert!(
             experiments.virtual_specimens.is_none() && experiments.group.as_deref() == Some("B")
         );
-        // equal seeds are equal specimens
+        // with the seed of the case, the validation would have the specimens of the case
         let same = format!("set.experiments.virtual.seed = {seed_of_case}");
         let error = parsed(&same).unwrap_err();
         assert!(error.contains("experiments.virtual.seed"), "{error}");
@@ -294,7 +294,7 @@ mod tests {
             let text = format!("{}\n{}", Case::TEMPLATE, all.concat());
             CaseFile::parse(&text, Path::new("case.toml")).map(drop).map_err(|e| e.to_string())
         };
-        // names of tables of parameters are no names of tests, but names of validations
+        // a validation may have the name of a table of parameters, which a test may not have
         named(&["test", "machine"]).unwrap();
         for (names, problem) in [
             (["a", "a"], "two validations"),

@@ -242,7 +242,7 @@ impl CaseAndFolder {
         }
     }
 
-    /// What may be overwritten in the results folder.
+    /// Results and files that the command may overwrite in the results folder.
     pub(super) fn access(&self) -> Result<FolderAccess, WorkflowError> {
         Ok(FolderAccess { reuse: self.reuse, replace: replaceable(&self.out, &self.replace)? })
     }

@@ -198,7 +198,7 @@ impl CoverageStudy {
         let theta = theta.map_or(&[][..], |variable| &variable.data[..]);
         let interval = |i: usize| {
             let mut draws: Vec<f64> = theta.iter().skip(i).step_by(size).copied().collect();
-            // sorted once, because each quantile sorts its values
+            // sort once: `quantile` sorts its argument in each call, which is fast for sorted values
             draws.sort_by(f64::total_cmp);
             NOMINAL.map(|p| [quantile(&draws, 0.5 * (1.0 - p)), quantile(&draws, 0.5 * (1.0 + p))])
         };

@@ -1,4 +1,4 @@
-//! A calibrated parameter, and what the data say about it.
+//! A calibrated parameter, and the conclusion from the data about it.
 
 use std::collections::BTreeSet;
 use std::fmt;

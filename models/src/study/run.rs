@@ -42,7 +42,7 @@ impl<'a> Study<'a> {
         interrupt: &'a AtomicBool,
         replace: &[PathBuf],
     ) -> Result<Self, WorkflowError> {
-        // absolute, because cases refer to files of a laboratory from their own folders
+        // the path is absolute, because cases refer to files of a laboratory from their own folders
         let dir = std::path::absolute(dir).map_err(|e| WorkflowError::results(dir, e))?;
         std::fs::create_dir_all(&dir).map_err(|e| WorkflowError::results(&dir, e))?;
         let all = || file.settings.iter();

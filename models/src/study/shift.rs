@@ -264,7 +264,8 @@ fn specimens_from(file: &CaseFile) -> Option<String> {
     table.map(|table| format!("{} {group}", table.display()))
 }
 
-/// Returns a case in which the specimens of its laboratory replace its own experiments.
+/// Returns the case; if it belongs to a laboratory, the specimens of the laboratory replace the experiments of the
+/// case.
 pub(super) fn with_specimens(dir: &Path, setting: &StudySetting, case: &StudyCase) -> CaseFile {
     let mut file = case.file.clone();
     if let Some(laboratory) = setting.laboratory(case) {

@@ -92,7 +92,7 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     warnings.extend(fitted.made_on.warning(inputs));
     warnings.extend(fitted.known_stiffness.warning.clone());
     if settings.joint.is_none() {
-        // otherwise the joint calibration reports the warnings about its draws
+        // in a joint calibration, the joint stage reports the warnings about the draws
         warnings.extend(of_posterior);
     }
     task.on_threads(settings.chains, |threads| {
@@ -106,7 +106,8 @@ pub(super) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     write_fit(task, &fitted, posterior, &evidence, &shared, &result.map)?;
     let budget = budget(&fitted, &priors, posterior, &evidence, &shared)?;
     if let Some(budget) = &budget {
-        // the shares of this test alone are not shares of a joint posterior, which the joint stage writes
+        // in a joint calibration, the joint stage writes the shares of the joint posterior; this test alone does not
+        // give these shares
         if settings.joint.is_none() {
             budget.write(task)?;
             warnings.extend(unreached(inputs, budget));

@@ -42,7 +42,7 @@ pub struct CaseCheck {
     pub cost: Option<ExpectedCost>,
     /// Interpreted input of each test of a case with several tests, and of each validation, by its name.
     pub tests: Vec<(String, Vec<(&'static str, String)>)>,
-    /// Whether the specimens are held out, so that a single one is sufficient.
+    /// Whether the specimens are held out, so that a single specimen is sufficient.
     is_held_out: bool,
     /// Whether mistakes have been found in the case that has this test or validation.
     has_other_mistakes: bool,
@@ -232,7 +232,7 @@ impl CaseCheck {
     /// Returns the size of the simulated specimen; `None` if the size is unknown until the image is segmented.
     fn specimen(&mut self, file: &CaseFile) -> Option<MeshSize> {
         let geometry = file.geometry().ok()?;
-        // a mistake in the case would be reported again
+        // skip this check if the case has a mistake, because the check would report the same mistake again
         if self.mistakes.is_empty() && !self.has_other_mistakes {
             match check_on_coarse_body(file, &geometry) {
                 Ok(CoarseCheck { notes, warnings }) => {

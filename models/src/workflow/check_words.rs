@@ -19,7 +19,7 @@ pub(super) fn program_in_words(program: &[ProgramPointCase], steps: Option<u32>)
     format!("load program: {}", first_of(program, text))
 }
 
-/// Describes the first elements of a list, and the number of the others.
+/// Describes the first elements of a list, and the number of the remaining elements.
 fn first_of<T>(all: &[T], text: impl Fn(&T) -> String) -> String {
     let first: Vec<String> = all.iter().take(MOST_POINTS).map(text).collect();
     let rest = match all.len().saturating_sub(MOST_POINTS) {

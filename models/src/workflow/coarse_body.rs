@@ -116,7 +116,7 @@ fn has_mixtures(file: &CaseFile, geometry: &SpecimenGeometry) -> Result<bool, Wo
     }
 }
 
-/// Returns the mesh with these regions. All regions after the first one are sectors of an inner body.
+/// Returns the mesh with these regions. All regions after the first region are sectors of an inner body.
 fn with_grains(mesh: TetMesh, regions: &[String], [radius_mm, height_mm]: [f64; 2]) -> TetMesh {
     let names: Vec<&str> = regions.iter().map(String::as_str).collect();
     let others = names.len().saturating_sub(1);

@@ -157,7 +157,7 @@ mod tests {
             .map(|mistake| mistake.to_string())
     }
 
-    /// The second table has a specimen of the first one under another name.
+    /// The second table has a specimen of the first table under another name.
     #[test]
     fn a_specimen_of_two_tests_is_refused() {
         let tables = ["table = \"0/specimens.csv\"", "table = \"1/specimens.csv\""];

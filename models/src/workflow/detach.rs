@@ -1,5 +1,5 @@
-//! Detaches a case from its study: copies its results folder and the inputs outside of it to a folder of their own, in
-//! which no stage has to be run again.
+//! Detaches a case from its study: copies its results folder and the inputs outside of this folder to a separate
+//! folder, in which no stage has to be run again.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -51,7 +51,7 @@ pub fn detach(case: &Path, dest: &Path) -> Result<(), WorkflowError> {
     check(&from, &to)?;
     let detached = Detached::new(&from, &to).copy();
     if detached.is_err() {
-        // the error is more useful than an error of the removal
+        // an error of the removal is ignored, because the error of the copying is more useful
         let _ = std::fs::remove_dir_all(&to);
     }
     detached
@@ -246,7 +246,7 @@ impl<'a> Detached<'a> {
         let specimens = SpecimenTable::read(&path)?.specimens;
         let mut images: Vec<PathBuf> = specimens.into_iter().filter_map(|s| s.image).collect();
         images.retain(|image| image.is_absolute() && image.exists());
-        // a path may be the beginning of another one
+        // a path may be the beginning of another path
         images.sort_by_key(|image| std::cmp::Reverse(image.as_os_str().len()));
         images.dedup();
         let mut text = fem::read_regular_text(&path).map_err(|e| WorkflowError::io(&path, e))?;
@@ -263,14 +263,14 @@ impl<'a> Detached<'a> {
         if text == before { Ok(()) } else { rewrite(self.to, SPECIMENS, &text) }
     }
 
-    /// The name by which the records of the copy name a file that the records of the case name `name`.
+    /// Returns the name of a file in the records of the copy. `name` is its name in the records of the original case.
     fn new_name(&self, name: &str) -> String {
         let Some((copy, is_of_specimen)) = self.copy_of(name) else { return name.to_owned() };
         let inner = copy.strip_prefix(self.to).unwrap_or(&copy).to_string_lossy().into_owned();
         if is_of_specimen { format!("experiments/../{inner}") } else { inner }
     }
 
-    /// The name by which the records in the folder of a validation name a copied file.
+    /// Returns the name of a copied file in the records of the folder of a validation.
     fn new_name_in_validation(&self, name: &str) -> String {
         let copy = self.copy_of(name);
         copy.map_or_else(|| name.to_owned(), |(copy, _)| copy.to_string_lossy().into_owned())
@@ -289,8 +289,8 @@ impl<'a> Detached<'a> {
     }
 }
 
-/// The move of the case first, and then the moves of its candidates for a further test, whose runs have cases of their
-/// own.
+/// Returns the move of the case, followed by the moves of its candidates that are another test: the runs of such a
+/// candidate have a separate case.
 fn moves<'m>(
     old: &CaseFile,
     from: &'m Path,
@@ -401,8 +401,8 @@ mod tests {
     use super::*;
     use crate::case::CaseFile;
 
-    /// The identity of runs that read an image outside of the case names the copy of the image, and the keys of the
-    /// case with the new path.
+    /// If runs have read an image outside of the folder of the case, the moved identity of the runs contains the name
+    /// of the copied image, and the fingerprints of the keys of the copied case.
     #[test]
     fn the_identity_of_runs_is_that_of_the_copied_case() {
         let dir = tempfile::tempdir().unwrap();
@@ -435,7 +435,7 @@ mod tests {
         let files = [name.clone(), "a.csv".to_owned()].into();
         let moves = [Move { from: old, to: new, new_name: &new_name }];
         assert_eq!(moved_manifest(&before, &moves, &files), after);
-        // an identity of another case remains
+        // the identity of another case is not changed
         let other = "design = 0123456789abcdef\n";
         assert_eq!(moved_manifest(other, &moves, &files), other);
     }

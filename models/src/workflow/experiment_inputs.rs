@@ -1,4 +1,5 @@
-//! Specimens that a stage compares with, as inputs of a stage: table, curves, group, and corrections of their records.
+//! Specimens with which a stage compares simulations, as inputs of the stage: table, curves, group, and corrections of
+//! the records.
 
 use std::path::{Path, PathBuf};
 

@@ -10,8 +10,8 @@ use crate::case::TestCase;
 use crate::error::InputError;
 use crate::experiment::SpecimenTable;
 
-/// Difference between the displacements (or forces) of a curve and of the program, as a fraction of the largest one, above
-/// which a warning is reported.
+/// Difference between the displacements (or forces) of a curve and of the program, as a fraction of the largest
+/// displacement (or force), above which a warning is reported.
 const NOTICEABLE: f64 = 0.05;
 /// Difference above which the curve is rejected: the case simulates another test.
 const ANOTHER_TEST: f64 = 0.25;
@@ -51,7 +51,7 @@ pub(super) fn check_programs(
                 PlatenLoad::Force(_) => &specimen.curve.force_n,
             };
             let measured = value_at(&specimen.curve.time_s, values, point.time_s)?;
-            // a program can unload to zero, and then has no other force or displacement
+            // a program that unloads to zero states no size for comparison: use the largest measured value
             let largest = values.iter().fold(stated.largest, |largest, x| largest.max(x.abs()));
             (largest > 0.0).then_some((point.time_s, measured, Stated { largest, ..stated }))
         });
@@ -153,7 +153,7 @@ mod tests {
             assert!(message.contains(part), "{part:?} is not in {message:?}");
         }
         assert!(matches!(notes.warnings(), [only] if only.starts_with("near has")));
-        // a program that unloads to zero, from which the curves differ by less than their largest force
+        // a program that unloads to zero; the difference is compared with the largest force of the curve
         let unloaded = ProgramPointCase {
             time_s: 2.0,
             displacement_mm: None,

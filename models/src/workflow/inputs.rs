@@ -75,7 +75,8 @@ impl<'a> Inputs<'a> {
         Self { guard: Some(guard), ..self }
     }
 
-    /// Returns the inputs of specimens that are not calibrated to: a single specimen is sufficient.
+    /// Returns these inputs for held-out specimens, which the calibration does not use: a single specimen is
+    /// sufficient.
     pub(super) fn of_held_out(self) -> Self {
         Self { least_specimens: 1, ..self }
     }
@@ -273,8 +274,8 @@ impl Inputs<'_> {
         Ok(single_tests(self.file)?)
     }
 
-    /// Records all keys of the case from which a case in a folder within the results folder has read keys, and all files
-    /// that this case has read.
+    /// Records everything that `inner`, the inputs of a case in the subfolder `folder`, has read: its keys as keys of
+    /// this case, and its files as files in `folder`. Also records the key `tests`.
     pub(super) fn reads_in_folder(&self, inner: &Inputs<'_>, folder: &str) {
         let sources = inner.sources();
         sources.case_keys().for_each(|key| self.reads(key));

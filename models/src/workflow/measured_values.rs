@@ -28,7 +28,7 @@ pub(super) struct MeasuredSpecimen {
 /// Reads the measured quantities of all specimens: the columns `id`, optionally `group`, and a column per quantity.
 ///
 /// # Errors
-/// Fails if a column is missing, a cell has no number and is not empty, all cells of a specimen are empty, or two
+/// Fails if a column is missing, a cell is neither empty nor a number, all cells of a specimen are empty, or two
 /// specimens have the same name.
 pub(super) fn read_measured(
     file: &Path,

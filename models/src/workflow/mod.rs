@@ -280,7 +280,7 @@ impl<'a> Workflow<'a> {
             true => held_out_cases(source)?,
             false => Vec::new(),
         };
-        // files that only the case names must not be in the place of products of a validation
+        // a file that only the case names must not have the path of a product of a validation
         for (name, _) in &held_out {
             check_inputs(source, &dir.join(folder_of(name)))?;
         }
@@ -294,7 +294,7 @@ impl<'a> Workflow<'a> {
             validations.push((name, Self { is_held_out: true, ..workflow }));
         }
         let (path, case) = (dir.join("case.toml"), copies.case.clone());
-        // the case in the results folder has the rows of its tables
+        // the case in the results folder contains the rows of tables instead of file names
         let file = CaseFile { path, case, table_files: Vec::new() };
         Ok(Self {
             file,

@@ -57,7 +57,7 @@ pub(super) struct Look {
     contractions: Vec<f64>,
     /// Surrogate's share of the posterior variance of each parameter.
     shares: Vec<f64>,
-    /// Largest share among the parameters that the data identify.
+    /// Surrogate's largest share of the posterior variance, among the parameters that the data identify.
     largest: f64,
     /// Inputs of the runs of the next batch.
     next: Vec<Vec<f64>>,

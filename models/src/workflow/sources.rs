@@ -221,7 +221,7 @@ mod tests {
         let text = toml::to_string(&sources).unwrap();
         assert_eq!(toml::from_str::<Sources>(&text).unwrap(), sources);
 
-        // another content with the same stamp stays unnoticed, which shows that the file is not hashed
+        // a changed content with the same stamp is not detected, which shows that the file is not hashed
         written(2, 100);
         assert_eq!(change(&sources), None);
         let before = sources.clone();

@@ -75,8 +75,8 @@ pub(super) struct UnusableRuns {
 }
 
 impl UnusableRuns {
-    /// Counts the reasons of the failed runs (number of the run, reason) among `total` runs; `None` if no run failed.
-    /// Reasons that differ only in their numbers are one reason.
+    /// Counts the failed runs among `total` runs by their reasons. `failed` has the number of each failed run and its
+    /// reason. Returns `None` if no run failed. Reasons that differ only in their numbers are one reason.
     pub(super) fn of<'r>(
         total: usize,
         failed: impl Iterator<Item = (usize, &'r str)>,
@@ -88,7 +88,7 @@ impl UnusableRuns {
             unusable += 1;
             kinds.entry(without_numbers(reason)).or_default().push((run, reason));
         }
-        // among equally frequent reasons, the one of the earliest run
+        // among equally frequent reasons, choose the reason of the earliest run
         let key = |runs: &&Vec<(usize, &str)>| (runs.len(), std::cmp::Reverse(runs[0].0));
         let most = kinds.values().max_by_key(key)?;
         let (run, reason) = most[0];

@@ -76,8 +76,8 @@ impl<'a> VirtualBodies<'a> {
         }
     }
 
-    /// Returns the mesh of a specimen. `seed` is the seed of its packing, by default the seed of the case; `spacing_mm` is
-    /// the element size, by default the one of the case. Both have no meaning for a mesh file.
+    /// Returns the mesh of a specimen. `seed` is the seed of its packing, by default the seed of the case; `spacing_mm`
+    /// is the element size, by default the element size of the case. Both arguments have no effect for a mesh file.
     pub(super) fn mesh(
         &self,
         case: &Path,

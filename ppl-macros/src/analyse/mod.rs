@@ -37,7 +37,7 @@ impl Analysis {
             |data: &&Argument| model.value.is_some() && says(data.ty.to_token_stream(), "Real");
         let real_arguments = model.arguments.iter().filter(is_number).map(|data| data.name.clone());
         let activity = Activity::new(&model.body, real_arguments.clone());
-        // the caller of a submodel can also choose a generic type that holds unknowns
+        // an argument of generic type may hold unknowns, because the caller of the submodel chooses the type
         let is_generic = |data: &&Argument| {
             let mut parameters = model.generics.type_params();
             model.value.is_some()

@@ -35,9 +35,8 @@ struct Taken {
     /// Whether a statement declares or observes the quantity with this name without an index: `y ~
     /// …`, not `y[i] ~ …`.
     is_whole: bool,
-    /// The observed entries of the quantity with this name, such as `y[i]`: each entry is given by its
-    /// expression as written, and by the innermost plate (`for` loop of the model) that contains the
-    /// statement.
+    /// The observed entries of the quantity with this name, such as `y[i]`. An entry consists of its expression as
+    /// written, and of the innermost plate (`for` loop of the model) that contains the statement.
     entries: HashSet<(String, Option<Id>)>,
     /// The statements that observe an entry of the quantity with this name, such as `y[i] ~ …`.
     observed: BTreeSet<Id>,

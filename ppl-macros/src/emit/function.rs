@@ -20,7 +20,7 @@ pub(crate) fn function(model: &Model, analysis: &Analysis) -> TokenStream {
     let mut generics = model.generics.clone();
     match &model.value {
         Some(_) => generics.params.push(parse_quote!(__S: ::ppl::Scalar)),
-        // threads share the data, so that the types of the data must be `Sync`
+        // the types of the data must be `Sync`, because threads share the data
         None => generics.type_params_mut().for_each(|parameter| {
             parameter.bounds.push(parse_quote!(::core::marker::Sync));
         }),

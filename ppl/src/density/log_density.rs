@@ -68,7 +68,7 @@ pub trait LogDensity: Sync {
     /// Returns a copy of `y` in which the named quantities have the given values.
     ///
     /// # Errors
-    /// A message that describes the invalid name or value and the allowed ones.
+    /// A message with the invalid name or value, and the allowed names or values.
     #[doc(hidden)]
     fn with_values(&self, y: &[f64], values: &[(String, Vec<f64>)]) -> Result<Vec<f64>, String> {
         let _ = (y, values);

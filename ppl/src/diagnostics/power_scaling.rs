@@ -77,7 +77,7 @@ fn cjs_distance(draws: &[f64], weights: &[f64]) -> f64 {
         below_q += weights[pair[0]] / total;
         let width = draws[pair[1]] - draws[pair[0]];
         sums[0].add(below_p, below_q, width);
-        // the same sum for the distribution functions of −x
+        // contribution to the distance for the distribution functions of −x
         sums[1].add(1.0 - below_p, (1.0 - below_q).max(0.0), width);
     }
     let [upward, downward] = sums.map(|s| s.distance());

@@ -55,8 +55,8 @@ fn gradients_of_censored_data_are_exact() {
     ppl::check::gradient(&heavy(&[0.3, -60.0, 25.0, 1.2]), 7);
 }
 
-/// Amperes in place of picoamperes: a model of data in units of 1e-12 starts, and its mean level and its mode are those of the
-/// same data in units of 1, multiplied by 1e-12.
+/// A model of data with values of about 1e-12 (currents in amperes instead of picoamperes) starts. Its mean level and
+/// its mode are 1e-12 times the mean level and the mode of data with values of about 1.
 #[test]
 fn data_in_units_of_1e_12_have_the_mode_of_data_in_units_of_1() {
     let values = [5.1, 4.2, 6.3, 5.6, 4.9, 5.4];

@@ -101,7 +101,8 @@ fn matrices() {
     assert_unknown("LKJ", &Lkj, &[], &[0.2, -0.5, 0.4], &[1, 3, 4]);
 }
 
-/// Values that are constrained together, with sums in registers, equal values that are constrained separately.
+/// Checks that constraining several values together, with sums in registers, gives the same values as constraining them
+/// one by one.
 #[test]
 fn normal_unknowns_together_are_as_one_by_one() {
     let [mean, sd, a, b, c] = Dual::variables([0.3, 1.7, -0.4, 2.2, 0.9]);

@@ -164,12 +164,12 @@ fn factors_in_closed_form() {
 #[test]
 fn branches_in_closed_form() {
     let ys = [0.3, f64::NAN, -1.0];
-    // kind 0 without a prior for the scale: one unknown, plain normal observations
+    // the branches of kind 0 without a prior of the scale: one unknown, and normal observations with scale 1
     let plain = branches(false, None, 0, &ys);
     let found = plain.log_density(&[0.4], &mut Workspace::default()).unwrap();
     let observed = ln_normal(0.3, 0.4, 1.0) + ln_normal(-1.0, 0.4, 1.0);
     approx::assert_relative_eq!(found, ln_normal(0.4, 0.0, 2.0) + observed, max_relative = 1e-13);
-    // kind 5 with a prior: a scale of 0.5, and a shift
+    // the branches of kind 5 with a prior of the scale: an unknown scale, and a shift of the mean by an unknown
     let [mean, sd, light]: [f64; 3] = [0.4, 0.5, 0.2];
     let full = branches(false, Some(2.0), 5, &ys);
     let mut w = Workspace::default();

@@ -26,7 +26,7 @@ ppl::model! {
         factor(plain.iter().sum::<f64>() * x);
     }
 
-    /// The same model in which every literal is converted to `Real`.
+    /// The model `arrays` with every literal converted to `Real`.
     fn arrays_spelt_out(ys: &[f64], kinds: &[u64]) {
         let x ~ Normal(0.0, 1.0);
         let s ~ LogNormal(0.0, 0.5);

@@ -30,7 +30,7 @@ ppl::model! {
         }
     }
 
-    /// The same model without submodels.
+    /// The model `table` without submodels.
     fn table_at_length(rows: usize, columns: usize, cells: &[(usize, usize, f64)]) {
         let level ~ Normal(0.0, 5.0);
         let spread_1 ~ HalfNormal(1.0);

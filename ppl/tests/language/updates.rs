@@ -26,7 +26,7 @@ ppl::model! {
         }
     }
 
-    /// The same model, in which every right-hand side is first assigned to a variable.
+    /// The model `updated`, in which every right-hand side is first assigned to a variable.
     fn by_name(ys: &[f64]) {
         let a ~ Uniform(-1.0, 1.0);
         let step ~ Normal(0.0, 1.0).array::<4>();

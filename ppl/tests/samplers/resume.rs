@@ -149,8 +149,8 @@ fn an_interrupted_run_is_finished() {
     finished(&nuts(Nuts::default()).thin(3).init_points(start), &half_normal());
 }
 
-/// The same for samplers without gradients: the warmup continues with its scales and windows, and the draws use the
-/// adapted scales.
+/// An interrupted run of a sampler without gradients is finished, too: the warmup continues with its scales and
+/// windows, and the draws use the adapted scales.
 #[test]
 fn walks_go_on_too() {
     macro_rules! settings {
@@ -223,7 +223,7 @@ fn damaged_warmups_are_named() {
         let loaded = Chains::load(&path);
         assert!(matches!(loaded, Err(ChainsFileError::Damaged { .. })), "{wrong}: {loaded:?}");
     }
-    // the same for chains that were changed in memory
+    // chains that were changed in memory are refused, too
     let mut shortened = paused;
     shortened.chains[0].warmup.stats.pop();
     let error = nuts.resume(&target, shortened).expect_err("does not fit");

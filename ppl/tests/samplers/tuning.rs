@@ -178,7 +178,8 @@ fn golden_decisions_of_the_stan_preset() {
     assert_eq!(of(1000), all(&[99, 149, 249, 449, 949]));
 }
 
-/// With 80 coordinates the map has a low rank, and the report compares its divergence with a diagonal map's.
+/// With 80 coordinates the map has a low rank, and the report compares the divergence of this map with the divergence
+/// of a diagonal map.
 #[test]
 fn many_coordinates_get_a_low_rank_map() {
     let target = Gaussian::equicorrelated(80, 0.9, 0.1, 10.0);

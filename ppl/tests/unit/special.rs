@@ -22,7 +22,7 @@ fn evaluate(function: &str, [a, b, x]: [f64; 3]) -> (f64, f64, f64) {
         "normal_cdf" => (normal_cdf(a), 1e-15 + 1e-16 * a * a, 0.0),
         "normal_from_zero" => (normal_from_zero(a), 1e-15, 0.0),
         "half_normal_quantile" => (half_normal_quantile(a), 1e-14, 0.0),
-        // a quantile near 0 has the error of p − ½
+        // for p near ½, the quantile is near 0 and has the rounding error of p − ½
         "normal_quantile" => (normal_quantile(a), 1e-14, 2e-16),
         "normal_upper_quantile" => (normal_upper_quantile(a), 1e-14, 0.0),
         "interval_ln_mass" => (NormalInterval::new(a, b).ln_mass, 1e-14, 1e-15),

@@ -158,9 +158,8 @@ impl<'a> Regression<'a> {
         self.y.col(output).iter().copied().fold(f64::INFINITY, f64::min)
     }
 
-    /// Returns the numbers of terms of the orders whose coefficients the runs determine. The number of terms of such
-    /// an order is at most the rank of the factorisation of all rows, and at most the number of rows of all runs
-    /// except one.
+    /// Returns the number of terms of each order whose coefficients the runs determine. This number is at most the rank
+    /// of the factorisation of all rows, and at most the number of rows of all runs except one.
     pub(crate) fn sizes(&self, fit: &NestedLeastSquares) -> Vec<usize> {
         let determined = |terms: &usize| *terms <= self.most && *terms <= fit.rank();
         self.counts.iter().copied().filter(determined).collect()
@@ -221,7 +220,8 @@ impl Equations {
 
     /// Returns, for the coordinate of each input with derivatives, the ratio of the standard deviation of the targets
     /// to the root mean square of their derivatives. Squares are averaged over the targets, as fractions of each
-    /// target's variance; 1 for an input on which no target depends. Empty without derivatives.
+    /// target's variance. The ratio is 1 for an input on which no target depends. The result is empty without
+    /// derivatives.
     pub(crate) fn values_per_slope(&self, variances: &[f64]) -> Vec<f64> {
         let n = self.runs();
         let ratio = |j: usize| {

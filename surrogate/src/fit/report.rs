@@ -99,7 +99,7 @@ impl FitReport {
     /// needed to convert from a logarithmic scale.
     ///
     /// This error estimate assumes that the residuals are scatter between specimens and not lack of fit of the
-    /// polynomial. If derivatives were fitted too, this is the jackknife covariance instead, because the errors
+    /// polynomial. If derivatives were fitted too, the result is the jackknife covariance instead, because the errors
     /// within a run are correlated. The error at a single point is [`Self::scatter`] times
     /// [`PceFit::leverage`](crate::PceFit::leverage) at that point.
     ///

@@ -38,9 +38,10 @@ fn measured(dir: &Path, rows: &str) {
     std::fs::write(dir.join("measured.csv"), format!("id,extension_mm,force_n\n{rows}")).unwrap();
 }
 
-/// Six specimens have an extension, of which two have a force, and three have a force only. The force hardly depends on k1,
-/// so that k1 has the posterior of the extensions alone. The correlation of extension and force changes it, but
-/// only by what two pairs of values say about the correlation: the force of these specimens is about its mean.
+/// Six specimens have an extension, and two of them have a force, too. Three further specimens have only a force. The
+/// force hardly depends on k1, so that k1 has the posterior of the extensions alone, except for the correlation of
+/// extension and force. The effect of the correlation is small: only two specimens have both quantities, and their
+/// forces are near the mean force.
 #[test]
 fn empty_cells_are_missing_quantities() {
     let dir = folder(TWO, &two_quantities());
@@ -61,7 +62,8 @@ fn empty_cells_are_missing_quantities() {
     let results = dir.path().join("results");
     let warnings = std::fs::read_to_string(results.join("warnings.txt")).unwrap();
     assert!(warnings.contains(extension) && warnings.contains(force), "{warnings}");
-    // quantiles of k1 have their exact probabilities within 2 %, for the correlation, and four standard errors
+    // the exact probabilities of the quantiles of k1 agree within four standard errors and 2 %; the 2 % are for the
+    // correlation, which the exact probabilities neglect
     let summary = row_of(&results, "summary.csv", "k1");
     let exact = exact();
     for (column, p) in [("q05", 0.05), ("q50", 0.5), ("q95", 0.95)] {
@@ -100,7 +102,7 @@ fn a_quantity_without_a_value_and_a_specimen_without_a_quantity_are_refused() {
     }
 }
 
-/// F rises by k u to its peak k a at u = a mm and falls as steeply.
+/// The force is F = k u up to the peak k a at u = a mm; beyond the peak it falls with the slope −k.
 const CURVES: &str = r#"
 awk -v k="$1" -v a="$2" 'BEGIN { print "displacement_mm,force_n";
 for (i = 0; i <= 30; i++) { u = i * a / 20; printf "%.17g,%.17g\n", u, k * (u <= a ? u : 2 * a - u) } }' > curve.csv"#;

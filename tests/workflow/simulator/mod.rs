@@ -145,7 +145,7 @@ fn a_program_is_calibrated_and_its_posterior_is_the_exact_one() {
     let map = number(&row_of(&results, "map.csv", "k1"), "map");
     assert!((number(&confirm[0], "map_simulation") - 3.0 * map).abs() < 1e-9, "{confirm:?}");
 
-    // each run has a folder with its files and what the program has printed
+    // each run has a folder with its files and the printed text of the program
     let folders = work(dir.path());
     assert_eq!(folders.len(), 10);
     let text = |name: &str| std::fs::read_to_string(folders[6].join(name)).unwrap();
@@ -203,7 +203,7 @@ fn imported_runs_give_the_posterior_of_the_runs_themselves() {
     let (code, status, _) = breccia(dir.path(), &["status", "results"]);
     assert_eq!(code, Some(0), "{status}");
 
-    // narrower priors leave runs out
+    // runs outside narrower priors are omitted
     let narrow = case.replace("[1.0, 2.0]", "[1.2, 1.9]");
     std::fs::write(dir.path().join("bar.toml"), narrow).unwrap();
     let (_, err) = run(dir.path(), &[]);

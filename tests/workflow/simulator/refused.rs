@@ -94,7 +94,7 @@ fn mistakes_are_named_with_their_remedy() {
     let (code, _, err) = breccia(dir.path(), &["run", "bar.toml", "--out", "results"]);
     assert_ne!(code, Some(0));
     assert!(err.contains("no-such-solver-7") && err.contains("PATH"), "{err}");
-    // the built-in simulation knows no free names
+    // the built-in simulation has no parameters with free names
     let built_in = "[specimen]\nradius_mm = 2.5\nheight_mm = 4.4\nspacing_mm = 1.4\n[material.matrix]\nyoung_mpa = 275\n\
                     poisson = 0.25\n[test]\ndisplacement_mm = 0.2\n[parameters]\nk1 = { prior = [1.0, 2.0] }\n";
     std::fs::write(dir.path().join("bar.toml"), built_in).unwrap();
@@ -103,7 +103,7 @@ fn mistakes_are_named_with_their_remedy() {
         format!("{told}{err}").contains("is not a parameter of the built-in simulation"),
         "{told}{err}"
     );
-    // a single run tries the program
+    // `breccia simulate` runs the program once, as a trial
     let bar = dir.path().join("bar.toml");
     std::fs::write(&bar, CASE).unwrap();
     let one = ["simulate", "bar.toml", "--out", "one"];

@@ -81,8 +81,9 @@ fn verdicts(results: &Path, test: &str) -> Vec<[String; 3]> {
     rows.iter().map(|row| ["validation", "method", "verdict"].map(|c| row[c].clone())).collect()
 }
 
-/// The joint posterior predicts other specimens of a test by its surrogate, and another test by simulations at draws of the
-/// joint posterior. A further test with ten times the extension tells as much as more specimens of the same test.
+/// The joint posterior predicts other specimens of a test by its surrogate, and another test by simulations at draws of
+/// the joint posterior. A further test with ten times the extension is as informative as more specimens of the same
+/// test.
 #[test]
 fn the_joint_posterior_predicts_held_out_and_further_tests() {
     let dir = case(1.0);
@@ -162,7 +163,7 @@ fn a_further_test_has_another_value_of_a_varying_parameter() {
         a.iter().zip(b).map(|(a, b)| (a - of_a) * (b - of_b)).sum::<f64>() / (count - 1.0)
     };
     let (both, new) = (covariance(&here, &there), covariance(&there, &there));
-    // a new value is known less well
+    // the value in a new test has a larger variance
     assert!(new > covariance(&here, &here), "{new}");
     let design = table(&results.join("tests/single/next-test.csv"));
     let contraction = |candidate: &str, specimens: usize| {

@@ -19,7 +19,7 @@ const REACH: usize = 3;
 pub(crate) struct Voids {
     /// Voxels whose grey value is closer to air than to the matrix.
     pub(crate) voxels: Vec<u8>,
-    /// Mean grey value of the void voxels that are darker than `void`, the lowest grey value that is not air.
+    /// Mean grey value of the void voxels that are darker than the threshold `void` of [`of`](Self::of).
     air: f64,
 }
 

@@ -40,7 +40,7 @@ pub(crate) struct Continued {
 }
 
 /// Replaces the air beyond the specimen's wall and ends by matrix. Where the edge of the image or of the specimen's
-/// region cuts the specimen, there is no air to replace. There, voxels just outside the cut get the values of the
+/// region cuts the specimen, there is no air to replace. At such a cut, voxels just outside get the values of the
 /// nearest voxels inside. `matrix` is the matrix's grey value; `grains` are the voxels classified as grain; `sample`
 /// are the voxels away from the wall and from voids.
 pub(crate) fn continue_beyond(

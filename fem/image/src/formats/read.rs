@@ -23,10 +23,11 @@ use crate::tiff::stack as tiff;
 ///
 /// With `bin` above 1 each block of voxels is averaged, see [`tiff::read_binned`](crate::tiff::read_binned).
 ///
-/// # Errors [`ImageError`] with file, page or line, and advice: an unsupported format (with advice on how to convert
-/// the file); files that do not form one volume (several channels or times, missing slices, names of several series,
-/// fewer pages than declared); slices of different size or type; voxels of unknown or implausible size, or that are not
-/// cubes; damaged files.
+/// # Errors
+/// [`ImageError`] with file, page or line, and advice: an unsupported format (with advice on how to convert the file);
+/// files that do not form one volume (several channels or times, missing slices, names of several series, fewer pages
+/// than declared); slices of different size or type; voxels of unknown or implausible size, or that are not cubes;
+/// damaged files.
 ///
 /// # Example
 /// ```

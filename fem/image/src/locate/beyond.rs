@@ -4,7 +4,7 @@ use crate::locate::fit::Fit;
 
 /// Distance (voxels) beyond the image up to which an inaccurate fit is the probable cause.
 const TOLERANCE: f64 = 0.5;
-/// Smallest distance (voxels) by which a region exceeds the specimen that is reported.
+/// A region that exceeds the specimen by more than this distance (voxels) is reported.
 const EXCESS: f64 = 1.0;
 
 /// Returns a warning if a fitted cylinder reaches the first or the last slice, or extends beyond the sides of the image.

@@ -175,7 +175,7 @@ fn corners_without_grains_are_reported_if_no_label_of_the_background_is_given() 
     };
     let auto = LabelRules { small_grain_voxels: 1, ..LabelRules::default() };
     assert!(reported(&auto, true) && !reported(&auto, false));
-    // a block that the user requests is not doubted
+    // if the user requests a block, there is no warning
     let block = LabelRules { specimen: SpecimenForm::Block, ..auto };
     assert!(!reported(&block, true));
 }

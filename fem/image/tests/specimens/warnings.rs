@@ -77,7 +77,7 @@ fn bright_balls_rods_plates_and_sponges_are_not_reported_as_exchanged() {
     let bodies: [(&str, Body); 3] = [
         ("rods", Box::new(move |[x, y, _]| off(x + 3.0).hypot(off(y + 5.0)) - 4.5)),
         ("plates", Box::new(move |[x, y, _]| (off(0.8 * x + 0.6 * y)).abs() - 3.5)),
-        // as snow: a gyroid, with more grain than air
+        // a structure like snow: a gyroid with more grain than air
         (
             "sponge",
             Box::new(|p| {

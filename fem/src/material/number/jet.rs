@@ -34,7 +34,7 @@ impl<T: Scalar, const D: usize, const H: usize> Jet<T, D, H> {
         out
     }
 
-    /// Creates the independent variable number k.
+    /// Creates the independent variable with index `k` and the given value.
     #[inline(always)]
     pub fn variable(value: T, k: usize) -> Self {
         let mut first = [0.0; D];

@@ -227,9 +227,9 @@ impl<T: Precision, S: Simd, const PLAIN: bool, const C: usize, const D: usize, c
 
     /// Returns the product for quadratic elements, by node and field.
     ///
-    /// Let u_kj be u at the node between vertices k and j. Then ∂u/∂λ_k = 4 Σ_j λ_j u_kj − u_k. At each elastic
-    /// point, λ_j is split into the smallest λ and an excess. The sum with the smallest λ is computed once for all
-    /// points.
+    /// Let u_k be u at vertex k and u_kj be u at the node between the vertices k and j, with u_kk = u_k. Then ∂u/∂λ_k =
+    /// 4 Σ_j λ_j u_kj − u_k. At each elastic point, λ_j is split into the smallest λ and an excess. The sum with the
+    /// smallest λ is computed once for all points.
     #[inline(always)]
     pub(crate) fn quadratic<const N: usize>(
         &self,

@@ -244,7 +244,7 @@ impl<'a, P, V: Number, L: Load<P, Number = V>> Contraction<'a, P, L> {
         blocks
     }
 
-    /// Returns the flux that is conjugate to each difference, for δg = 1.
+    /// Returns, for δg = 1, the flux that is conjugate to each difference U_k.
     #[inline(always)]
     pub(crate) fn unit_source(&self) -> [[V; 3]; 3] {
         let zero = self.loader.constant(0.0);
@@ -253,8 +253,8 @@ impl<'a, P, V: Number, L: Load<P, Number = V>> Contraction<'a, P, L> {
         [self.flux(0, &f), self.flux(1, &f), self.flux(2, &f)]
     }
 
-    /// Returns the flux that is conjugate to each difference, for the derivative of the driving energy with respect to
-    /// the strain. It equals [`unit_source`](Self::unit_source) if the tangent is symmetric.
+    /// Returns the flux that is conjugate to each difference U_k, for the derivative of the driving energy with respect
+    /// to the strain. This flux equals [`unit_source`](Self::unit_source) if the tangent is symmetric.
     #[inline(always)]
     pub(crate) fn unit_driving(&self) -> [[V; 3]; 3] {
         let Some(extra) = &self.extra else { return self.unit_source() };

@@ -201,7 +201,7 @@ fn strength_in_words(mpa: f64) -> String {
     }
 }
 
-/// Warns about regions whose compressive strength differs from the one specified.
+/// Warns about regions whose compressive strength differs from the specified compressive strength.
 fn compressive_strengths(definition: &Definition) -> Vec<ProblemWarning> {
     let Some(field) = &definition.phase_field else { return Vec::new() };
     let spacing_mm = definition.strength_spacing_mm();

@@ -124,12 +124,12 @@ impl Evaluation<'_> {
         Ok(-self.operator.domain().nodes().iter().zip(&forces).map(work).sum::<f64>())
     }
 
-    /// Returns the crack energy that a virtual extension needs per unit of extension, N:
-    /// ∫ (w I − 2 (Gc ℓ₀/c₀) ∇φ ⊗ ∇φ) : ∇q dV with the crack energy density w = Gc/(c₀ ℓ₀) (α(φ) + ℓ₀² |∇φ|²). For a
-    /// straight crack that enters the domain behind its tip, the integral is the crack energy per length; it exceeds Gc
-    /// by the factor of the mesh. `extension` is q as in [`energy_release_n`](Self::energy_release_n). The result is
-    /// zero without a phase field. Interface bands and the factor of the toughness of a
-    /// [`Strength`](crate::Strength) are not included.
+    /// Returns the crack energy that a virtual extension needs per unit of extension, N: ∫ (w I − 2 (Gc ℓ₀/c₀) ∇φ ⊗ ∇φ)
+    /// : ∇q dV with the crack energy density w = Gc/(c₀ ℓ₀) (α(φ) + ℓ₀² |∇φ|²). For a straight crack that enters the
+    /// domain behind its tip, the integral is the crack energy per length. On a mesh, this energy exceeds Gc by the
+    /// factor of the effective toughness, see [`equations`](crate::equations). `extension` is q as in
+    /// [`energy_release_n`](Self::energy_release_n). The result is zero without a phase field. Interface bands and the
+    /// factor of the toughness of a [`Strength`](crate::Strength) are not included.
     pub fn crack_resistance_n(&self, extension: impl Fn([f64; 3]) -> [f64; 3]) -> f64 {
         let Some(field) = self.setup.definition.phase_field else { return 0.0 };
         let (length, normalisation) = (field.length_mm, field.model.normaliser());

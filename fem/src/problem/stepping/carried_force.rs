@@ -1,12 +1,14 @@
 //! Increments with a prescribed force of the platen.
 //!
-//! Newton's method solves for the fields and for the displacement of the platen. If it fails, the platen is moved with a
-//! prescribed displacement in the same time, farther and farther. Either the force reaches the prescribed force, and
-//! Newton's method starts again from there, or the force falls: then the specimen does not carry the prescribed force.
+//! Newton's method solves for the fields and for the displacement of the platen. If the method fails, the platen is
+//! moved in the same time by prescribed displacements that become larger and larger. If the force then reaches the
+//! prescribed force, Newton's method starts again from this displacement. If the force falls instead, the specimen does
+//! not carry the prescribed force.
 //!
-//! A viscosity of the damage and the residual stiffness keep an equilibrium where a specimen without both has none. The
-//! specimen then fails by damage that grows in time, and its residual stiffness stops the platen far away. Therefore the
-//! work of each increment is compared with the work that the residual stiffness alone stores.
+//! With a viscosity of the damage and a residual stiffness, a specimen has an equilibrium even where a specimen without
+//! both would have no equilibrium. The specimen then fails by damage that grows in time, and its residual stiffness
+//! stops the platen only after a large displacement. Therefore the work of each increment is compared with the work
+//! that the residual stiffness alone stores.
 
 use super::increment::Increments;
 use crate::error::StepFailure;
@@ -23,8 +25,8 @@ const FALLS: f64 = 1e-6;
 /// Largest share of the work of an increment that may act on the residual stiffness of damaged material. Beyond one
 /// half, the body moves mainly where only the numerical constant `residual_stiffness` carries the force.
 const MOST_RESIDUAL_WORK: f64 = 0.5;
-/// Displacement of the platen in an increment below which its work is a rounding error, relative to the displacement of
-/// the platen.
+/// Smallest displacement of the platen in an increment, relative to its total displacement. The work of a smaller
+/// displacement is only a rounding error.
 const RESTS: f64 = 1e-6;
 
 impl Increments<'_> {

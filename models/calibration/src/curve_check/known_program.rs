@@ -1,11 +1,11 @@
 //! Branches of a curve whose load program is known.
 //!
-//! The program states the order of the branches, what the machine controls in each of them, and the times of the corners.
-//! The readings only decide where the machine departs from these times: the controlled value (displacement or force) is
-//! linear in time within a segment, and the sum of squared residuals of the least-squares lines, in units of the noise,
-//! changes with the corners. First, the start of the program moves relative to the first reading, with all corners. Then
-//! each corner moves within its two segments. Finally, the first segment starts after a rest, if the readings show a rest.
-//! Each move needs a significant decrease of the sum, so that noise alone moves no corner.
+//! The program states the order of the branches, the value that the machine controls in each branch, and the times of
+//! the corners. The readings only decide where the machine departs from these times: the controlled value (displacement
+//! or force) is linear in time within a segment, and the sum of squared residuals of the least-squares lines, in units
+//! of the noise, changes with the corners. First, the start of the program moves relative to the first reading, with
+//! all corners. Then each corner moves within its two segments. Finally, the first segment starts after a rest, if the
+//! readings show a rest. Each move needs a significant decrease of the sum, so that noise alone moves no corner.
 
 use crate::branch::{Branch, BranchKind};
 use crate::experiment::TestCurve;
@@ -14,12 +14,13 @@ use crate::qoi::noise;
 /// Smallest standard deviation of a reading, as a fraction of the range of all readings: machines follow their program
 /// only approximately.
 const LEAST_NOISE: f64 = 5e-4;
-/// Decrease of the sum of squared normalised residuals that moves a corner: five standard deviations of a normal
-/// parameter.
+/// Least decrease of the sum of squared normalised residuals for which a corner is moved: the square of five standard
+/// deviations of a normally distributed parameter.
 const SIGNIFICANT: f64 = 25.0;
 /// Fewest readings that move corners: the noise of fewer readings is too uncertain.
 const FEWEST: usize = 20;
-/// Largest distance between a corner and the reading that counts as its reading, as a fraction of the shorter segment.
+/// Largest time between a reading and a corner at which the reading counts as the reading of the corner, as a fraction
+/// of the duration of the shorter segment at the corner.
 const AT_CORNER: f64 = 1e-3;
 /// Smallest change of a controlled value that counts as a change, as a fraction of the range of all readings.
 const EQUAL: f64 = 0.005;
@@ -50,7 +51,8 @@ impl ProgramLoad {
 pub struct ProgramSegment {
     /// End in s after the start of the program.
     pub end_s: f64,
-    /// Prescribed value at the end. The sizes of the specimen may multiply the values of all segments.
+    /// Prescribed value at the end. The values of all segments may be scaled by a common factor, such as the ratio of
+    /// two heights: only their relative sizes matter.
     pub end: ProgramLoad,
 }
 
@@ -62,8 +64,8 @@ pub(super) struct DividedCurve {
     pub(super) misfit: f64,
 }
 
-/// Returns the branches of a curve with increasing times, of which the first one is zero. There is no branch without a
-/// program, or with fewer than two readings.
+/// Returns the branches of a curve whose times start at zero and increase. There is no branch without a program, or
+/// with fewer than two readings.
 pub(super) fn divided(curve: &TestCurve, program: &[ProgramSegment]) -> DividedCurve {
     if program.is_empty() || curve.time_s.len() < 2 {
         return DividedCurve { branches: Vec::new(), misfit: 0.0 };
@@ -125,7 +127,7 @@ impl<'a> Lines<'a> {
     fn cost(&self, corners_s: &[f64]) -> f64 {
         let readings: Vec<usize> =
             corners_s.iter().map(|&corner_s| self.before(corner_s)).collect();
-        // before its start, the program rests
+        // the machine rests before the start of the program
         let mut cost = self.channel(0).about_mean(0, readings[0]);
         for (k, pair) in readings.windows(2).enumerate() {
             cost += self.channel(k).about_line(pair[0], pair[1]);
@@ -142,7 +144,7 @@ impl<'a> Lines<'a> {
         let most_s = (0.5 * longest_s).max(last_s - end_s);
         let range = -0.5 * longest_s..=most_s;
         let mut best = (0.0, self.cost(&corners_s) - SIGNIFICANT);
-        // a start between two readings, or another corner between two readings
+        // offsets at which the start, the first corner or the last corner before the end is midway between two readings
         let mut tried: Vec<f64> = [0, 1, corners_s.len() - 2]
             .iter()
             .flat_map(|&k| self.between_readings().map(move |time_s| (k, time_s)))
@@ -151,7 +153,8 @@ impl<'a> Lines<'a> {
             .collect();
         tried.sort_by(|a, b| a.abs().total_cmp(&b.abs()));
         for offset_s in tried {
-            // a cyclic program repeats itself: among equal starts, the nearest one is taken
+            // a cyclic program repeats itself: among starts that fit equally well, the start nearest to the first
+            // reading is chosen
             let far = 0.5 * SIGNIFICANT * offset_s.abs() / most_s;
             let cost = self.cost(&self.corners_s(offset_s)) + far;
             if cost < best.1 {
@@ -262,7 +265,7 @@ impl<'a> Lines<'a> {
     /// Returns the change of the controlled value in a segment; zero if noise explains it.
     fn change(&self, curve: &TestCurve, corners_s: &[f64], k: usize) -> f64 {
         let (from, to) = (self.before(corners_s[k]), self.before(corners_s[k + 1]));
-        // the last reading of the segment before is at its end
+        // the first value is the last reading of the preceding segment, which is at the start of this segment
         let from = from.saturating_sub(1);
         let channel = self.channel(k);
         let values =

@@ -214,7 +214,7 @@ fn ramp_hold_unload(compliance: f64) -> TestCurve {
     };
     let force_n: Vec<f64> =
         time.iter().map(|&t| exact(t).1 + 0.05 * normal.sample(&mut rng)).collect();
-    // the crosshead follows the program, and the specimen has less displacement
+    // the crosshead follows the program; the displacement of the specimen is smaller
     let displacement_mm =
         time.iter().map(|&t| exact(t).0 + 2e-5 * normal.sample(&mut rng)).collect();
     let time_s = time.iter().map(|t| t + 2.0).collect();

@@ -59,9 +59,9 @@ fn ln_conditionals_of(
     scatter: &DynCholeskyFactor<f64>,
 ) -> Result<Vec<f64>, DomainError> {
     let group = &specimens.groups[own_group];
-    // `groups`: the groups that are not empty without specimen k, with their numbers of specimens without specimen k;
-    // `all_gaps`: for each of these groups, whether specimen k belongs to the group, and the total of all specimens of
-    // the group minus the expected total
+    // `groups` lists the groups that contain specimens other than specimen k, with the number of these specimens;
+    // `all_gaps` lists, for each of these groups, whether specimen k belongs to the group, and the total of all
+    // specimens of the group minus the expected total
     let (mut groups, mut all_gaps) = (Vec::new(), Vec::new());
     for (g, other) in specimens.groups.iter().enumerate() {
         let n = other.len() - usize::from(g == own_group);

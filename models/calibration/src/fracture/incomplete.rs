@@ -103,8 +103,8 @@ fn assert_moments(posterior: &Posterior, names: [&str; 3], expected: [[f64; 2]; 
     }
 }
 
-/// The quantities are divided by the means of the recorded values. Single and joint calibration have the posterior of
-/// quadrature.
+/// The quantities are divided by the means of the recorded values. The posteriors of the single and of the joint
+/// calibration agree with quadrature.
 #[test]
 fn the_posterior_of_incomplete_specimens_is_that_of_quadrature() {
     let (expected, ln_evidence) = by_quadrature();
@@ -133,18 +133,19 @@ fn the_posterior_of_incomplete_specimens_is_that_of_quadrature() {
             "{found:?} {ln_evidence}"
         );
     }
-    // and the same sensitivities: the uniform prior of E has none
+    // both models have the same sensitivities; the sensitivity to the uniform prior of E is zero
     let (a, b) = (single.prior_sensitivity().unwrap(), joint.prior_sensitivity().unwrap());
     for found in [&a, &b] {
         assert!(found.len() == 1 && found[0].parameter == "matrix.young_mpa", "{found:?}");
-        // rounding errors of the constant density
+        // the density of the prior is constant, except for rounding errors
         assert!(found[0].prior < 1e-5, "{found:?}");
     }
     assert!(a[0].likelihood > 0.05, "{a:?}");
     assert!((a[0].likelihood - b[0].likelihood).abs() < 0.05, "{a:?} {b:?}");
 }
 
-/// A normal prior far from the data conflicts with them, and a narrow prior in a place that the data allow does not.
+/// A normal prior far from the data conflicts with the data. A narrow prior near values that agree with the data does
+/// not conflict with the data.
 #[test]
 fn priors_that_conflict_with_the_data_are_sensitive() {
     let sampler = Nuts::default().chains(4).draws(2000).seed(5).target_accept(0.9);
@@ -160,8 +161,8 @@ fn priors_that_conflict_with_the_data_are_sensitive() {
     assert_eq!(wide.diagnosis(), Sensitivity::None, "{wide:?}");
 }
 
-/// Leaving out specimens whose weights are unreliable samples the posterior of the other specimens, of which some lack
-/// quantities. New specimens have all quantities.
+/// If the importance weights of a specimen are unreliable, the posterior of the other specimens is sampled, even if
+/// some of these specimens lack quantities. New specimens have all quantities.
 #[test]
 fn incomplete_specimens_are_left_out_and_predicted() {
     let sampler = Nuts::default().chains(2).draws(800).seed(5).target_accept(0.9);
@@ -176,8 +177,8 @@ fn incomplete_specimens_are_left_out_and_predicted() {
     assert_eq!(predicted.data.len(), 2 * 1600);
 }
 
-/// A quantity that only one specimen has leaves no specimen with this quantity if that specimen is left out. The posterior
-/// without the specimen is then that of the other quantity.
+/// Only one specimen has the second quantity. If this specimen is left out, no specimen has the quantity, and the
+/// posterior without the specimen is the posterior for the first quantity alone.
 #[test]
 fn a_quantity_of_one_specimen_can_be_left_out() {
     let mut qois = ROWS.map(Vec::from).to_vec();

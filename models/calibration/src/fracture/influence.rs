@@ -7,7 +7,7 @@ use super::loo::ln_conditionals;
 use super::specimens::Specimens;
 use super::{Calibration, CalibrationError, calibration_on, leave_out};
 
-/// Comparison of the calibration to all specimens but one with the calibration to all specimens.
+/// Comparison of two calibrations: to all specimens except one, and to all specimens.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WithoutSpecimen {
     /// Log density log p(y_k | y_−k) of the omitted specimen k, given the other specimens.

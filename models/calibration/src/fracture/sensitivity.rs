@@ -16,12 +16,13 @@ use crate::bridge::{BridgeError, MarginalLikelihood, marginal_likelihood};
 pub struct PriorSensitivity {
     /// Name of the parameter.
     pub parameter: String,
-    /// Change of its distribution per doubling of the power of the priors of all parameters: the cumulative Jensen–Shannon
-    /// distance.
+    /// Sensitivity to the priors of all parameters: change of the parameter's distribution (cumulative Jensen–Shannon
+    /// distance) per doubling of the power of these priors.
     pub prior: f64,
-    /// The same for the priors of the scatter between specimens: of its standard deviations and correlations.
+    /// Sensitivity to the priors of the scatter between specimens, that is, of its standard deviations and
+    /// correlations.
     pub scatter_prior: f64,
-    /// The same for the likelihood.
+    /// Sensitivity to the likelihood.
     pub likelihood: f64,
     /// Largest Pareto k of the importance weights; above 0.7 the sensitivities are unreliable.
     pub pareto_k: f64,
@@ -59,8 +60,9 @@ impl Calibration {
     }
 }
 
-/// Computes the sensitivities of the parameters `theta` of a posterior, whose names are `names`. `ln_likelihood` has the log likelihood at each draw, and
-/// `of_parameters` and `of_scatter` name the variables whose priors are scaled.
+/// Computes the sensitivities of the parameters `theta` of a posterior. `names` are the names of the parameters, and
+/// `ln_likelihood` is the log likelihood at each draw. `of_parameters` and `of_scatter` are the names of the variables
+/// whose priors are scaled.
 ///
 /// # Errors
 /// If a log density is not finite at a draw.
@@ -76,7 +78,7 @@ pub(super) fn sensitivities(
 ) -> Result<Vec<PriorSensitivity>, PowerScalingError> {
     let mut parameters = posterior.clone();
     parameters.posterior.variables.retain(|values| values.name == "theta");
-    // a likelihood that a model adds by `factor` is no observation: state it as one term
+    // a likelihood that a model adds by `factor` does not count as an observation: pass the likelihood as one term
     let likelihood = Values { name: "data".to_owned(), shape: Vec::new(), data: ln_likelihood };
     parameters.log_likelihood.variables = vec![likelihood];
     let scaled = |names: &[&str]| -> Result<PowerScaling, PowerScalingError> {

@@ -33,7 +33,8 @@ fn without<const N: usize>(missing: [(usize, usize); N]) -> [[f64; 2]; 4] {
     qois
 }
 
-/// Rows of which some lack a quantity: one row, one row of each quantity, and all rows but one.
+/// Four sets of rows with missing quantities: in one row, in one row for each quantity, and (twice) in all rows but
+/// one.
 fn incomplete() -> [[[f64; 2]; 4]; 4] {
     [
         without([(1, 0)]),

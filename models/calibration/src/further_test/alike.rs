@@ -1,4 +1,4 @@
-//! Information of a further test whose errors are the errors of the present test.
+//! Information of a further test that has the same errors as the present test.
 
 use nalgebra::{Cholesky, DMatrix};
 

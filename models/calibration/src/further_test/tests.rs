@@ -192,7 +192,8 @@ fn specimens_that_lack_quantities_have_the_information_of_the_others() {
     }
 }
 
-/// A further test that equals the present test has the value of a repetition, whatever the error of its own surrogate.
+/// A further test that equals the present test contracts the posterior as much as a repetition of the present test. The
+/// error of the surrogate of the further test has no effect.
 #[test]
 fn a_test_that_equals_the_present_one_has_the_value_of_a_repetition() {
     let belief = prior_alone(&[[0.0, 1.0], [2.0, 3.0]]);
@@ -224,12 +225,14 @@ fn a_test_that_equals_the_present_one_has_the_value_of_a_repetition() {
                     let difference = (found.contraction - exact.contraction).abs();
                     assert!(difference < 1e-9, "{n} {own} {found:?} {exact:?}");
                 }
-                // the limit is continuous: a test that is hardly different is hardly worth more
+                // the contraction is continuous: a test that hardly differs from the present test contracts the
+                // posterior hardly more than the present test
                 for (found, exact) in expected(&other(1e-4, own)).iter().zip(&exact) {
                     assert!(found.contraction < exact.contraction + 1e-3, "{found:?} {exact:?}");
                 }
             }
-            // independent errors would make the same test worth more than its repetition
+            // if the errors were independent, the same test would contract the posterior more than a repetition of the
+            // present test
             let independent = FurtherTest { alike: None, ..other(0.0, 0.5) };
             assert!(expected(&independent)[0].contraction > exact[0].contraction + 1e-3);
             // errors of the further test count if they are larger than the errors of the present test

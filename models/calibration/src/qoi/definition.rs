@@ -112,9 +112,9 @@ pub trait Qoi: Debug + Send + Sync + 'static {
         self.shifted_rate(curve, rates)
     }
 
-    /// Computes the derivative of the quantity with respect to a parameter by a central difference of [`Qoi::value`] for
-    /// curves with shifted forces and displacements. The error is of second order in the step: 1e-5 times the largest
-    /// force or the largest displacement.
+    /// Computes the derivative of the quantity with respect to a parameter by a central difference of [`Qoi::value`]
+    /// for curves with shifted forces and displacements. The step is 1e-5 times the largest force or the largest
+    /// displacement, and the error is of second order in the step.
     ///
     /// # Errors
     /// The errors of [`Qoi::value`].

@@ -232,8 +232,9 @@ mod tests {
                 let noisy_slope = Line::of(&u, &y, WINDOW).unwrap().slope;
                 squares += (noisy_slope - line_of_points(&inside)).powi(2) / f64::from(trials);
             }
-            // gaps between readings in random order vary by as much as their mean length, which at most doubles the
-            // variance of the slope; the line through the readings accounts for half of the doubled variance
+            // the gaps between readings at random displacements have a standard deviation of about their mean length.
+            // This variation at most doubles the variance of the slope; half of the doubled variance is the variance of
+            // the line through the readings, with which the slope is compared
             assert!(squares.sqrt() < 1.2 * error, "{step}: {} N/mm, {error}", squares.sqrt());
         }
     }

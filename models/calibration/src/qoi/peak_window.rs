@@ -180,7 +180,7 @@ impl NoisyCurve<'_> {
         (fit.polynomial.jet(fit.x).curvature <= -3.0 * deviation).then_some(fit)
     }
 
-    /// Curve with the curvature of the fit.
+    /// Returns the curve of a [`Bundle`] that has, at its peak, the relative curvature of the fit.
     fn bundle(&self, fit: &CentredFit) -> Bundle {
         let peak = fit.polynomial.jet(fit.x);
         let relative = (fit.centre + fit.x - self.origin).powi(2) / peak.value;

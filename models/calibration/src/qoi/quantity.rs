@@ -216,7 +216,8 @@ impl QoiRegistry {
                 DisplacementAtTime::of_name,
                 DisplacementAtTime::of_column,
             )
-            // the name of a column alone does not show that the column is such a quantity
+            // without the prefix `column:`, the name of a column does not show that the column is a quantity of this
+            // family
             .with_family("column:deflection_mm", TableColumn::of_name, |_| None)
     }
 

@@ -1,4 +1,4 @@
-//! Reading of exports of testing machines, correct ones and ones with mistakes.
+//! Reading of exports of testing machines, without and with mistakes.
 
 use std::path::PathBuf;
 
@@ -151,7 +151,7 @@ fn readings_end_before_the_summary_of_the_machine() {
     let omitted = "2 lines after the readings omitted, from line 12 (\"Maximum\")";
     assert!(record.understood.contains(omitted), "{}", record.understood);
 
-    // a table after the readings could be readings
+    // rows of numbers after the readings could be further readings
     let results = "Results\r\n1;-0,150;-0,147\r\n";
     let text = latin1(&format!("{BLUEHILL}{results}"));
     let error = read(&text, "").unwrap_err();
@@ -159,11 +159,11 @@ fn readings_end_before_the_summary_of_the_machine() {
     let record = read(&text, "stop_at = \"results\"").unwrap();
     assert_is_the_curve(&record);
     assert!(record.understood.contains("2 lines after the readings"), "{}", record.understood);
-    // files without the text are read to the end
+    // a file that does not contain the text of `stop_at` is read to its end
     let record = read(&latin1(BLUEHILL), "stop_at = \"results\"").unwrap();
     assert_is_the_curve(&record);
     assert!(!record.understood.contains("after the readings"), "{}", record.understood);
-    // a missing force in the last row is no summary
+    // a last row without a force is an error, and not a summary after the readings
     let error = read(&latin1(&BLUEHILL.replace("-0,129", "n/a")), "").unwrap_err();
     assert!(error.to_string().contains("line 11, column Kraft = n/a"), "{error}");
 }
@@ -203,7 +203,8 @@ fn separators_of_thousands_are_recognised_unless_they_may_be_decimal_signs() {
     assert_eq!(record.force_n, [0.0, 800.0, 1400.0, 1470.0, 1290.0]);
 }
 
-/// Times in several units and as clock times; columns of times that cannot be read, or two of them, are errors.
+/// Times in several units and as clock times. A column of times that cannot be read is an error, and so are two columns
+/// of times.
 #[test]
 fn columns_of_times_are_read_or_refused() {
     let with = |name: &str, times: [&str; 5]| {

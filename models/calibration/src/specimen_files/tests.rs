@@ -1,4 +1,4 @@
-//! Reading of tables of specimens and their curves, correct ones and ones with mistakes.
+//! Reading of tables of specimens and their curves, without and with mistakes.
 
 use super::*;
 

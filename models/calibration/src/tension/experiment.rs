@@ -206,7 +206,7 @@ mod tests {
         assert_eq!(TensionTest { unloading: Vec::new(), ..left }, straight);
     }
 
-    /// The first specimen's largest load is 84.0228 ksi at 0.610127 (lines of the file).
+    /// The largest load of the first specimen is 84.0228 ksi at a strain of 0.610127, as read in the file.
     #[test]
     fn the_eight_specimens_are_read() {
         let file =

@@ -190,7 +190,8 @@ fn the_probability_of_a_deviation_is_that_of_student() {
     assert_eq!(predicted.deviation(&[3.0, 4.0, 7.0]).degrees_of_freedom, 3.0);
 }
 
-/// Specimens share the draw and the error: frequencies in simulated laboratories.
+/// Compares the probabilities with frequencies in simulated laboratories, in which specimens share the draw and the
+/// error.
 #[test]
 fn the_probability_of_specimens_outside_is_their_frequency() {
     let mut noise = Noise::new(5);
@@ -219,8 +220,9 @@ fn the_probability_of_specimens_outside_is_their_frequency() {
     assert!((found - binomial_tail(3, 8, 0.05)).abs() < 1e-9, "{found}");
 }
 
-/// All specimens are outside the 90 % interval, whose ends are ±1.645 √(σ² + s²): the mean of P(outside | ε)^N over the shared
-/// error, by Simpson's rule with 4001 values over ±9 s. The limits of the verdicts are about 0.25 %.
+/// Compares the probability that all specimens are outside the 90 % interval, whose ends are ±1.645 √(σ² + s²), with
+/// the mean of P(outside | ε)^N over the shared error. The mean is computed by Simpson's rule with 4001 values over ±9
+/// s. The limits of the verdicts are about 0.25 %.
 #[test]
 fn the_tails_of_the_shared_error_are_in_the_probability_of_specimens_outside() {
     for (scatter, shared, total, rounded) in

@@ -3,15 +3,15 @@
 use super::bar_curve::BarCurve;
 use super::law::VoceJohnsonCook;
 
-/// Number of Newton iterations for the plastic strain. The elastic stiffness is far larger than the hardening, so that
-/// three iterations reach rounding errors.
+/// Number of Newton iterations for the plastic strain. Three iterations already reach rounding errors, because the
+/// elastic stiffness is far larger than the hardening.
 const ITERATIONS: usize = 20;
 
 /// A bar that elongates uniformly at a constant engineering strain rate: the exact curve of a bar without taper up to its
 /// largest load.
 ///
-/// The Kirchhoff stress is τ = E (ln(1 + e) − α), and flow has τ = σ_y(α, α̇). The engineering stress is τ/(1 + e). The
-/// plastic strain rate is the rate of the total logarithmic strain, ė/(1 + e).
+/// The Kirchhoff stress is τ = E (ln(1 + e) − α). During plastic flow, τ = σ_y(α, α̇). The engineering stress is τ/(1 +
+/// e). The plastic strain rate is the rate of the total logarithmic strain, ė/(1 + e).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UniformBar {
     /// Young's modulus E in MPa.
@@ -83,8 +83,8 @@ mod tests {
     };
     const BAR: UniformBar = UniformBar { young_mpa: 199_950.0, rate_per_s: 2.7e-4 };
 
-    /// Compares with the backward Euler method with small steps for the same bar, in which the flow stress depends on
-    /// the rate of the plastic strain instead of the rate of the whole strain.
+    /// Compares with the backward Euler method with small steps. In this method, the flow stress depends on the rate of
+    /// the plastic strain instead of the rate of the whole strain.
     #[test]
     fn the_curve_agrees_with_a_differential_equation() {
         let steps = 20_000;

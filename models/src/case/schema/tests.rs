@@ -1,4 +1,4 @@
-//! The schema describes what the reader reads: the same keys, names and ranges.
+//! The schema and the reader of cases accept the same keys, names and ranges.
 
 use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -75,7 +75,7 @@ pub(crate) fn undescribed(schema: &Value) -> Vec<String> {
 
 fn visit_properties(schema: &Value, place: &str, visit: &mut dyn FnMut(&str, &str, &Value)) {
     let properties = schema["properties"].as_object().into_iter().flatten();
-    // the only key of a variant is described as the variant
+    // the only key of a variant needs no description, because the variant has one
     let is_variant = properties.clone().count() == 1 && schema["description"].is_string();
     for (key, value) in properties {
         if !(is_variant && schema["required"] == json!([key])) {
@@ -184,7 +184,7 @@ pub(crate) fn with_unknown_word(place: &str, is_table: bool) -> toml::Table {
     }
 }
 
-/// Compares the words of a schema with those that `words_of_reader` returns for a file with an unknown word.
+/// Compares the words of a schema with the words that `words_of_reader` returns for a file with an unknown word.
 pub(crate) fn compare(
     schema: &Value,
     words_of_reader: impl Fn(&str, &toml::Table) -> Option<BTreeSet<String>>,
@@ -231,7 +231,7 @@ fn the_schema_has_the_keys_and_names_of_the_reader() {
         let list = list.split(" breccia init").next().unwrap_or_default().trim_end_matches('.');
         let mut words: BTreeSet<String> = list.split(", ").map(str::to_owned).collect();
         if place.starts_with(".interface") {
-            // a key that is read only to refuse it
+            // this key is read only to reject it with a helpful message
             words.remove("strength");
         }
         if words.contains("young_mpa") && !place.starts_with(".material") {
@@ -334,7 +334,7 @@ fn the_schema_states_the_ranges_that_the_reader_checks() {
                 let (_, mistakes) = CaseFile::parse_all(&text, Path::new("case.toml"));
                 let of_schema = check_case(&text);
                 refused += usize::from(of_schema.is_err());
-                // what the schema refuses, the reader refuses
+                // the reader must reject every value that the schema rejects
                 assert!(
                     of_schema.is_ok() || !mistakes.is_empty(),
                     "{place} = {new}: {of_schema:?}"

@@ -89,7 +89,7 @@ fn check_machine_outside(file: &CaseFile, mistakes: &mut Mistakes) {
         let help = "Correct the quantities in the table, and remove [machine].";
         mistakes.note(Err(file.error("machine", "", problem, help)));
     }
-    // an imported table of built-in runs may have a column of such a property
+    // an imported table of runs of the built-in simulation may have a column of a property of the machine
     let of_runs = case.prior.iter().filter(|_| case.simulator.is_some());
     for (parameter, _) in of_runs.flat_map(PriorCase::iter) {
         if MachineCase::is_path(&parameter.to_string()) {

@@ -107,7 +107,7 @@ impl CaseFile {
                         Free names are declared in [parameters].";
             return Err(self.error(key, value, problem, help));
         }
-        // the case has no numbers that parameters of runs from outside could set
+        // without the built-in simulation, a parameter sets no number of the case: only its bounds are checked
         if !self.case.is_built_in() {
             if !(lower.is_finite() && upper.is_finite()) {
                 return Err(self.error(key, value, "must be finite", "Write [lower, upper]."));
@@ -161,7 +161,7 @@ impl CaseFile {
                     let help = "Check the unit in the key's name.";
                     return match is_parameter {
                         true => refuse(format!("must be {requirement}"), help),
-                        // the bound makes another constant wrong
+                        // with this bound, another constant is outside its range
                         false => refuse(
                             format!(
                                 "is not possible with {entity}.{field} = {value}, which must be {requirement}"

@@ -152,8 +152,8 @@ pub(super) fn check_branches(file: &CaseFile) -> Result<(), InputError> {
     Ok(())
 }
 
-/// Start and end of each segment that prescribes the displacement (mm) from a point with a displacement on, or the force
-/// (N) from a point with a force on.
+/// Start and end value of each segment whose two end points both state the value that `value` returns: a displacement
+/// (mm) or a force (N). The program starts at zero.
 fn changes(program: &LoadProgram, value: fn(&ProgramPoint) -> Option<f64>) -> Vec<[f64; 2]> {
     let ends: Vec<Option<f64>> = program.points().iter().map(value).collect();
     let starts = [Some(0.0)].into_iter().chain(ends.iter().copied());

@@ -56,8 +56,8 @@ impl CaseFile {
             }
         };
         let (key, spacing_mm) = ("specimen.spacing_mm", meshing.spacing_mm);
-        // the size of an image or of surfaces is unknown until their files are read; the spacing is compared with the
-        // size then
+        // the size of an image or of surfaces is unknown until the stage `mesh` reads their files; that stage then
+        // compares the spacing with the size
         mistakes.note(match size {
             [Some(radius_mm), Some(height_mm)] => {
                 self.check_spacing(key, spacing_mm, radius_mm, height_mm)
@@ -326,7 +326,7 @@ impl CaseFile {
         );
         let plastic = ("plastic", "plastic.yield_mpa");
         let viscous = ("viscous", "viscoelastic.shear");
-        // the default of degrade has the viscous energy
+        // `degrade.viscous` is not checked, because it is true by default
         let without_effect = [
             ("drive", drive.plastic && !is_plastic, plastic),
             ("drive", drive.viscous && !is_viscous, viscous),

@@ -8,7 +8,7 @@ use crate::error::InputError;
 /// Smallest and largest number of posterior draws of a validation.
 const DRAWS: [usize; 2] = [4, 10_000];
 
-/// Checks each validation, as a case of its own, and its specimens.
+/// Checks each validation as a separate case, and checks its specimens.
 pub(super) fn check_validation(file: &CaseFile, mistakes: &mut Mistakes) {
     let case = &file.case;
     if case.validation.is_empty() {

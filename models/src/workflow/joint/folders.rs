@@ -15,8 +15,8 @@ pub(crate) fn draws_of_validation(name: &str) -> String {
     format!("joint/validation/{name}.json")
 }
 
-/// File with the draws of the joint posterior in a candidate for a further test. `number` counts the candidates of a test
-/// from 1.
+/// File with the draws of the joint posterior for a candidate for a further test. `number` counts the candidates of a
+/// test from 1.
 pub(crate) fn draws_of_candidate(test: &str, number: usize) -> String {
     format!("joint/candidate/{test}-{number}.json")
 }

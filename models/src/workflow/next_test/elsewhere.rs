@@ -1,10 +1,10 @@
 //! Parameters of a further test whose values differ from the values in the calibrated test, if several tests were
-//! calibrated: a varying parameter has a new value about its centre, and a trend another value at another temperature or
-//! rate.
+//! calibrated: a varying parameter has a new value about its centre, and a trend has another value at another
+//! temperature or rate.
 //!
 //! The belief then has the parameters of the calibrated test, followed by the values of the differing parameters in the
-//! further test. The further test measures the latter. It informs about the former by the covariance of both in the joint
-//! posterior.
+//! further test. The further test measures the differing parameters. It informs about the parameters of the calibrated
+//! test by the covariance of both in the joint posterior.
 
 use super::super::WorkflowError;
 use super::super::inputs::Inputs;
@@ -109,9 +109,10 @@ mod tests {
     use super::*;
     use crate::further_test::FurtherTest;
 
-    /// Two parameters, of which the second has another value in the further test: both values are a common normal number
-    /// plus an independent one, all with variance 1. The further test measures the sum of both parameters. The
-    /// conditional variance of the second parameter is that of the joint normal distribution.
+    /// Two parameters, of which the second has another value in the further test. Each of its two values is the sum of
+    /// a common number and an independent number, all normal with variance 1. The further test measures the sum of both
+    /// parameters. The conditional variance of the second parameter equals the conditional variance in the joint normal
+    /// distribution.
     #[test]
     fn a_value_in_another_test_informs_by_its_correlation() {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);

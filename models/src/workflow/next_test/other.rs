@@ -42,7 +42,7 @@ pub(super) fn test(
     let mut plan = Plan::of(&test_task.inputs, usize::MAX)?;
     let quantities = file.case.compared_quantities();
     let runs = plan.make_cheap(&test_task);
-    // a candidate that fails depends on the same keys
+    // record the keys before an error is returned: the error of a candidate depends on them too
     task.inputs.reads_with(&test_task.inputs);
     let runs = runs?;
     let failed = runs.failed().map(|(record, reason)| (record.id, reason));

@@ -64,8 +64,8 @@ impl Present {
         })
     }
 
-    /// Returns the present test for a further test that shares its errors; `None` if the present test lacks one of the
-    /// quantities.
+    /// Returns the data of the present test that are needed for a further test with the same errors; `None` if the
+    /// present test lacks one of the quantities.
     pub(super) fn alike(
         &self,
         quantities: &[Quantity],

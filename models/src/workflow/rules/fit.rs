@@ -51,8 +51,8 @@ struct Misfit {
 }
 
 impl Misfit {
-    /// Largest misfit of the surrogate that is not poor, %: the smaller one of two bounds, from the posterior and from the
-    /// sample.
+    /// Largest misfit of the surrogate that is not poor, %: the smaller of two bounds, one from the posterior and one
+    /// from the sample.
     fn threshold(&self) -> f64 {
         let of_sample = self.sample_bound_percent.unwrap_or(f64::INFINITY);
         threshold(self.sd_percent).min(of_sample.max(NEGLIGIBLE))

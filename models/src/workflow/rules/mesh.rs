@@ -15,7 +15,7 @@ pub(super) const RULE: Rule = Rule {
     reads: &["calibrate", "confirm"],
     check: |inputs| match inputs.is_built_in() {
         true => Ok(warned(&errors(inputs)?)),
-        // the mesh of another program is not known
+        // Breccia does not know the mesh of another program
         false => Ok(Vec::new()),
     },
 };

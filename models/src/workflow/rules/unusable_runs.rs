@@ -61,7 +61,7 @@ mod tests {
         (1..=count).map(|run| (run, reason.to_owned())).collect()
     }
 
-    /// The bound is a tenth of the runs, on both sides.
+    /// The result has a qualifier if more than a tenth of the runs have no quantities.
     #[test]
     fn missing_runs_are_named_and_many_qualify_the_result() {
         let no_peak = "unusable: no peak";

@@ -88,7 +88,7 @@ impl RunSource for Program {
         let case_path = task.inputs.case_path();
         let (names, interrupt) = (named.names, task.interrupt);
         let limits = self.limits();
-        // failures under other limits may succeed now
+        // compute runs again that failed under other limits
         let retry = {
             let limits = limits.clone();
             move |record: &RunRecord| match &record.status {
@@ -351,7 +351,7 @@ mod tests {
     fn an_ensemble_ends_if_all_of_its_first_runs_fail() {
         let all = runs(20);
         let failing = FirstFailures::new(&all, false);
-        // later runs that fail first do not count
+        // failures of later runs do not count, even if these runs fail first
         let ends: Vec<bool> = [9, 1, 2, 10, 4, 3, 5].map(|id| failing.fail(id)).to_vec();
         assert_eq!(ends, [false, false, false, false, false, false, true]);
         let mixed = FirstFailures::new(&all, false);
@@ -360,7 +360,7 @@ mod tests {
         assert!((2..=20).all(|id| !mixed.fail(id)));
         let resumed = FirstFailures::new(&all, true);
         assert!((1..=20).all(|id| !resumed.fail(id)));
-        // the confirming runs are few
+        // a stage with fewer runs, such as `confirm`, does not end
         let few = runs(3);
         let few = FirstFailures::new(&few, false);
         assert!((1..=3).all(|id| !few.fail(id)));

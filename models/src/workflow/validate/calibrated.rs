@@ -13,8 +13,8 @@ pub(super) struct Calibrated {
     /// Names of the parameters.
     pub(super) names: Vec<String>,
     pub(super) draws: Vec<Draw>,
-    /// Draws for the simulations of a validation that is another test than the calibrated test, if several tests were
-    /// calibrated: by the name of the validation.
+    /// Draws at which validations simulate their tests, by the name of the validation. Used if several tests were
+    /// calibrated, for a validation whose test differs from the calibrated test.
     pub(super) elsewhere: BTreeMap<String, Vec<Draw>>,
     pub(super) fitted: Fitted,
 }

@@ -7,7 +7,7 @@ use crate::validation::{Coverage, Deviation};
 /// Levels of the predictive intervals.
 pub(super) const LEVELS: [f64; 2] = [0.5, 0.9];
 
-/// Probability that a calibration that is right is contradicted by any of its comparisons.
+/// Probability that at least one of the comparisons contradicts a correct calibration.
 const SIGNIFICANCE: f64 = 0.01;
 
 /// A difference between the means below this fraction of the predicted mean does not contradict the prediction, as in the rule
@@ -134,9 +134,11 @@ impl Compared {
         LEVELS.map(|level| self.predicted.prediction.interval(level))
     }
 
-    /// Probabilities, if the prediction is right, of a difference of the means at least as large, and of at least as many
-    /// specimens outside the intervals. The probability of a negligible difference is 1. A negligible difference is subtracted
-    /// from the measurements before specimens outside are counted, so that it does not contradict the prediction either way.
+    /// Probabilities under the assumption that the prediction is right: the probability of a difference of the means
+    /// that is at least as large as the observed difference, and, for each interval, the probability of at least the
+    /// observed number of specimens outside. The probability of a negligible difference is 1. A negligible difference
+    /// is subtracted from the measurements before specimens outside are counted, so that it does not contradict the
+    /// prediction either way.
     fn p_values(&self, deviation: &Deviation) -> Vec<f64> {
         let least = NEGLIGIBLE * self.predicted.prediction.mean().abs();
         let is_negligible = deviation.difference.abs() < least;
@@ -154,7 +156,7 @@ impl Compared {
         all
     }
 
-    /// Probability, if the prediction is right, of at least as many specimens inside the interval of 50 %.
+    /// Probability of at least the observed number of specimens inside the 50 % interval, if the prediction is right.
     fn probability_of_inside(&self) -> Option<f64> {
         let [Coverage { inside, total }, _] = self.coverage()?;
         let prediction = &self.predicted.prediction;
@@ -220,7 +222,8 @@ mod tests {
         // (1/2)¹² is smaller than 0.01/4, (1/2)⁵ is not
         assert_eq!(verdict(compared(&[100.0; 12], true)), ValidationVerdict::TooWide);
         assert_eq!(verdict(compared(&[100.0; 5], true)), ValidationVerdict::Consistent);
-        // without a scatter, the specimens' own scatter judges their mean; a single specimen cannot be judged
+        // without a predicted scatter, the difference of the means is compared with the scatter of the specimens; a
+        // single specimen has no scatter and cannot be judged
         assert_eq!(verdict(compared(&shifted, false)), ValidationVerdict::Contradicted);
         assert_eq!(verdict(compared(&usual, false)), ValidationVerdict::Consistent);
         assert_eq!(verdict(compared(&[150.0], false)), ValidationVerdict::NotJudged);

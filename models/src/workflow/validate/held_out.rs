@@ -23,7 +23,7 @@ impl HeldOut {
     /// Reads `experiments.csv` in the folder of the validation.
     ///
     /// # Errors
-    /// Fails if the file is missing, or a cell has no number and is not empty.
+    /// Fails if the file is missing, or a cell is neither empty nor a number.
     pub(super) fn read(inputs: &Inputs<'_>) -> Result<Self, WorkflowError> {
         let quantities = inputs.qoi().quantities.clone();
         let columns: Vec<String> = quantities.iter().map(|q| q.column().into_owned()).collect();

@@ -1,8 +1,8 @@
 //! Stage `validate`: predicts specimens that the calibration does not use, and compares the predictions with their
 //! measurements.
 //!
-//! Each entry of `[[validation]]` is a case of its own in the folder `validation/NAME`. Its specimen is meshed there and its
-//! held-out specimens are read there by the stages of a calibration (`super::validation_folders`).
+//! Each entry of `[[validation]]` is a separate case in the folder `validation/NAME`. Its specimen is meshed there and
+//! its held-out specimens are read there by the stages of a calibration (`super::validation_folders`).
 //!
 //! 1. `calibrated`: posterior draws; `held_out`: measurements of the held-out specimens
 //! 2. `predicted`: prediction of one quantity, the scatter between specimens

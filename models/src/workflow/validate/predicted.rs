@@ -54,8 +54,9 @@ pub(super) struct Scatter<'a> {
     pub(super) entry: &'a ValidationCase,
     /// Columns of the calibrated quantities.
     pub(super) calibrated: &'a [String],
-    /// Relative variance between microstructures of each calibrated quantity, if the means at the draws contain it. The variance
-    /// between specimens includes it too, so that it is removed from the means.
+    /// Relative variance of each calibrated quantity between microstructures; `None` if the means at the draws do not
+    /// contain this variance. The variance between specimens contains this variance too, so that it is removed from the
+    /// means.
     pub(super) of_microstructures: Option<Vec<f64>>,
     /// Means of the calibrated quantities over the calibrated specimens, if the held-out specimens are of the same test. The
     /// calibrated scatter is relative to these means. In another test the scatter is relative to the predicted means.
@@ -63,8 +64,8 @@ pub(super) struct Scatter<'a> {
 }
 
 impl Scatter<'_> {
-    /// Relative variance of a quantity between specimens at a draw: as stated in the case, or as calibrated; `None` if it is
-    /// neither.
+    /// Relative variance of a quantity between specimens at a draw: as stated in the case, or else as calibrated;
+    /// `None` if the variance is neither stated nor calibrated.
     pub(super) fn relative_variance(&self, quantity: &Quantity, draw: &Draw) -> Option<f64> {
         let index = self.index_of(&quantity.column());
         let stated = self.entry.scatter_percent.get(quantity).map(|p| (0.01 * p).powi(2));
@@ -128,7 +129,8 @@ mod tests {
         let same = Scatter { calibrated_means: Some(&[-400.0, 60.0]), ..scatter(None) };
         assert_eq!(same.sds(&slope, &[&draw], &[-200.0]).unwrap(), [20.0]);
         assert_eq!(same.sds(&peak, &[&draw], &[30.0]).unwrap(), stated);
-        // the means contain scatter between microstructures: it is removed from them, and the specimens keep it
+        // the means contain scatter between microstructures: this scatter is removed from the means, but not from the
+        // specimens
         assert_eq!(alone.included_variance(&slope), 0.0);
         let partly = scatter(Some(vec![0.0009, 1.0]));
         assert_eq!(partly.relative_variance(&slope, &draw), Some(0.0025));

@@ -159,7 +159,8 @@ fn records(
 ) -> Result<(Vec<RunRecord>, bool), WorkflowError> {
     let inputs = &validation_task.inputs;
     if inputs.is_built_in() {
-        // the runs depend on the geometry even if no mesh file is read: reading it adds it to the identity of the runs
+        // the runs depend on the geometry even if no mesh file is read: reading the geometry adds it to the identity of
+        // the runs
         inputs.geometry()?;
     }
     let parameters: Vec<String> = inputs.parameters()?.iter().map(ToString::to_string).collect();

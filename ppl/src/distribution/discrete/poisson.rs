@@ -107,7 +107,8 @@ impl<R: Scalar, L: Parameter + Datum<R>> Distribution<R> for Poisson<L> {
     fn add_terms(&self, k: &u64, terms: &mut impl Accumulator<R>) {
         let (k, rate) = (*k as f64, self.0.number());
         let value = ln_pmf(k, rate, || rate.ln(), terms.leave_out_constants());
-        // a positive count has probability 0 at rate 0: an infinite derivative times a weight of zero would be NaN
+        // at rate 0, a positive count has probability 0 and an infinite derivative; the product of this derivative and
+        // a weight of zero would be NaN
         let in_rate = if k == 0.0 || rate == 0.0 { -1.0 } else { k / rate - 1.0 };
         terms.add(value, ((self.0, in_rate),));
     }

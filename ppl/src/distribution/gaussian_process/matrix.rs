@@ -143,7 +143,7 @@ mod tests {
         assert!((square - form).abs() < 1e-13);
         let half = 0.5 * matrix.determinant().ln();
         assert!((factor.half_ln_determinant() - half).abs() < 1e-12);
-        // UᵀU x = b for the solution x: the products with U and Uᵀ invert the solutions
+        // solving with Uᵀ undoes the product with Uᵀ
         let mut y = factor.transposed_times(&b);
         factor.solve_transposed(&mut y);
         assert!(y.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-13));

@@ -160,7 +160,8 @@ impl<'t> Scalar for Var<'t> {
         partials.spread(&mut |argument, partial| writer.add(argument, partial));
         match writer.tape {
             Some(tape) => {
-                // if the iterator of arguments itself makes an operation, this operation overwrites the edges
+                // if the iterator of arguments records another operation on the tape, that operation overwrites the
+                // edges that are already written
                 let is_whole = writer.most != usize::MAX || writer.child as usize == tape.mark();
                 assert!(is_whole, "the arguments of an operation must be computed before it");
                 tape.push(value, writer.start + writer.written)

@@ -1,4 +1,4 @@
-//! Draws of the chains, what the warmup reports, and the file of the chains.
+//! Draws of the chains, the report of the warmup, and the file of the chains.
 
 pub(crate) mod chains;
 pub(crate) mod encoding;

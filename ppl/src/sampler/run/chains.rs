@@ -241,7 +241,7 @@ impl Settings<'_> {
         Err(match problem {
             NoStart::Values(problem) => RunError::Values(problem),
             NoStart::Fatal(source, point) => {
-                // the density cannot explain a point of another length
+                // `explain` evaluates the density, which requires a point of the right length
                 let detail = (point.len() == density.dim()).then(|| kernel.explain(&point));
                 RunError::Fatal { chain, source, detail: detail.flatten() }
             }

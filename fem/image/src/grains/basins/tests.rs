@@ -185,8 +185,8 @@ fn slow_flood(shape: [usize; 3], land: &[u16], grey: &[u16], mut labels: Vec<u32
     labels
 }
 
-/// Many voxels have equal heights and equal grey values, so that each criterion decides for some voxels. The largest
-/// landscape has waves that several threads process.
+/// Many voxels have equal heights and equal grey values, so that each criterion of the flood decides for some voxels.
+/// In the largest landscape, a step of the flood has so many voxels that several threads process it.
 #[test]
 fn basins_are_those_of_a_slow_flood() {
     for (shape, most, greys, h, seed) in [

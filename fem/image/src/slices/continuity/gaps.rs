@@ -8,30 +8,30 @@ use super::foreign::Foreign;
 use super::pairs::{LAGS, Pair, listed, median, neighbours};
 use super::samples::Samples;
 
-/// Slices may be missing between two slices if their mean squared difference exceeds this multiple of four values: the
-/// usual one and the second largest one of neighbouring slices nearby, and those at the previous and at the next pair of
-/// slices.
+/// Slices may be missing between two slices if their mean squared difference exceeds this multiple of four other mean
+/// squared differences: the usual and the second largest difference of neighbouring slices nearby, and the differences
+/// of the previous and of the next pair of slices.
 const MISSING: f64 = 1.4;
-/// Smallest excess over the usual mean squared difference, as a multiple of the usual deviation from it nearby. With few
-/// grains, the differences of neighbouring slices fluctuate.
+/// Smallest excess of a mean squared difference over its usual value, as a multiple of the usual deviation of the
+/// differences nearby from this value. With few grains, the differences of neighbouring slices fluctuate.
 const UNUSUAL: f64 = 5.0;
-/// Smallest ratio of the mean squared difference and the usual difference of slices that are two slices apart. With few
-/// grains, neighbouring slices may differ as much as slices that are two slices apart.
+/// Smallest ratio of the mean squared difference at a gap to the usual mean squared difference of slices that are two
+/// slices apart. With few grains, neighbouring slices may differ as much as slices that are two slices apart.
 const FARTHER: f64 = 1.1;
-/// Smallest ratio of the usual mean squared differences of slices that are two slices apart and of neighbouring slices.
-/// Below, noise hides the grains.
+/// Smallest ratio of two usual mean squared differences: of slices that are two slices apart, to neighbouring slices.
+/// Below this ratio, noise hides the grains.
 const VISIBLE: f64 = 1.2;
-/// Largest share of a difference with one sign.
+/// Largest share of a difference that has the same sign.
 const ONE_SIGN: f64 = 0.6;
-/// Largest change of the mean, in standard deviations of the grey values of a slice, because the mean changes where
-/// another body begins.
+/// Largest change of the mean grey value at a gap, in standard deviations of the grey values of a slice. A larger
+/// change shows that another body begins.
 const SAME_BODY: f64 = 0.1;
 /// Number of pairs of slices before and after a gap from which the usual differences are computed.
 const NEARBY: usize = 6;
 /// Number of pairs of slices before and after a gap that must show the same content.
 const AROUND: usize = 2;
-/// Slices are in reversed order if the ends fit after another reversal: the largest ratio of the mean squared differences
-/// with and without this reversal.
+/// Largest ratio of the mean squared differences with and without a reversal of the slices between two gaps. Below this
+/// ratio, the slices are in reversed order.
 const FITS: f64 = 0.7;
 
 /// A place at which slices are missing or in the wrong order.
@@ -39,7 +39,8 @@ const FITS: f64 = 0.7;
 struct Gap {
     /// The last slice before the gap, counted from 0.
     slice: usize,
-    /// Distance of two slices that differ as much elsewhere; `None` if it exceeds [`LAGS`].
+    /// Number of slices by which two slices are apart that differ as much elsewhere in the image; `None` if it exceeds
+    /// [`LAGS`].
     distance: Option<usize>,
 }
 
@@ -59,7 +60,7 @@ pub(super) fn interrupted(
     let mut at = 0;
     while let Some(gap) = gaps.get(at) {
         let i = gap.slice;
-        // the other end of a reversed block may differ less: it need not be a gap itself
+        // the difference at the other end of a reversed block may be too small to count as a gap
         let fits = |j: usize| {
             let jumps = pairs[i].squares[0].zip(pairs[j].squares[0]);
             let limit = FITS * jumps.map_or(0.0, |(a, b)| a.min(b));

@@ -140,7 +140,7 @@ pub(super) fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     values.get(values.len() / 2).copied()
 }
 
-/// Lists texts, or the first texts and the number of the others.
+/// Lists texts, or the first texts and the number of the remaining texts.
 pub(super) fn listed(texts: &[String], separator: &str) -> String {
     let mut parts: Vec<String> = texts.iter().take(LISTED).cloned().collect();
     if texts.len() > LISTED {

@@ -25,9 +25,9 @@ pub(super) fn six(nodes: Vec<Point>, hexahedra: &[[u32; 8]]) -> TetMesh {
 }
 
 /// Divides each hexahedron into twelve tetrahedra: each inner face and the centres of its two hexahedra form four
-/// tetrahedra. A boundary face has only one hexahedron; the centre of the face replaces the centre of the second one.
-/// `sides` contains the names of the surfaces for boundary faces on the bottom, top, front, right, back and left of a
-/// hexahedron.
+/// tetrahedra. A boundary face has only one hexahedron; the centre of the face replaces the centre of the second
+/// hexahedron. `sides` contains the names of the surfaces for boundary faces on the bottom, top, front, right, back and
+/// left of a hexahedron.
 pub(super) fn twelve(mut nodes: Vec<Point>, hexahedra: &[[u32; 8]], sides: [&str; 6]) -> TetMesh {
     let mut faces: Vec<HexFace> = Vec::with_capacity(6 * hexahedra.len());
     for hex in hexahedra {

@@ -23,7 +23,7 @@ const STEP: f64 = 0.05;
 const DIRECTED: f64 = 0.3;
 /// Number of rounds in which the factors of the grain fractions are corrected in a mesh with several phases.
 const ROUNDS: usize = 6;
-/// In one round, a factor is multiplied by a number between these bounds.
+/// Bounds of the number by which one round multiplies the factor of a grain fraction.
 const FACTORS: [f64; 2] = [0.5, 2.0];
 
 /// Mixtures of matrix and grain in the tetrahedra of a mesh that does not resolve the grains.

@@ -207,8 +207,8 @@ fn noise_and_sampling_do_not_change_the_branches() {
             let kinds: Vec<BranchKind> = branches.iter().map(|b| b.kind).collect();
             assert_eq!(kinds, test.kinds, "{place}: {branches:?}");
             for (k, (branch, corner_s)) in branches.iter().zip(&corners_s).enumerate() {
-                // no reading lies between the corner and the first reading of the branch, unless that reading is at the
-                // corner up to the tolerance
+                // the first reading of the branch is the first reading after the corner; an earlier reading is allowed
+                // only within the tolerance of the corner
                 let start_s = times[branch.readings.start];
                 let neighbours = &corners_s[k.saturating_sub(1)..(k + 2).min(corners_s.len())];
                 let shortest_s = neighbours

@@ -10,9 +10,9 @@ ppl::model! {
     /// The likelihood of `calibration_on` for several tests of one material. Each test has its own forward model,
     /// quantities, covariance between specimens and shared errors, all independent of the other tests.
     ///
-    /// `theta` contains the parameters: shared by all tests, of one test, or at the ends of a trend. A varying parameter has a
-    /// common centre in `theta` or a trend, the standard deviation `spread` of its logarithm between tests, and the
-    /// value `in_test` in each test.
+    /// `theta` contains the parameters that all tests share, the parameters of one test, and the values at the ends of
+    /// trends. A varying parameter has a centre, which is in `theta` or on a trend, the standard deviation `spread` of
+    /// its logarithm between tests, and the value `in_test` in each test.
     pub fn calibration_over_tests(tests: &JointTests) {
         let mut parameters: Vec<Real> = Vec::new();
         #[dims(parameter)]

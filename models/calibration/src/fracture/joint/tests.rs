@@ -262,7 +262,8 @@ fn deviations_from_a_trend_are_those_of_quadrature() {
     let (bottom, width) = (200f64.ln(), 2f64.ln());
     let normal: Vec<(f64, f64)> =
         midpoints(-4.5, 4.5, 60).into_iter().map(|z| (z, (-0.5 * z * z).exp())).collect();
-    // likelihood of a test and its product with E, for a value E of the trend
+    // likelihood of a test if the trend has the value `e`, integrated over the deviation of E from the trend; and the
+    // integrals of the likelihood times E and times E²
     let of_test = |test: usize, e: f64, spread: f64| {
         let share = (e.ln() - bottom) / width;
         let logit = (share / (1.0 - share)).ln();
@@ -308,7 +309,7 @@ fn new_tests_have_the_parameters_of_the_population() {
         let exact = ends[0].powf(0.25) * ends[1].powf(0.75);
         assert!((row[0] / exact - 1.0).abs() < 1e-9, "{row:?} {exact}");
     }
-    // at the ends, the values are those of the calibrated tests
+    // at the ends of the trend, the values equal the values in the calibrated tests
     for (row, ends) in draws(20.0).iter().zip(theta.chunks(2)) {
         assert!((row[0] / ends[0] - 1.0).abs() < 1e-9, "{row:?} {ends:?}");
     }
@@ -338,7 +339,8 @@ fn new_tests_have_the_parameters_of_the_population() {
     assert!((variance - 1.0).abs() < 4.0 * (2.0 / n).sqrt(), "{variance}");
 }
 
-/// A parameter that is proportional to a power of the rate is a straight line over the logarithm of the rate.
+/// If a parameter is proportional to a power of the rate, its logarithm is a linear function of the logarithm of the
+/// rate.
 #[test]
 fn a_power_law_of_the_rate_is_a_trend() {
     let tests = three_temperatures().0;

@@ -10,7 +10,7 @@ use crate::qoi::Quantity;
 use crate::report::{DamageState, PredictedBand, Qoi};
 use crate::table::CsvTable;
 
-/// Loads the measured quantities of interest, without those that a specimen lacks.
+/// Loads the measured quantities of interest; quantities that a specimen lacks are omitted.
 pub(super) fn experiments(
     inputs: &Inputs<'_>,
     quantities: &[Quantity],

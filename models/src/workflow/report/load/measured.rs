@@ -18,8 +18,8 @@ use crate::qoi::Quantity;
 use crate::report::{Finding, Points, Results, SpecimenFacts};
 use crate::table::{CsvTable, TableRow};
 
-/// Returns the curve of a confirming simulation, starting at the origin, as recorded by a machine with the
-/// properties among the parameters of the simulation.
+/// Returns the curve of a confirming simulation as a testing machine records it, starting at the origin. Properties of
+/// the machine that are parameters of the simulation have the values of these parameters.
 pub(super) fn confirmed(inputs: &Inputs<'_>, label: &str) -> Result<Points, WorkflowError> {
     let curve = read_curve(inputs.file(&format!("curves/{label}.csv"))?)?;
     let path = inputs.file("confirm_runs.csv")?;

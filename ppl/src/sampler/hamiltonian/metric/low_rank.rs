@@ -21,7 +21,7 @@ pub(crate) struct LowRank {
     values: Vec<f64>,
 }
 
-/// Number of leading directions that are computed for the draws, and again for the scores (gradients of the log
+/// Number of leading directions of the draws, and number of leading directions of the scores (gradients of the log
 /// density).
 const DIRECTIONS: usize = 16;
 /// Number of subspace iterations.

@@ -13,7 +13,8 @@ const SMALLEST_COMPONENT: usize = 3;
 
 /// Returns the label of each tetrahedron: the number of the grain that contains most of its sample points, or 0 for
 /// matrix. Small components are relabelled. Grains that share nodes in the mesh although they do not touch in the
-/// specimen are separated by matrix; likewise grains from the ends of the cylinder.
+/// specimen are separated by matrix. Grains that do not touch an end of the cylinder are separated from this end in the
+/// same way.
 pub(super) fn labels(how: &Conforming, mesh: &TetMesh, around: &Adjacency) -> Vec<u32> {
     let mut labels: Vec<u32> = (0..mesh.tets.len())
         .into_par_iter()
