@@ -41,21 +41,40 @@
 //! 4. `coverage`: coverage of intervals, measured in simulated experiments with known parameters
 //! 5. `report`: figures and the HTML report; depends on results, but not on the workflow
 //! 6. `prony`: Prony series, fitted to relaxation tests and dynamic tests
-//! 7. `workflow`: the stages, which are listed in a table; each key and file that a stage reads is recorded as its
-//!    input
-//! 8. `study`: several calibrations, and jobs of a cluster
-//! 9. `registry`, `cli`: extensions for programs that a user writes, and the command line
+//! 7. `results_folder`: files of a results folder, and who wrote them
+//! 8. `simulation`: one simulation of the test of a case
+//! 9. `pipeline`: inputs and products of a running stage; each key and file that a stage reads is recorded as its input
+//! 10. `experiments`: measured and virtual specimens
+//! 11. `specimen`: image, grains and mesh of a simulation
+//! 12. `runs`: the simulations of an ensemble
+//! 13. `forward`: surrogate, its errors, and predictions from the posterior
+//! 14. `rules`: rules on results that restrict the verdict "identified"
+//! 15. `stages`: the stages, and their table
+//! 16. `check`: what `breccia check` reports
+//! 17. `workflow`: a case and its results folder; commands that continue, report, copy and share it
+//! 18. `study`: several calibrations, and jobs of a cluster
+//! 19. `registry`, `cli`: extensions for programs that a user writes, and the command line
 //!
 //! The modules depend on the crate [`breccia_calibration`], which is the module [`calibration`]: curves, quantities of
 //! interest and calibration models.
 
 pub mod case;
+mod check;
 mod cli;
 pub mod coverage;
+mod experiments;
+mod forward;
+mod pipeline;
 mod progress;
 pub mod prony;
 mod registry;
 pub mod report;
+mod results_folder;
+mod rules;
+mod runs;
+mod simulation;
+mod specimen;
+mod stages;
 pub mod study;
 mod virtual_specimen;
 pub mod workflow;

@@ -5,16 +5,16 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::WorkflowError;
-use super::files::{IMPORTED, INPUTS, SPECIMENS, VALUES, same_file};
-use super::freshness::STAGES_FILE;
 use super::in_place::is_case_of_folder;
-use super::product_folder::{Owner, ProductFolder};
 use crate::case::{
     Case, CaseFile, make_absolute, validations_with_absolute_paths, with_absolute_paths,
 };
 use crate::error::InputError;
+use crate::pipeline::freshness::STAGES_FILE;
 use crate::progress::say;
+use crate::results_folder::error::WorkflowError;
+use crate::results_folder::files::{IMPORTED, INPUTS, SPECIMENS, VALUES, same_file};
+use crate::results_folder::product_folder::{Owner, ProductFolder};
 use crate::specimen_files::{SpecimenFiles, recorded_file};
 
 /// Name of the file that records to which case a results folder belongs.

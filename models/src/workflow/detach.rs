@@ -7,22 +7,24 @@ use std::sync::atomic::AtomicBool;
 
 use toml::Table;
 
-use super::content_hash::ContentHash;
+use super::Workflow;
 use super::copies::{Copies, ORIGIN};
-use super::files::{INPUTS, SPECIMENS};
-use super::folder_copies::{copy_file_with_time, copy_tree};
-use super::freshness::{STAGES_FILE, finished_in};
 use super::in_place::named_by_table;
-use super::locks::{self, holder};
-use super::neighbours::Neighbours;
-use super::product_folder::{FolderAccess, Owner, ProductFolder};
-use super::sources::{Move, Origin};
-use super::stages::STAGES;
-use super::validation_folders::folder_of;
-use super::{Workflow, WorkflowError};
 use crate::case::{Case, CaseFile, PROGRAM, visit_paths};
 use crate::experiment::SpecimenTable;
+use crate::experiments::validation_folders::folder_of;
+use crate::pipeline::freshness::{STAGES_FILE, finished_in};
+use crate::pipeline::neighbours::Neighbours;
 use crate::progress::say;
+use crate::results_folder::content_hash::ContentHash;
+use crate::results_folder::error::WorkflowError;
+use crate::results_folder::files::{INPUTS, SPECIMENS};
+use crate::results_folder::folder_copies::{copy_file_with_time, copy_tree};
+use crate::results_folder::locks;
+use crate::results_folder::locks::holder;
+use crate::results_folder::product_folder::{FolderAccess, Owner, ProductFolder};
+use crate::results_folder::sources::{Move, Origin};
+use crate::stages::table::STAGES;
 
 /// Command that messages about written files name.
 const COMMAND: &str = "study";
@@ -424,7 +426,7 @@ mod tests {
         };
         let (old, new) = (Origin::of(&old, &from), Origin::of(&new, &to));
         let identity = |origin: &Origin<'_>, files: [&str; 2]| {
-            let mut sources = super::super::sources::Sources::default();
+            let mut sources = crate::results_folder::sources::Sources::default();
             ["design", "material"].iter().for_each(|key| sources.read_part(origin, key));
             files.iter().for_each(|file| sources.read_file(origin, file));
             format!("{}level = 0.7 mm\n", sources.manifest())

@@ -2,15 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use super::files::{IMPORTED, SPECIMENS, VALUES, same_file};
-use super::freshness::STAGES_FILE;
-use super::pattern::{folder, matches};
-use super::stages::STAGES;
-use super::written::WRITTEN;
-use super::{InputInPlace, WorkflowError};
 use crate::case::{CaseFile, named_paths};
 use crate::experiment::curve_file;
+use crate::pipeline::freshness::STAGES_FILE;
+use crate::results_folder::error::{InputInPlace, WorkflowError};
+use crate::results_folder::files::{IMPORTED, SPECIMENS, VALUES, same_file};
+use crate::results_folder::pattern::{folder, matches};
+use crate::results_folder::written::WRITTEN;
 use crate::specimen_files::recorded_file;
+use crate::stages::table::STAGES;
 use crate::table_format::DetectedTable;
 
 /// Files that are copied into a results folder when the folder is opened. If an input of the case already

@@ -3,18 +3,19 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-use super::common_specimens::refuse_counted_twice;
-use super::cores::Cores;
+use super::Workflow;
 use super::in_place::check_inputs;
-use super::joint::folders;
-use super::neighbours::Together;
-use super::product_folder::{FolderAccess, ProductFolder};
-use super::stage::Stage;
-use super::stages::{JOINT_STAGES, STAGES};
-use super::validation_folders::refuse_calibrated_by_others;
-use super::{Workflow, WorkflowError};
 use crate::case::{CaseFile, SingleTest, single_tests};
+use crate::experiments::common_specimens::refuse_counted_twice;
+use crate::experiments::validation_folders::refuse_calibrated_by_others;
+use crate::pipeline::neighbours::Together;
+use crate::pipeline::stage::Stage;
 use crate::progress::speaking_for;
+use crate::results_folder::cores::Cores;
+use crate::results_folder::error::WorkflowError;
+use crate::results_folder::product_folder::{FolderAccess, ProductFolder};
+use crate::stages::joint::folders;
+use crate::stages::table::{JOINT_STAGES, STAGES};
 
 /// Stages of a test that the joint calibration needs.
 const BEFORE: [&str; 5] = ["segment", "mesh", "experiments", "ensemble", "surrogate"];

@@ -1,10 +1,12 @@
 //! Running a single stage: all files that the stage reads must be up to date.
 
-use super::stage::Stage;
-use super::stages::STAGES;
+use super::Workflow;
 use super::status::{StageStatus, status};
-use super::{Workflow, WorkflowError, report};
+use crate::pipeline::stage::Stage;
 use crate::progress::say;
+use crate::results_folder::error::WorkflowError;
+use crate::stages::report;
+use crate::stages::table::STAGES;
 
 /// File name of the report.
 const REPORT: &str = "report.html";

@@ -1,10 +1,11 @@
 //! Files of the user at the paths of products. Such a file stops the stage, is used instead of the product, or is
 //! replaced if the user allows it.
 
-use super::pattern::folder;
-use super::stage::Stage;
-use super::task::StageRecord;
-use super::{Workflow, WorkflowError};
+use super::Workflow;
+use crate::pipeline::stage::Stage;
+use crate::pipeline::task::StageRecord;
+use crate::results_folder::error::WorkflowError;
+use crate::results_folder::pattern::folder;
 
 impl Workflow<'_> {
     /// Fails if a file of the user has the path of a product of the stage and may not be replaced.

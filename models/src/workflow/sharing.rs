@@ -2,11 +2,12 @@
 
 use std::sync::atomic::AtomicBool;
 
-use super::freshness::{Freshness, Records, finished_in};
-use super::stage::Stage;
-use super::task::StageRecord;
-use super::{Workflow, WorkflowError};
+use super::Workflow;
+use crate::pipeline::freshness::{Freshness, Records, finished_in};
+use crate::pipeline::stage::Stage;
+use crate::pipeline::task::StageRecord;
 use crate::progress::say;
+use crate::results_folder::error::WorkflowError;
 
 impl Workflow<'_> {
     /// Takes part in the shared work of a stage. Returns when other processes are doing all remaining work.

@@ -9,18 +9,20 @@ use fem::{
     Observer, Outcome, Ranks, SolverOptions, TetMesh, vtu, write_curve,
 };
 
-use super::WorkflowError;
-use super::damage_of::damage_of;
-use super::effort_file::EffortFile;
 use super::in_place::{SIMULATION, check_inputs};
-use super::product_folder::{FolderAccess, ProductFolder};
-use super::quadrature::quadrature_note;
-use super::resolution::resolution_note;
 use super::simulate_outside::simulate_outside;
-use super::simulator::{Setup, Simulator, failure};
-use super::specimen::mesh_of;
 use crate::case::CaseFile;
 use crate::progress::{Bar, say};
+use crate::results_folder::effort_file::EffortFile;
+use crate::results_folder::error::WorkflowError;
+use crate::results_folder::product_folder::{FolderAccess, ProductFolder};
+use crate::runs::quadrature::quadrature_note;
+use crate::simulation::resolution::resolution_note;
+use crate::simulation::run_values::failure;
+use crate::simulation::setup::Setup;
+use crate::simulation::simulator::Simulator;
+use crate::specimen::build::mesh_of;
+use crate::specimen::damage_of::damage_of;
 
 /// Device that solves the linear systems.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]

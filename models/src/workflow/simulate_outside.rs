@@ -7,16 +7,16 @@ use std::time::SystemTime;
 use fem::{RunInput, RunStatus};
 use ppl::Univariate;
 
-use super::WorkflowError;
-use super::inputs::Inputs;
-use super::run_source::RequestedRuns;
-use super::run_sources::source_of;
-use super::runs::{NamedRuns, folder_of_runs};
-use super::simulator::quantities;
-use super::stage::Stage;
-use super::task::Task;
 use crate::case::CaseFile;
+use crate::pipeline::inputs::Inputs;
+use crate::pipeline::stage::Stage;
+use crate::pipeline::task::Task;
 use crate::progress::say;
+use crate::results_folder::error::WorkflowError;
+use crate::runs::ensemble_runs::{NamedRuns, folder_of_runs};
+use crate::runs::run_source::RequestedRuns;
+use crate::runs::run_sources::source_of;
+use crate::simulation::run_values::quantities;
 
 /// Subfolder of the results with the folders of single runs.
 const FOLDER: &str = "simulate";

@@ -4,16 +4,16 @@
 use std::fmt;
 use std::path::Path;
 
-use super::WorkflowError;
 use super::copies::Copies;
-use super::ensemble::{Progress, progress};
-use super::freshness::{Freshness, Records, finished_in};
-use super::inputs::Inputs;
-use super::level_runs::FOLDER;
-use super::locks::{has_locks, holder};
-use super::stage::Stage;
-use super::stages::{STAGES, stages_of};
 use crate::case::CaseFile;
+use crate::pipeline::freshness::{Freshness, Records, finished_in};
+use crate::pipeline::inputs::Inputs;
+use crate::pipeline::stage::Stage;
+use crate::results_folder::error::WorkflowError;
+use crate::results_folder::locks::{has_locks, holder};
+use crate::runs::level_runs::FOLDER;
+use crate::stages::ensemble::{Progress, progress};
+use crate::stages::table::{STAGES, stages_of};
 
 /// Progress of a stage.
 #[derive(Clone, Debug, PartialEq)]

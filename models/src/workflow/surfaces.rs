@@ -8,16 +8,16 @@ use fem::{
 };
 use rayon::prelude::*;
 
-use super::image_inputs;
-use super::images;
+use super::Workflow;
 use super::in_place::SURFACES;
-use super::inputs::Inputs;
-use super::segmented_grains::SegmentedGrains;
-use super::specimen::{direct_mesh, imported_grains, packed};
-use super::stage::Stage;
-use super::{Workflow, WorkflowError};
 use crate::case::SpecimenGeometry;
+use crate::pipeline::inputs::Inputs;
+use crate::pipeline::stage::Stage;
 use crate::progress::say;
+use crate::results_folder::error::WorkflowError;
+use crate::specimen::build::{direct_mesh, imported_grains, packed};
+use crate::specimen::segmented_grains::SegmentedGrains;
+use crate::specimen::{image_inputs, images};
 use crate::table::to_csv;
 
 /// Name of the command.
