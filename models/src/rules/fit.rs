@@ -106,7 +106,7 @@ fn simulated(inputs: &Inputs<'_>) -> Result<Vec<f64>, WorkflowError> {
 
 /// Misfit of each compared quantity with its threshold; if `confirmed`, also the misfit of the
 /// simulation.
-pub(in crate::workflow) fn verdicts(
+pub(crate) fn verdicts(
     inputs: &Inputs<'_>,
     confirmed: bool,
 ) -> Result<Vec<QuantityMisfit>, WorkflowError> {

@@ -1,14 +1,14 @@
 //! The simulation of a case whose parameters are set for each run.
 
-use std::collections::BTreeMap;
-
 use fem::{
     ComputeDevice, CurvePoint, FemError, Homogenisation, Order, Outcome, Problem, Ranks, Schedule,
     SolverOptions, TetMesh, Unsupported,
 };
 
 use super::setup::Setup;
-use crate::case::{ConditionsCase, InterfaceCase, Parameter, SimulationParts, TargetError};
+use crate::case::{
+    ConditionsCase, InterfaceCase, MachineCase, Parameter, SimulationParts, TargetError,
+};
 use crate::results_folder::error::WorkflowError;
 
 /// Simulation of a case whose parameters can be set for each run.

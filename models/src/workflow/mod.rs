@@ -102,6 +102,7 @@ use crate::progress::{say, speaking_for};
 use crate::report::Results;
 use crate::results_folder::editable::finished_before;
 use crate::results_folder::locks::lock;
+use crate::stages::report;
 use copies::Copies;
 use in_place::check_inputs;
 

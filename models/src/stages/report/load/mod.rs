@@ -26,18 +26,16 @@ use crate::rules::warnings::{of_rules, of_stages};
 use crate::specimen::images;
 use crate::specimen::images::{FIRST, segmented_file};
 use crate::table::{CsvTable, TableRow};
-pub(in crate::workflow) use posterior::{
-    divergences, evidence, parameters, sensitivities, summary,
-};
+pub(crate) use posterior::{divergences, evidence, parameters, sensitivities, summary};
 
 /// Reads the results of all stages.
-pub(in crate::workflow) fn load(inputs: &Inputs<'_>) -> Result<Results, WorkflowError> {
+pub(crate) fn load(inputs: &Inputs<'_>) -> Result<Results, WorkflowError> {
     load_done(inputs, &|_| true)
 }
 
 /// Reads the results of the stages for which `done` is true. For an unfinished ensemble, reads the runs that have
 /// ended.
-pub(in crate::workflow) fn load_done(
+pub(crate) fn load_done(
     inputs: &Inputs<'_>,
     done: &dyn Fn(&str) -> bool,
 ) -> Result<Results, WorkflowError> {
