@@ -27,7 +27,7 @@
 //! ```
 //!
 //! The program calibrates a case, which `breccia init` writes: see [`Workflow`]. [`program`] is the program with quantities
-//! of interest ([`Qoi`]) and parameters ([`Target`]) of your own. The keys of a case are in [`case`], studies in [`study`],
+//! of interest ([`Qoi`]), parameters ([`Target`]), stages ([`Stage`]) and sections of the report ([`ReportSection`]) of your own. The keys of a case are in [`case`], studies in [`study`],
 //! stages in [`workflow`], and further calibration models in [`calibration`].
 //!
 //! # Modules
@@ -92,6 +92,8 @@ use breccia_calibration::{
 };
 pub use case::{Case, CaseFile, SimulationParts, Target, TargetError, VirtualCase};
 pub use cli::program;
+pub use pipeline::extensions::ReportSection;
+pub use pipeline::task::Task;
 pub use registry::Registry;
 pub use study::{Study, StudyCase, StudyFile};
 pub use workflow::{

@@ -110,7 +110,7 @@ fn assert_refused(dir: &Path, command: &[&str], name: &str) {
 /// Loops over the table of stages, so that a new product is tested as soon as it is declared.
 #[test]
 fn a_stage_stops_at_a_file_of_the_users_in_the_place_of_any_product() {
-    for stage in &STAGES {
+    for stage in STAGES.iter() {
         for product in stage.products {
             let name = example(product);
             let dir = folder_with(std::slice::from_ref(&name));

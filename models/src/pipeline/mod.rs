@@ -5,6 +5,7 @@
 //! neighbouring results folder has the same products (`neighbours`).
 
 pub(crate) mod adoption;
+pub(crate) mod extensions;
 pub(crate) mod freshness;
 pub(crate) mod gate;
 pub(crate) mod inputs;

@@ -2,6 +2,7 @@
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
+use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -9,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::inputs::Inputs;
 use super::neighbours::Neighbours;
+use crate::case::Case;
 use crate::progress::say;
 use crate::results_folder::content_hash::ContentHash;
 use crate::results_folder::cores::{Core, Cores};
@@ -102,8 +104,9 @@ impl StageRecord {
     }
 }
 
-/// Context of a running stage.
-pub(crate) struct Task<'a> {
+/// Context of a running stage: the case and the results of earlier stages, the products, and the warnings. A stage
+/// depends on everything that is read through its task.
+pub struct Task<'a> {
     pub(crate) inputs: Inputs<'a>,
     pub(crate) threads: usize,
     pub(crate) interrupt: &'a AtomicBool,
@@ -201,6 +204,27 @@ impl<'a> Task<'a> {
         work(1 + spare.len())
     }
 
+    /// The case with all default values. The stage is run again after each change of the case.
+    pub fn case(&self) -> &Case {
+        self.inputs.case()
+    }
+
+    /// Path of a file that an earlier stage has written, such as `posterior.csv`.
+    ///
+    /// # Errors
+    /// If the file does not exist, or if the stage that writes the file has to be run again.
+    pub fn file(&self, name: &str) -> Result<PathBuf, WorkflowError> {
+        self.inputs.file(name)
+    }
+
+    /// Text of a file that an earlier stage has written.
+    ///
+    /// # Errors
+    /// The errors of [`Task::file`], and if the file cannot be read.
+    pub fn text(&self, name: &str) -> Result<String, WorkflowError> {
+        self.inputs.text(name)
+    }
+
     /// Path of a file or folder in the results folder that is not a product, such as the folder of an ensemble.
     pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.dir.join(name)
@@ -224,8 +248,11 @@ impl<'a> Task<'a> {
         Ok(())
     }
 
-    /// Writes a product.
-    pub(crate) fn write(&self, name: &str, content: impl AsRef<[u8]>) -> Result<(), WorkflowError> {
+    /// Writes a product. Its name is one of the declared products of the stage.
+    ///
+    /// # Errors
+    /// Fails if a file of the user has the path of the product, or if the file cannot be written.
+    pub fn write(&self, name: &str, content: impl AsRef<[u8]>) -> Result<(), WorkflowError> {
         let content = self.folder.write(name, self.stage, content.as_ref())?;
         self.remember(name, content);
         Ok(())
@@ -238,7 +265,7 @@ impl<'a> Task<'a> {
 
     /// Issues a warning about an error that the intervals do not include, or about a reason to doubt the result. The
     /// warning is printed and recorded for the stage `verdict`.
-    pub(crate) fn warn(&self, text: &str) {
+    pub fn warn(&self, text: &str) {
         say("warning", text);
         self.warnings.borrow_mut().push(text.replace('\n', " "));
     }
@@ -256,7 +283,10 @@ impl<'a> Task<'a> {
     }
 
     /// Writes a product as a CSV table.
-    pub(crate) fn write_csv<H, R>(
+    ///
+    /// # Errors
+    /// The errors of [`Task::write`].
+    pub fn write_csv<H, R>(
         &self,
         name: &str,
         header: H,
@@ -282,7 +312,11 @@ impl<'a> Task<'a> {
         self.write(name, text)
     }
 
-    pub(crate) fn check_interrupt(&self) -> Result<(), WorkflowError> {
+    /// Returns an error if the user has interrupted the program. A stage that computes for long calls this repeatedly.
+    ///
+    /// # Errors
+    /// [`WorkflowError::Interrupted`].
+    pub fn check_interrupt(&self) -> Result<(), WorkflowError> {
         match self.interrupt.load(Ordering::Relaxed) {
             true => Err(WorkflowError::Interrupted),
             false => Ok(()),
@@ -296,5 +330,14 @@ impl<'a> Task<'a> {
             sources: self.inputs.sources(),
             products: self.products.into_inner(),
         }
+    }
+}
+
+impl fmt::Debug for Task<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Task")
+            .field("stage", &self.stage)
+            .field("dir", &self.dir)
+            .finish_non_exhaustive()
     }
 }

@@ -23,6 +23,8 @@ pub(crate) struct Results {
     pub(crate) provenance: Option<Provenance>,
     /// Keys of the case that differ from their defaults.
     pub(crate) changed_keys: Vec<ChangedKey>,
+    /// Title and HTML of each section that a program of the user adds.
+    pub(crate) further_sections: Vec<(&'static str, String)>,
     /// Settings that the methods paragraph states; `None` if they are not known.
     pub(crate) methods: Option<Methods>,
     /// The effective case, as text.

@@ -2,6 +2,7 @@
 
 use super::RULES;
 use super::rule::Warning;
+use crate::pipeline::extensions::further_stages;
 use crate::pipeline::inputs::Inputs;
 use crate::results_folder::error::WorkflowError;
 use crate::results_folder::files::{WARNING_STAGES, warnings_of};
@@ -30,7 +31,8 @@ pub(crate) fn of_stages(
     is_done: &dyn Fn(&str) -> bool,
 ) -> Result<Vec<Warning>, WorkflowError> {
     let mut warnings = Vec::new();
-    for stage in WARNING_STAGES.iter().filter(|stage| is_done(stage)) {
+    let further = further_stages().iter().map(|stage| stage.name);
+    for stage in WARNING_STAGES.into_iter().chain(further).filter(|stage| is_done(stage)) {
         let name = warnings_of(stage);
         if inputs.file_if_there(&name).is_none() {
             continue;

@@ -1,18 +1,29 @@
 //! Table of the stages: name, products and function of each.
 
+use std::sync::LazyLock;
+
 use super::{
     calibrate, confirm, ensemble, experiments, joint, next_test, report, surrogate, validate,
     verdict,
 };
 use crate::case::Case;
 use crate::experiments::validation_folders::VALIDATE;
+use crate::pipeline::extensions::further_stages;
 use crate::pipeline::stage::Stage;
 use crate::progress::say;
 use crate::results_folder::pattern::matches;
 use crate::specimen::{mesh, segment};
 
-/// All stages in order. A new stage is an entry here and a module in this folder.
-pub static STAGES: [Stage; 11] = [
+/// All stages in order: the stages of Breccia, and before `verdict` the stages that a program of the user adds.
+pub static STAGES: LazyLock<Vec<Stage>> = LazyLock::new(|| {
+    let mut stages = BUILT_IN.to_vec();
+    let verdict = stages.iter().position(|stage| stage.name == "verdict").unwrap_or(stages.len());
+    stages.splice(verdict..verdict, further_stages().iter().copied());
+    stages
+});
+
+/// The stages of Breccia in order. A new stage is an entry here and a module in this folder.
+pub(crate) const BUILT_IN: [Stage; 11] = [
     Stage {
         name: "segment",
         about: "Find the grains of an image, or of a virtual scan: labels.tif, grains.csv, segment.csv",
@@ -257,6 +268,17 @@ impl Stage {
         let writes = |product: &&str| matches(product, file);
         let mut all = STAGES.iter().chain(&JOINT_STAGES);
         all.find(|stage| stage.products.iter().any(writes)).map(|stage| stage.name)
+    }
+
+    /// Whether two stages have the same name, or a product in common.
+    pub(crate) fn conflicts_with(&self, other: &Self) -> bool {
+        let example = |product: &str| product.replace('#', "1").replace('*', "a");
+        let writes = |stage: &Self, product: &str| {
+            stage.products.iter().any(|pattern| matches(pattern, &example(product)))
+        };
+        self.name == other.name
+            || self.products.iter().any(|product| writes(other, product))
+            || other.products.iter().any(|product| writes(self, product))
     }
 
     /// The products that the stage may write for a case.

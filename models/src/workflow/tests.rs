@@ -75,7 +75,7 @@ fn a_folder_without_a_record_of_files_is_taken_over_by_its_stages() {
 
 #[test]
 fn every_product_belongs_to_one_stage() {
-    for stage in &STAGES {
+    for stage in STAGES.iter() {
         for product in stage.products {
             let name = product.replace('#', "1").replace('*', "a b");
             assert_eq!(Stage::that_writes(&name), Some(stage.name), "{product}");

@@ -4,7 +4,8 @@
 //! 1. `parts`: tables, figures and captions
 //! 2. `made`, `unfinished`, `parameters`, `warnings`, `misfit`, `budget`, `sensitivity`: the conclusions
 //! 3. `specimens`, `curves`, `surrogate`, `posterior`, `correlations`, `sampling`: data, surrogate and posterior
-//! 4. `predictions`, `confirmation`, `validation`, `damage`, `further`: predictions and further tests
+//! 4. `predictions`, `confirmation`, `validation`, `damage`, `further`, `further_sections`: predictions, further tests, and
+//!    the sections of a user's program
 //! 5. `specimen`, `methods`, `inputs`, `case_file`: how the results were made
 //! 6. `several_tests`: the page of a case with several tests, from these sections
 
@@ -15,6 +16,7 @@ mod correlations;
 mod curves;
 mod damage;
 mod further;
+mod further_sections;
 mod inputs;
 mod made;
 mod methods;
@@ -48,7 +50,7 @@ macro_rules! sections {
 
 /// Returns the report as HTML, with inline figures.
 pub(crate) fn page(results: &Results) -> String {
-    let sections: [Option<Markup>; 22] = sections!(
+    let sections: [Option<Markup>; 23] = sections!(
         results,
         [
             made,
@@ -69,6 +71,7 @@ pub(crate) fn page(results: &Results) -> String {
             validation,
             damage,
             further,
+            further_sections,
             specimen,
             methods,
             inputs,

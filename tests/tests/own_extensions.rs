@@ -1,13 +1,13 @@
-//! A program that a user writes: `breccia` with one more quantity of interest and one more parameter, which are
-//! defined outside the crates of the workspace.
+//! A program that a user writes: `breccia` with one more quantity of interest, parameter, stage and section of the report,
+//! which are defined outside the crates of the workspace.
 
 use std::borrow::Cow;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use models::{
-    CaseFile, PeakedCurve, Qoi, QoiError, Registry, SimulationParts, Target, TargetError, Unit,
-    Workflow,
+    CaseFile, PeakedCurve, Qoi, QoiError, Registry, ReportSection, SimulationParts, Stage, Target,
+    TargetError, Task, Unit, Workflow, WorkflowError,
 };
 use surrogate::Dataset;
 
@@ -69,6 +69,34 @@ impl Target for StiffnessFactor {
     }
 }
 
+/// Stage that writes the smallest and the largest draw of the viscosity.
+fn extremes(task: &Task<'_>) -> Result<String, WorkflowError> {
+    let draws = task.text("posterior.csv")?;
+    let column = draws.lines().next().unwrap_or_default().split(',');
+    let column = column.into_iter().position(|name| name == "matrix.viscosity_mpa_s").unwrap();
+    let values = draws.lines().skip(1).map(|row| row.split(',').nth(column).unwrap());
+    let values: Vec<f64> = values.map(|cell| cell.parse().unwrap()).collect();
+    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = values.iter().copied().fold(0.0, f64::max);
+    if most > 2.0 * least {
+        task.warn("The largest viscosity is more than twice the smallest.");
+    }
+    let row = [least.to_string(), most.to_string()];
+    task.write_csv("extremes.csv", ["least", "most"], [row])?;
+    Ok(format!("viscosity between {least:.3} and {most:.3} MPa s"))
+}
+
+/// Section of the report with the content of `extremes.csv`.
+fn extremes_section(task: &Task<'_>) -> Result<Option<String>, WorkflowError> {
+    let table = task.text("extremes.csv")?;
+    let row = table.lines().nth(1).unwrap_or_default();
+    Ok(Some(format!("<p>Least and largest draw of the viscosity: {row} MPa s.</p>")))
+}
+
+fn extremes_stage() -> Stage {
+    Stage::new("extremes", "Find the extreme draws: extremes.csv", &["extremes.csv"], extremes)
+}
+
 /// Case with linear elements, 12 runs with derivatives, and three virtual specimens.
 const CASE: &str = r#"
 [specimen]
@@ -121,12 +149,27 @@ fn prior_variance() -> f64 {
     second / mass - (first / mass).powi(2)
 }
 
+#[test]
+#[should_panic(expected = "a product of the stage \"calibrate\"")]
+fn a_stage_with_the_product_of_another_stage_is_refused() {
+    let stage = Stage::new("extremes", "Find the extreme draws", &["summary.csv"], extremes);
+    let _ = Registry::standard().with_stage(stage);
+}
+
+#[test]
+#[should_panic(expected = "has the name")]
+fn a_stage_with_the_name_of_another_stage_is_refused() {
+    let _ = Registry::standard().with_stage(extremes_stage()).with_stage(extremes_stage());
+}
+
 /// Every stage uses the quantity and the parameter: both are columns of the tables and rows of the report. The
 /// derivatives of the runs agree with viscous damage, for which the secant stiffness is proportional to Young's modulus
 /// and does not depend on the viscosity. The toughness changes the derivatives by a few per cent.
 #[test]
-fn a_quantity_and_a_parameter_from_outside_are_calibrated() {
-    assert!(Registry::standard().with_qoi(SecantStiffness).with_target(StiffnessFactor).install());
+fn extensions_from_outside_are_part_of_the_program() {
+    let registry = Registry::standard().with_qoi(SecantStiffness).with_target(StiffnessFactor);
+    let section = ReportSection::new("Extreme draws", extremes_section);
+    assert!(registry.with_stage(extremes_stage()).with_section(section).install());
     for (from, to, parts) in [
         ("stiffness_factor = {", "stifness_factor = {", ["stifness_factor", "stiffness_factor"]),
         ("range = [0.9", "range = [-0.9", ["sample.stiffness_factor", "at least 0"]),
@@ -149,6 +192,7 @@ fn a_quantity_and_a_parameter_from_outside_are_calibrated() {
     for part in ["secant stiffness (N/mm)", "stiffness factor", "lognormal, 0.9 … 1.1"] {
         assert!(report.contains(part), "{part}");
     }
+    the_stage_and_the_section_are_there(&case, &out);
     let summary = text("summary.csv");
     let header: Vec<&str> = summary.lines().next().unwrap().split(',').collect();
     let row = summary.lines().find(|line| line.starts_with("sample.stiffness_factor,")).unwrap();
@@ -167,4 +211,30 @@ fn a_quantity_and_a_parameter_from_outside_are_calibrated() {
         assert!((by_factor * factor / stiffness - 1.0).abs() < 0.05, "{by_factor}");
         assert!((by_viscosity * viscosity / stiffness).abs() < 0.05, "{by_viscosity}");
     }
+}
+
+/// The stage writes its product and warning, the report has the section, and the stage runs again after a change of a file
+/// that it has read.
+fn the_stage_and_the_section_are_there(case: &CaseFile, out: &Path) {
+    let text = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
+    let table = text("extremes.csv");
+    let row: Vec<f64> =
+        table.lines().nth(1).unwrap().split(',').map(|cell| cell.parse().unwrap()).collect();
+    assert!(0.05 <= row[0] && row[0] < row[1] && row[1] <= 0.55, "{row:?}");
+    let report = text("report.html");
+    for part in ["<h2>Extreme draws</h2>", table.lines().nth(1).unwrap()] {
+        assert!(report.contains(part), "{part}");
+    }
+    let warning = "The largest viscosity is more than twice the smallest.";
+    assert_eq!(text("warnings.txt").contains(warning), row[1] > 2.0 * row[0]);
+    let stage = Stage::named("extremes").unwrap();
+    let interrupt = AtomicBool::new(false);
+    let due = || Workflow::open(case, out, 2, &interrupt).unwrap().due(stage);
+    assert_eq!(due(), None);
+    let draws = text("posterior.csv");
+    let shortened = draws.trim_end().rsplit_once('\n').unwrap().0;
+    std::fs::write(out.join("posterior.csv"), shortened).unwrap();
+    assert!(due().is_some_and(|reason| reason.contains("posterior.csv")));
+    std::fs::write(out.join("posterior.csv"), draws).unwrap();
+    assert_eq!(due(), None);
 }
