@@ -5,8 +5,9 @@
 //! but there most grey values change in the same direction. Where slices are missing, grains begin and end.
 
 use super::foreign::Foreign;
-use super::pairs::{LAGS, Pair, listed, median, neighbours};
+use super::pairs::{LAGS, Pair, median, neighbours};
 use super::samples::Samples;
+use crate::listing::listed;
 
 /// Slices may be missing between two slices if their mean squared difference exceeds this multiple of four values: the
 /// usual one and the second largest one of neighbouring slices nearby, and those at the previous and at the next pair of
