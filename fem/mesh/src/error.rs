@@ -77,7 +77,8 @@ pub enum MeshError {
     },
     /// The region index of a tetrahedron is not below the number of regions.
     #[error(
-        "tetrahedron {tet} has region index {region}, but the regions are {}; add its name to `regions`", listed(regions, ", ")
+        "tetrahedron {tet} has region index {region}, but the regions are {}; add its name to `regions`",
+        listed(regions, ", ")
     )]
     UnknownRegion {
         /// Number of the tetrahedron.

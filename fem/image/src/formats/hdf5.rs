@@ -16,8 +16,8 @@ use hdf5_reader::{
 
 use super::detached::DENSEST;
 use crate::ImageError;
-use crate::slices::names::file_name;
 use crate::listing::listed;
+use crate::slices::names::file_name;
 use crate::slices::sample::{NumberKind, SampleType};
 use crate::slices::stack::{SliceReader, SliceSource, Stack};
 use crate::slices::voxel_size::VoxelSize;
