@@ -29,7 +29,7 @@
 //! The modules in the order of their layers. A module imports from lower layers only, and no two files import each
 //! other.
 //!
-//! 1. `error`: errors of reading, writing and segmenting images
+//! 1. `error`: errors of reading, writing and segmenting images; `listing`: lists of examples in messages
 //! 2. `volume`: voxels, filters, distances, connected components
 //! 3. `slices`: order of slices, types of values, voxel sizes, continuity
 //! 4. `tiff`: stacks in TIFF files
@@ -45,6 +45,7 @@ mod error;
 mod formats;
 mod grains;
 mod labels;
+mod listing;
 mod locate;
 mod segment;
 mod slices;
@@ -58,6 +59,8 @@ pub use grains::score::{Score, score};
 pub use grains::statistics::SpecimenStatistics;
 pub use labels::rules::{LabelPhase, LabelRules, MATRIX, VOID};
 pub use labels::specimen::LabelledSpecimen;
+#[doc(hidden)] // `fem-mesh` lists examples in the same words
+pub use listing::listed;
 pub use locate::region::SpecimenRegion;
 pub use locate::specimen::SpecimenForm;
 pub use segment::Segmented;

@@ -4,6 +4,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use fem_image::listed;
+
 /// Error of a mesh: the fault, the affected entity and a remedy.
 ///
 /// Tetrahedra and nodes are numbered from 0, as in [`TetMesh`](crate::TetMesh).
@@ -75,7 +77,8 @@ pub enum MeshError {
     },
     /// The region index of a tetrahedron is not below the number of regions.
     #[error(
-        "tetrahedron {tet} has region index {region}, but the regions are {regions:?}; add its name to `regions`"
+        "tetrahedron {tet} has region index {region}, but the regions are {}; add its name to `regions`",
+        listed(regions, ", ")
     )]
     UnknownRegion {
         /// Number of the tetrahedron.
@@ -188,7 +191,7 @@ pub enum MeshError {
         jacobian_mm3: f64,
     },
     /// Several errors that one check of the mesh has found.
-    #[error("the mesh has {count} errors: {}{}", listed(first), if *count > first.len() { "; …" } else { "" })]
+    #[error("the mesh has {count} errors: {}{}", all_of(first), if *count > first.len() { "; …" } else { "" })]
     Several {
         /// The first errors.
         first: Vec<MeshError>,
@@ -209,7 +212,7 @@ pub enum MeshError {
         normal: [f32; 3],
     },
     /// The mesh has no region of the requested name.
-    #[error("there is no region `{name}`; the mesh has {regions:?}")]
+    #[error("there is no region `{name}`; the mesh has {}", listed(regions, ", "))]
     NoSuchRegion {
         /// The requested name.
         name: String,
@@ -252,6 +255,6 @@ impl MeshError {
     }
 }
 
-fn listed(faults: &[MeshError]) -> String {
+fn all_of(faults: &[MeshError]) -> String {
     faults.iter().map(MeshError::to_string).collect::<Vec<_>>().join("; ")
 }

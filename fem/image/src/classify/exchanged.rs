@@ -10,8 +10,13 @@ use crate::volume::filter::erode;
 
 /// Relative curvature of the interface below which the brighter material is hollow, whatever its connections are.
 const HOLLOW: f64 = -0.3;
-/// Relative curvature below which the brighter material is hollow if the darker material consists of separate parts.
+/// Relative curvature below which the brighter material is hollow if the darker material consists of separate parts and
+/// fills most of the specimen.
 const SLIGHTLY_HOLLOW: f64 = -0.1;
+/// Largest share of the brighter material in the volume for which a slight curvature counts. Separate dark grains with
+/// less than 40 % of the volume have a stronger curvature, but the gaps between touching bright grains have a slight
+/// curvature and consist of separate parts.
+const DENSE: f64 = 0.6;
 /// Largest share of the darker material, without its outermost voxels, in its largest connected part.
 const SEPARATE: f64 = 0.5;
 /// Smallest share of the brighter material in its largest connected part.
@@ -26,6 +31,8 @@ pub(crate) struct Shapes {
     pub(crate) dark_part: f64,
     /// Share of the brighter material in its largest connected part.
     pub(crate) bright_part: f64,
+    /// Share of the brighter material in the volume of both materials.
+    pub(crate) bright_share: f64,
 }
 
 impl Shapes {
@@ -45,13 +52,18 @@ impl Shapes {
             let all: usize = set.par_iter().map(|&voxel| usize::from(voxel)).sum();
             largest_component(shape, set) as f64 / all.max(1) as f64
         };
-        let dark_part = share(&erode(shape, &class(false)));
-        Some(Shapes { curvature, dark_part, bright_part: share(&class(true)) })
+        let voxels =
+            |set: &[u8]| set.par_iter().map(|&voxel| usize::from(voxel)).sum::<usize>() as f64;
+        let (dark, bright) = (class(false), class(true));
+        let bright_share = voxels(&bright) / (voxels(&dark) + voxels(&bright)).max(1.0);
+        let dark_part = share(&erode(shape, &dark));
+        Some(Shapes { curvature, dark_part, bright_part: share(&bright), bright_share })
     }
 
     /// Returns whether the brighter material probably surrounds grains of the darker material.
     pub(crate) fn is_exchanged(&self) -> bool {
         let is_separate = self.dark_part < SEPARATE && self.bright_part > CONNECTED;
-        self.curvature < HOLLOW || (self.curvature < SLIGHTLY_HOLLOW && is_separate)
+        let is_dense = self.bright_share < DENSE;
+        self.curvature < HOLLOW || (self.curvature < SLIGHTLY_HOLLOW && is_separate && is_dense)
     }
 }

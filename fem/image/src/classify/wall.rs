@@ -42,12 +42,14 @@ pub(crate) struct Continued {
 /// Replaces the air beyond the specimen's wall and ends by matrix. Where the edge of the image or of the specimen's
 /// region cuts the specimen, there is no air to replace. At such a cut, voxels just outside get the values of the
 /// nearest voxels inside. `matrix` is the matrix's grey value; `grains` are the voxels classified as grain; `sample`
-/// are the voxels away from the wall and from voids.
+/// are the voxels away from the wall and from voids. The blur and the error of the wall are measured where the wall has no
+/// grains, or everywhere if `bare_image` is given: the image without the contribution of the grains.
 pub(crate) fn continue_beyond(
     grey: &mut Volume<u16>,
     fit: &Fit,
     [inside, grains, sample]: [&[u8]; 3],
     [air, void, matrix]: [f64; 3],
+    bare_image: Option<&Volume<u16>>,
 ) -> Continued {
     let shape = grey.shape;
     let [nx, ny, _] = shape;
@@ -58,7 +60,8 @@ pub(crate) fn continue_beyond(
     let bare = bare(fit, shape, &ring, [grains, sample]);
     let covered = covered(fit, shape, inside, &ring);
     // `None` if the wall shows no air, for example if the whole specimen is cut out of a larger specimen
-    let share = share_at(grey, covered, bare.as_ref().unwrap_or(&ring), &ring);
+    let wall_image = bare_image.unwrap_or(grey);
+    let share = share_at(wall_image, covered, bare.as_ref().unwrap_or(&ring), &ring);
     let raw = grey.values.clone();
     let is_air_beyond = |at: usize| {
         beyond(fit, voxel_at(shape, at), shape)
@@ -71,7 +74,8 @@ pub(crate) fn continue_beyond(
     };
     let error = WallError::measure(fit, shape, |at| {
         let is_bare = bare.as_ref().is_some_and(|bare| bare[at] != 0);
-        (is_bare && is_in_air(at)).then(|| with_matrix(at) - matrix)
+        let grains = bare_image.map_or(0.0, |bare| f64::from(raw[at]) - f64::from(bare.values[at]));
+        (is_bare && is_in_air(at)).then(|| with_matrix(at) - grains - matrix)
     });
     let continued: Vec<(usize, u16, u8)> = (0..wide.len())
         .into_par_iter()

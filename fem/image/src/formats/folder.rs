@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::kind::{Kind, kind_of};
 use crate::ImageError;
+use crate::listing::listed;
 use crate::slices::names::file_name;
 
 /// Kind of stack that a folder contains, with the files of the stack.
@@ -101,7 +102,7 @@ pub(super) fn contents(folder: &Path) -> Result<(Contents, Option<String>), Imag
                 path,
                 message: format!(
                     "the folder contains no slice, only the folders {}",
-                    folders.join(", ")
+                    listed(&folders, ", ")
                 ),
                 help,
             })

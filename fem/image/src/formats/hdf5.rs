@@ -16,6 +16,7 @@ use hdf5_reader::{
 
 use super::detached::DENSEST;
 use crate::ImageError;
+use crate::listing::listed;
 use crate::slices::names::file_name;
 use crate::slices::sample::{NumberKind, SampleType};
 use crate::slices::stack::{SliceReader, SliceSource, Stack};
@@ -25,8 +26,6 @@ use crate::slices::voxel_size::VoxelSize;
 const SLAB_BYTES: usize = 128 << 20;
 /// Largest number of groups and datasets of a file that are examined.
 const MOST_OBJECTS: usize = 10_000;
-/// Number of datasets that a message lists.
-const LISTED: usize = 5;
 
 /// Reads the header of a dataset and creates its stack. Without a name, the only volume of the file is used.
 ///
@@ -106,7 +105,7 @@ fn named(path: &Path, file: &Hdf5File, name: &str) -> Result<Dataset, ImageError
         let all = datasets(file);
         ImageError::Series {
             path: path.into(),
-            message: format!("there is no readable dataset {name}; {}", listed(&all)),
+            message: format!("there is no readable dataset {name}; {}", datasets_in_words(&all)),
             help: "correct dataset in [specimen.image]",
         }
     })
@@ -120,11 +119,11 @@ fn only_volume(path: &Path, file: &Hdf5File) -> Result<(String, Dataset), ImageE
     let (message, help) = match volumes.len() {
         1 => return Ok(volumes.swap_remove(0)),
         0 => (
-            format!("no dataset of three dimensions; {}", listed(&others)),
+            format!("no dataset of three dimensions; {}", datasets_in_words(&others)),
             "write the volume as one dataset with the axes z, y, x",
         ),
         _ => (
-            format!("several volumes; {}", listed(&volumes)),
+            format!("several volumes; {}", datasets_in_words(&volumes)),
             "choose one by dataset in [specimen.image]",
         ),
     };
@@ -132,20 +131,12 @@ fn only_volume(path: &Path, file: &Hdf5File) -> Result<(String, Dataset), ImageE
 }
 
 /// Returns a text that lists datasets with their sizes, for messages.
-fn listed(datasets: &[(String, Dataset)]) -> String {
+fn datasets_in_words(datasets: &[(String, Dataset)]) -> String {
     if datasets.is_empty() {
         return "the file has no datasets".into();
     }
-    let first: Vec<String> = datasets
-        .iter()
-        .take(LISTED)
-        .map(|(name, dataset)| format!("{name} ({})", in_words(dataset)))
-        .collect();
-    let more = match datasets.len().saturating_sub(LISTED) {
-        0 => String::new(),
-        more => format!(" and {more} more"),
-    };
-    format!("the file has {}{more}", first.join(", "))
+    let sized = |(name, dataset): &(String, Dataset)| format!("{name} ({})", in_words(dataset));
+    format!("the file has {}", listed(datasets.iter().map(sized), ", "))
 }
 
 /// Returns a text with the shape and the type of a dataset, for messages.

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::listing::listed;
 use crate::{ImageError, SpecimenForm, SpecimenRegion};
 
 /// Name of the phase that surrounds the grains.
@@ -182,15 +183,9 @@ impl LabelRules {
         if unknown.is_empty() {
             return Ok(roles);
         }
-        let others = unknown.len().saturating_sub(LISTED);
-        unknown.truncate(LISTED);
-        let more = if others > 0 { format!(" and {others} others") } else { String::new() };
         Err(ImageError::Labels {
-            what: format!("the image has labels without a phase: {}{more}", unknown.join(", ")),
+            what: format!("the image has labels without a phase: {}", listed(&unknown, ", ")),
             help: "list these labels in label_phases, or give the label of the surroundings of the specimen as background",
         })
     }
 }
-
-/// Largest number of labels that a message lists.
-const LISTED: usize = 6;

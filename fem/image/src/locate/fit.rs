@@ -73,6 +73,12 @@ impl Fit {
         [dx * dx + dy * dy - along * along / square, middle + height]
     }
 
+    /// Returns the distances along x and y of a voxel's centre from the axis in the same slice (voxels).
+    pub(crate) fn off_axis(&self, [x, y, z]: [usize; 3]) -> [f64; 2] {
+        let above_middle = z as f64 + 0.5 - (self.bottom + self.top) / 2.0;
+        [(x, 0), (y, 1)].map(|(c, k)| c as f64 + 0.5 - self.centre[k] - self.lean[k] * above_middle)
+    }
+
     /// Returns the squared relative radii (r/R)² of the voxels of a slice.
     pub(crate) fn relative_squares(&self, [nx, ny]: [usize; 2], z: usize) -> Vec<f64> {
         let square = self.radius * self.radius;
@@ -179,13 +185,12 @@ pub(crate) fn fit(image: &Volume<u16>, edge: f64, leans: bool) -> Result<Fit, Im
         }
         lean = wall.axis.lean.map(|slope| (slope * SLOPES).round() / SLOPES);
     }
-    let round = |value: f64| (value * GRID).round() / GRID;
     let [x, y, _] = wall.axis.at;
     let this = Fit {
-        centre: [x, y].map(round),
-        radius: round(wall.radius),
-        bottom: round(ends[0]),
-        top: round(ends[1]),
+        centre: [x, y].map(rounded_length),
+        radius: rounded_length(wall.radius),
+        bottom: rounded_length(ends[0]),
+        top: rounded_length(ends[1]),
         lean,
         wander: wander(&wall, ends),
         scatter: wall.scatter,
@@ -204,6 +209,11 @@ pub(crate) fn fit(image: &Volume<u16>, edge: f64, leans: bool) -> Result<Fit, Im
         return Err(refused(format!("the axis of the fit is tilted by {degrees:.0}° against z")));
     }
     Ok(this)
+}
+
+/// Rounds a length (voxels) to 1/[`GRID`].
+pub(crate) fn rounded_length(voxels: f64) -> f64 {
+    (voxels * GRID).round() / GRID
 }
 
 fn refused(message: String) -> ImageError {
@@ -303,7 +313,8 @@ fn ends(image: &Volume<u16>, edge: f64, axis: &Axis, radius: f64) -> Option<[f64
     Some([low + shift, high + shift])
 }
 
-fn median(values: &mut [f64]) -> Option<f64> {
+/// Returns the median of the values, or `None` without values.
+pub(crate) fn median(values: &mut [f64]) -> Option<f64> {
     if values.is_empty() {
         return None;
     }

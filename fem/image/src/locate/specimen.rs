@@ -253,8 +253,13 @@ impl Specimen {
     /// Returns the voxels of `inside` whose grey values contain no share of air: voxels away from the wall and from
     /// voids.
     pub(crate) fn sample(&self, smooth: &Volume<u16>, inside: &[u8]) -> Vec<u8> {
+        self.sample_below(RIM, smooth, inside)
+    }
+
+    /// Returns the voxels of `inside` that are away from voids and at least `rim` voxels below the wall.
+    pub(crate) fn sample_below(&self, rim: f64, smooth: &Volume<u16>, inside: &[u8]) -> Vec<u8> {
         let mut sample = match self.fit {
-            Some(fit) => fit.inside(smooth.shape, RIM),
+            Some(fit) => fit.inside(smooth.shape, rim),
             None => inside.to_vec(),
         };
         sample.par_iter_mut().zip(inside).for_each(|(voxel, inside)| *voxel &= inside);

@@ -4,6 +4,7 @@ mod even;
 pub(crate) mod outline;
 mod plausibility;
 pub(crate) mod settings;
+mod thin;
 mod warnings;
 
 use rayon::prelude::*;
@@ -118,23 +119,23 @@ impl Segmentation {
         let mut warnings = Vec::new();
         let located =
             self.located(&smooth, mask.as_deref(), (scale, is_inverted), &mut warnings)?;
-        let mut inside = located.inside(&grey);
-        if let Some(mask) = &mask {
-            inside.par_iter_mut().zip(mask).for_each(|(voxel, mask)| *voxel &= mask);
-        }
         let found_contrast = match is_inverted {
             true => Contrast::Bright,
             false => self.contrast,
         };
-        let correction = GreyCorrection {
-            specimen: &located,
-            inside: &inside,
+        let mut correction = GreyCorrection {
+            specimen: located,
+            mask: mask.as_deref(),
+            may_move_wall: mask.is_none() && self.region.is_empty(),
             contrast: found_contrast,
             median: self.median,
             brightness: self.beam_hardening,
         };
         let void_threshold = (located.void > 0.0).then(|| scale.to_image(located.void));
+        let known = thin::materials(&mut correction, &grey, &smooth, scale);
         let CorrectedImage {
+            specimen: located,
+            inside,
             grey,
             smooth,
             scale,
@@ -144,7 +145,7 @@ impl Segmentation {
             voids,
             rim_over_centre,
             top_over_bottom,
-        } = correction.run(grey, smooth, scale);
+        } = correction.run(grey, smooth, scale, known.as_ref());
 
         progress("threshold");
         self.check_threshold(void_threshold, found_contrast)?;

@@ -180,3 +180,37 @@ fn faulty_sequences_are_reported_with_their_slices() {
     }
     assert_eq!(wrong, 0);
 }
+
+/// Prints the shares of scans in which one missing slice, or two, cause a warning. Without false warnings, one missing
+/// slice cannot be detected reliably: in scans with few grains, neighbouring slices differ as much as slices that are two
+/// slices apart.
+#[test]
+fn one_missing_slice_is_reported_in_some_scans_only() {
+    let mut shares = [0.0; 2];
+    let scans = [(0.7, 1_400.0), (0.7, 4_000.0), (1.5, 1_400.0)];
+    let specimens = [(3.0, 0.15), (4.0, 0.05), (4.0, 0.3), (6.0, 0.15), (6.0, 0.3), (9.0, 0.15)];
+    let places = [20, 28, 36, 44, 52];
+    for (radius, fraction) in specimens {
+        let scene = Scene::specimen(SHAPE, pillar(), radius, fraction);
+        for (blur, noise) in scans {
+            let image = scene.image_with(blur, noise);
+            let found = [1, 2].map(|missing| {
+                let is_reported = |place: &usize| {
+                    let faulty = stack(&image, (0..*place).chain(place + missing..SIDE));
+                    warnings(&faulty).iter().any(|warning| warning.contains("slices are missing"))
+                };
+                places.iter().filter(|place| is_reported(place)).count()
+            });
+            println!(
+                "radius {radius}, fraction {fraction}, blur {blur}, noise {noise}: one slice {}, two slices {} of {}",
+                found[0],
+                found[1],
+                places.len()
+            );
+            let all = (specimens.len() * scans.len() * places.len()) as f64;
+            shares.iter_mut().zip(found).for_each(|(share, found)| *share += found as f64 / all);
+        }
+    }
+    println!("one missing slice: {:.0} %, two: {:.0} %", 100.0 * shares[0], 100.0 * shares[1]);
+    assert!(shares[0] > 0.25 && shares[1] > 0.7, "{shares:?}");
+}

@@ -140,6 +140,34 @@ impl Scene {
         }
     }
 
+    /// Adds balls at random positions in the whole image until they have a given volume fraction. The distance of two
+    /// centres is at least 1.1 times the radius, so that balls touch and overlap. Returns the fraction.
+    pub(crate) fn add_touching_balls(&mut self, radius: f64, fraction: f64, grey: f32) -> f64 {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(13);
+        let all = self.truth.len() as f64;
+        let painted =
+            |scene: &Self| scene.truth.iter().filter(|label| **label != 0).count() as f64 / all;
+        while painted(self) < fraction {
+            let at = self.shape.map(|side| rng.random_range(0.0..side as f64));
+            let square = |other: &[f64; 3]| (0..3).map(|k| (at[k] - other[k]).powi(2)).sum::<f64>();
+            if self.centres.iter().all(|(other, _)| square(other) > (1.1 * radius).powi(2)) {
+                self.add_ball(at, radius, grey);
+            }
+        }
+        painted(self)
+    }
+
+    /// Makes the specimen brighter towards its wall, as beam hardening does.
+    pub(crate) fn cup(&mut self, pillar: &Pillar, rise: f64) {
+        let [nx, ny, _] = self.shape;
+        for (n, grey) in self.grey.iter_mut().enumerate() {
+            let [x, y] =
+                [(n % nx, 0), (n / nx % ny, 1)].map(|(c, k)| c as f64 + 0.5 - pillar.centre[k]);
+            let s = (x * x + y * y) / pillar.radius.powi(2);
+            *grey = AIR + (*grey - AIR) * (1.0 + rise * (s.min(1.0) - 0.5)) as f32;
+        }
+    }
+
     /// Adds one ball.
     pub(crate) fn add_ball(&mut self, centre: [f64; 3], radius: f64, grey: f32) {
         let from = centre.map(|c| (c - radius - 2.0).max(0.0) as usize);

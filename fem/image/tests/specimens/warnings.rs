@@ -95,6 +95,46 @@ fn bright_balls_rods_plates_and_sponges_are_not_reported_as_exchanged() {
     }
 }
 
+/// Grains that touch and overlap fill half of the specimen or more. The matrix in the gaps consists of separate parts.
+#[test]
+fn touching_grains_are_not_reported_as_exchanged() {
+    let block = |contrast| Segmentation {
+        contrast,
+        specimen: SpecimenForm::Block,
+        ..Segmentation::default()
+    };
+    for (fraction, radius) in [(0.5, 4.0), (0.6, 4.0), (0.6, 6.0)] {
+        for (contrast, materials) in
+            [(Contrast::Bright, [MATRIX, GRAIN]), (Contrast::Dark, [GRAIN, MATRIX])]
+        {
+            let mut scene = Scene::filled(SHAPE, materials[0]);
+            let found_fraction = scene.add_touching_balls(radius, fraction, materials[1]);
+            let found = run(&scene.image(), &block(contrast));
+            println!(
+                "{contrast:?}, radius {radius}, fraction {found_fraction:.3}: {:.3}, {:?}",
+                found.statistics.grain_fraction, found.warnings
+            );
+            assert_silent(&found, EXCHANGED);
+        }
+    }
+}
+
+/// Separate dark cubes fill more than half of the specimen. Their flat faces have no curvature.
+#[test]
+fn dense_separate_dark_grains_are_reported_as_exchanged() {
+    let (side, pitch) = (10.0, 12.0);
+    let mut scene = Scene::filled(SHAPE, GRAIN);
+    let cubes = move |p: [f64; 3]| {
+        let off = p.map(|c| (c / pitch - (c / pitch).round()).abs() * pitch - side / 2.0);
+        off.into_iter().fold(f64::NEG_INFINITY, f64::max)
+    };
+    scene.paint(cubes, MATRIX);
+    let block = Segmentation { specimen: SpecimenForm::Block, ..Segmentation::default() };
+    let found = run(&scene.image(), &block);
+    println!("{:?}", found.warnings);
+    assert_warned(&found, EXCHANGED);
+}
+
 /// Neutrons are scattered by the water in the outer layer of a specimen, which is then bright.
 #[test]
 fn a_bright_skin_is_reported() {
@@ -192,6 +232,26 @@ fn thin_voids_are_reported_with_their_effect_on_the_fraction() {
         "the grain fraction may be too small by several times the share of voids",
     );
     assert_silent(&run(&plain, &Segmentation::default()), "share of voids");
+}
+
+/// The measured share of voids of specimens without voids is far below the bound of the warning, which is 0.1 %.
+#[test]
+fn specimens_without_voids_have_no_voids() {
+    for (radius, fraction) in [(3.0, 0.05), (4.0, 0.2), (6.0, 0.3)] {
+        for (materials, contrast_of) in
+            [([MATRIX, GRAIN], Contrast::Bright), ([GRAIN, MATRIX], Contrast::Dark)]
+        {
+            let scene = balls(radius, fraction, materials);
+            for (blur, noise) in [(0.01, 0.0), (0.7, 1_400.0), (0.7, 6_000.0), (1.5, 1_400.0)] {
+                let found = run(&scene.image_with(blur, noise), &contrast(contrast_of));
+                let share = found.void_fraction;
+                assert!(
+                    share < 1e-4,
+                    "{radius} {fraction} {contrast_of:?} {blur} {noise}: {share}"
+                );
+            }
+        }
+    }
 }
 
 #[test]

@@ -126,7 +126,8 @@ fn folded_elements_are_straightened_and_reported() {
         .collect();
     let read_back = read(&second_order(&mesh.nodes, &mesh.tets, &all)).unwrap();
     let [ImportNote::Straightened { tets, .. }] = &read_back.notes[..] else { panic!("a note") };
-    assert!(tets.len() > 100 && read_back.notes[0].to_string().contains(" and others;"));
+    let others = format!(" and {} others;", tets.len() - 5);
+    assert!(tets.len() > 100 && read_back.notes[0].to_string().contains(&others));
     assert!((read_back.mesh.volume() / mesh.volume() - 1.0).abs() < 1e-12);
 
     // without the repair, the validation reports all folded tetrahedra
@@ -219,6 +220,43 @@ fn a_volume_without_a_physical_group_is_reported() {
         gmsh::import(&path, &names).unwrap().mesh.cavities().len() == 1
             && mesh.cavities().is_empty()
     );
+
+    // the note lists five of thirteen volumes without elements
+    let (entity_start, entity_end) = untagged.split_once(' ').unwrap();
+    assert_eq!(entity_start, "3");
+    let further: String = (101..=112).map(|number| format!("\n{number} {entity_end}")).collect();
+    let counts = forgotten.lines().skip_while(|line| *line != "$Entities").nth(1).unwrap();
+    let volume_count: usize = counts.rsplit(' ').next().unwrap().parse().unwrap();
+    let more = format!("{} {}", counts.rsplit_once(' ').unwrap().0, volume_count + 12);
+    let many = forgotten.replacen(counts, &more, 1).replacen(
+        &format!("{untagged}\n"),
+        &format!("{untagged}{further}\n"),
+        1,
+    );
+    let (_dir, path) = file(&many);
+    let message = gmsh::import(&path, &names).unwrap().notes[0].to_string();
+    let list = "volume 3, volume 101, volume 102, volume 103, volume 104 and 8 others of the geometry have no";
+    assert!(message.contains(list), "{message}");
+}
+
+/// An error message about a group that is missing lists five of many groups.
+#[test]
+fn a_message_lists_five_of_many_groups() {
+    let mut mesh = grouped();
+    mesh.regions = (0..12).map(|n| format!("part {n}")).collect();
+    for (tet, region) in mesh.region_of.iter_mut().enumerate() {
+        *region = (tet % 12) as u16;
+    }
+    let (_dir, path) = file("");
+    gmsh::write(&path, &mesh).unwrap();
+    let names = GmshNames::new([("matrix", 99)], [("bottom", 11)]);
+    let message = gmsh::read(&path, &names).unwrap_err().to_string();
+    assert!(message.contains("5 (\"part 4\") and 7 others; "), "{message}");
+    let names = GmshNames::new([("matrix", 1)], [("bottom", 11)]);
+    let message = gmsh::read(&path, &names).unwrap_err().to_string();
+    assert!(message.contains("and 6 others; list their physical group"), "{message}");
+    let message = mesh.region_volume("absent").unwrap_err().to_string();
+    assert!(message.ends_with("part 3, part 4 and 7 others"), "{message}");
 }
 
 #[test]

@@ -4,9 +4,10 @@ use std::collections::HashMap;
 
 use rayon::prelude::*;
 
-use super::pairs::{listed, median};
+use super::pairs::median;
 use super::samples::Samples;
 use crate::Volume;
+use crate::listing::listed;
 
 /// Share of positions with different grey values in neighbouring slices above which an image has noise, so that equal
 /// slices are copies. Without noise, slices without the beginning or the end of a grain are equal.

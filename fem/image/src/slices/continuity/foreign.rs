@@ -1,7 +1,8 @@
 //! Slices of another image: slices that differ from both of their neighbours, which resemble each other, and slices of
 //! two images that alternate.
 
-use super::pairs::{Pair, listed, median};
+use super::pairs::{Pair, median};
+use crate::listing::listed;
 
 /// A slice counts as foreign if its difference from its neighbours exceeds this multiple of both: the difference
 /// between its two neighbours, and the usual difference of neighbouring slices.

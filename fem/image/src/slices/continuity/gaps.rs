@@ -5,8 +5,9 @@
 //! but there most grey values change in the same direction. Where slices are missing, grains begin and end.
 
 use super::foreign::Foreign;
-use super::pairs::{LAGS, Pair, listed, median, neighbours};
+use super::pairs::{LAGS, Pair, median, neighbours};
 use super::samples::Samples;
+use crate::listing::listed;
 
 /// Slices may be missing between two slices if their mean squared difference exceeds this multiple of four other mean
 /// squared differences: the usual and the second largest difference of neighbouring slices nearby, and the differences

@@ -11,8 +11,6 @@ const SAME_PICTURE: f64 = 0.8;
 const BINS: usize = 64;
 /// Largest distance of two slices that are compared.
 pub(super) const LAGS: usize = 4;
-/// Largest number of slices that a warning lists.
-const LISTED: usize = 5;
 
 /// Comparison of a slice with the next slice and with later slices.
 #[derive(Clone, Copy, Debug)]
@@ -138,13 +136,4 @@ pub(super) fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied()
-}
-
-/// Lists texts, or the first texts and the number of the remaining texts.
-pub(super) fn listed(texts: &[String], separator: &str) -> String {
-    let mut parts: Vec<String> = texts.iter().take(LISTED).cloned().collect();
-    if texts.len() > LISTED {
-        parts.push(format!("{} others", texts.len() - LISTED));
-    }
-    parts.join(separator)
 }

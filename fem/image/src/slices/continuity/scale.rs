@@ -5,7 +5,8 @@
 //! whose air has the grey value 0, a factor does not change air and is not reported.
 
 use super::foreign::Foreign;
-use super::pairs::{Pair, listed, median, neighbours};
+use super::pairs::{Pair, median, neighbours};
+use crate::listing::listed;
 
 /// Smallest change of the grey scale that is reported: relative change of the contrast, or change of the mean in
 /// standard deviations of the grey values of a slice.

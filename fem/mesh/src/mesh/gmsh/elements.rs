@@ -3,6 +3,8 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
+use fem_image::listed;
+
 use super::data::ElementData;
 use super::names::{GmshNames, PhysicalGroup, PhysicalGroups};
 use super::source::{Fault, Source};
@@ -237,7 +239,8 @@ impl Contents {
                     let [x, y, z] = self.positions[tet.nodes[0] as usize];
                     return Err(format!(
                         "tetrahedron {number}, with a corner at ({x}, {y}, {z}) mm, is in several named \
-                         regions (physical volumes {groups:?}); list only one of them"
+                         regions (physical volumes {}); list only one of them",
+                        numbers(groups)
                     ));
                 }
             }
@@ -334,8 +337,10 @@ impl Contents {
                             None => number.to_string(),
                         })
                         .collect();
-                    let available =
-                        if available.is_empty() { "none".into() } else { available.join(", ") };
+                    let available = match available[..] {
+                        [] => "none".into(),
+                        _ => listed(&available, ", "),
+                    };
                     let remedy = match self.announces_lost_groups(dimension, elements) {
                         true => LOST_GROUPS,
                         false => "correct the number or name",
@@ -372,19 +377,20 @@ fn without_region(unnamed: &BTreeMap<(i32, &[i32]), usize>) -> String {
     let count: usize = unnamed.values().sum();
     let volume = |((entity, groups), count): (&(i32, &[i32]), &usize)| match groups {
         [] => format!("{count} of volume {entity} (no physical volume)"),
-        _ => format!("{count} of volume {entity} (physical volume(s) {groups:?})"),
+        _ => format!("{count} of volume {entity} (physical volume(s) {})", numbers(groups)),
     };
-    let mut listed: Vec<String> = unnamed.iter().take(5).map(volume).collect();
-    if unnamed.len() > listed.len() {
-        listed.push(format!("and tetrahedra of {} more volumes", unnamed.len() - listed.len()));
-    }
+    let volumes = listed(unnamed.iter().map(volume), ", ");
     let who = match count {
         1 => "1 tetrahedron belongs".to_owned(),
         _ => format!("{count} tetrahedra belong"),
     };
     format!(
-        "{who} to no named region: {}; list their physical group among the regions, or give their \
-         volume a physical group",
-        listed.join(", ")
+        "{who} to no named region: {volumes}; list their physical group among the regions, or give their \
+         volume a physical group"
     )
+}
+
+/// Lists the numbers of physical groups.
+fn numbers(groups: &[i32]) -> String {
+    listed(groups.iter().map(i32::to_string), ", ")
 }

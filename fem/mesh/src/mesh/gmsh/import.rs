@@ -2,11 +2,10 @@
 
 use std::fmt;
 
+use fem_image::listed;
+
 use crate::mesh::TetMesh;
 use crate::mesh::cavities::Cavity;
-
-/// Largest number of entities that a note lists.
-const LISTED: usize = 5;
 
 /// An imported mesh with notes.
 #[derive(Clone, Debug, PartialEq)]
@@ -59,14 +58,14 @@ impl fmt::Display for ImportNote {
                 "{} of {all} tetrahedra of the file are folded by their curved edges and were straightened: {}; use a finer \
                  mesh, or Mesh.HighOrderOptimize = 1 in Gmsh, to preserve the curved edges",
                 tets.len(),
-                listed(tets.iter().map(u32::to_string)),
+                listed(tets.iter().map(u32::to_string), ", "),
             ),
             ImportNote::Missing { volumes, cavities } => {
                 let volume_and_centre = |cavity: &Cavity| {
                     let [x, y, z] = cavity.centre_mm;
                     format!("{:.3} mm³ at ({x:.3}, {y:.3}, {z:.3}) mm", cavity.volume_mm3)
                 };
-                let cavity_list = listed(cavities.iter().map(volume_and_centre));
+                let cavity_list = listed(cavities.iter().map(volume_and_centre), ", ");
                 match cavities.len() {
                     0 => {}
                     1 => write!(f, "the mesh has a cavity inside: {cavity_list}; ")?,
@@ -82,7 +81,7 @@ impl fmt::Display for ImportNote {
                         f,
                         "{} of the geometry {} no physical group, so Gmsh saved no element of {}; give {} a \
                          physical group and list the group among the regions",
-                        listed(volumes.iter().map(|volume| format!("volume {volume}"))),
+                        listed(volumes.iter().map(|volume| format!("volume {volume}")), ", "),
                         if count == 1 { "has" } else { "have" },
                         if count == 1 { "it" } else { "them" },
                         if count == 1 { "it" } else { "each" },
@@ -91,14 +90,4 @@ impl fmt::Display for ImportNote {
             }
         }
     }
-}
-
-/// Joins the first [`LISTED`] items of a list as text; appends "and others" if there are more items.
-fn listed(items: impl ExactSizeIterator<Item = String>) -> String {
-    let more = items.len() > LISTED;
-    let mut text = items.take(LISTED).collect::<Vec<_>>().join(", ");
-    if more {
-        text.push_str(" and others");
-    }
-    text
 }
