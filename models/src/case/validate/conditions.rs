@@ -76,6 +76,11 @@ impl CaseFile {
             }
         }
         conditions.tables().iter().try_for_each(|(key, table)| self.check_table(key, table))?;
+        self.check_confined_toe(conditions)
+    }
+
+    /// Refuses the correction of a soft start if loads act before the displacement begins.
+    pub(super) fn check_confined_toe(&self, conditions: &ConditionsCase) -> Result<(), InputError> {
         let corrects = self.case.experiments.as_ref().is_some_and(|all| all.toe == Toe::Correct);
         if corrects && conditions.confined_s(self.case.test.duration_s()).is_some() {
             let problem = "cannot be combined with loads that act before the displacement begins";

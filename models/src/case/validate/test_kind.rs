@@ -56,5 +56,7 @@ pub(super) fn check_kind(file: &CaseFile, kind: TestKindCase, mistakes: &mut Mis
         mistakes.note(Err(file.error("test.kind", name, problem, help)));
     } else if let Err(WrongKey { key, value, problem, help }) = kind.check(&case.test_setting()) {
         mistakes.note(Err(file.error(&key, value, problem, help)));
+    } else if let Some(conditions) = &case.conditions {
+        mistakes.note(file.check_confined_toe(conditions));
     }
 }
