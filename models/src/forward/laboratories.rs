@@ -22,6 +22,7 @@ use crate::qoi::Qois;
 use crate::results_folder::error::WorkflowError;
 use crate::runs::level_runs::Runner;
 use crate::runs::microstructures::Microstructures;
+use crate::runs::run_source::key_of_runs;
 use crate::runs::run_sources::source_of;
 use crate::simulation::recorded::recorded_run;
 use crate::simulation::run_values::quantities;
@@ -113,14 +114,12 @@ impl Study<'_> {
         seeds: Vec<u64>,
     ) -> Result<(Vec<RunRecord>, Vec<f64>), WorkflowError> {
         let names: Vec<String> = self.prior.iter().map(|input| input.name.clone()).collect();
-        // the keys of the case do not identify the runs of a laboratory: add the seeds and points
-        // of the runs to the manifest
+        // the keys of the case do not identify the runs of a laboratory: the seeds and points of the runs do
         let points_and_seeds = format!("{seeds:?}\n{parameter_points:?}\n");
         let packings = self.packings(seeds)?;
-        let mut levels = Level::all(&self.task.inputs, 0)?;
-        let mut level = levels.swap_remove(0);
-        level.manifest += &points_and_seeds;
         let source = source_of(&self.task.inputs)?;
+        let key = key_of_runs(&self.task.inputs, &*source, Some(&packings))?;
+        let level = Level::all(&self.task.inputs, &key.with(&points_and_seeds)).swap_remove(0);
         let specimens = Some(&packings);
         let runner = Runner { task: self.task, source: &*source, names: &names, specimens };
         let run = |(i, inputs): (usize, &Vec<f64>)| RunInput { id: i + 1, inputs: inputs.clone() };

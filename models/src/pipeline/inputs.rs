@@ -35,7 +35,7 @@ pub(crate) struct Inputs<'a> {
     /// Smallest number of specimens: two for a calibration, which estimates the scatter between specimens.
     least_specimens: usize,
     /// Record of everything read so far. The record is a `RefCell`, which threads cannot share. Simulations that run
-    /// on other threads therefore cannot read inputs that are not part of their identity.
+    /// on other threads therefore cannot read inputs.
     read: RefCell<Sources>,
 }
 
@@ -65,11 +65,6 @@ impl<'a> Inputs<'a> {
         Inputs::new(file, dir, self.writer)
     }
 
-    /// Creates the inputs of the same case and the same folder with an empty record.
-    pub(crate) fn afresh(&self) -> Inputs<'a> {
-        Inputs::new(self.file, self.dir, self.writer)
-    }
-
     /// Adds a guard: the stage gets a file only if the guard accepts the file.
     pub(crate) fn guarded(self, guard: Guard<'a>) -> Self {
         Self { guard: Some(guard), ..self }
@@ -91,9 +86,11 @@ impl<'a> Inputs<'a> {
         self.read.borrow().clone()
     }
 
-    /// Parts of the case and files that have been read so far, one entry per line.
-    pub(crate) fn manifest(&self) -> String {
-        self.read.borrow().manifest()
+    /// Records keys of the case and files, and returns their fingerprints, one line `name = fingerprint` each.
+    pub(crate) fn fingerprints(&self, keys: &[&str], files: &[&str]) -> String {
+        keys.iter().for_each(|key| self.reads(key));
+        files.iter().for_each(|name| drop(self.reads_file(name)));
+        self.read.borrow().lines(keys, files)
     }
 
     /// Describes the first changed entry of `sources`, if there is one.
@@ -224,13 +221,9 @@ impl Inputs<'_> {
         }
     }
 
-    /// Returns `[simulator]`, if the case has it. Records only the keys that change the result of a run.
-    pub(crate) fn simulator_of_runs(&self) -> Option<&SimulatorCase> {
-        let simulator = self.file.case.simulator.as_ref()?;
-        for key in ["command", "input", "files", "result"] {
-            self.reads(&format!("simulator.{key}"));
-        }
-        Some(simulator)
+    /// Returns `[simulator]`, if the case has it. The caller records the keys that it reads.
+    pub(crate) fn unrecorded_simulator(&self) -> Option<&SimulatorCase> {
+        self.file.case.simulator.as_ref()
     }
 
     /// Whether this program simulates the runs. Records the source of the runs if it is outside this program.
@@ -257,16 +250,25 @@ impl Inputs<'_> {
     pub(crate) fn geometry(&self) -> Result<SpecimenGeometry, WorkflowError> {
         self.reads("specimen");
         let geometry = self.file.geometry()?;
-        if let SpecimenGeometry::Mesh { file, .. } = &geometry {
-            // record a file in the results folder by its relative name
-            let copy = file.strip_prefix(self.dir).unwrap_or(file);
-            self.reads_file(&copy.to_string_lossy());
-        }
-        if let SpecimenGeometry::Surfaces { import, .. } = &geometry {
-            // all files of a folder are recorded, so that an additional file counts as a change
-            self.reads_file(&import.surfaces.to_string_lossy());
+        if let Some(name) = self.geometry_file(&geometry) {
+            self.reads_file(&name);
         }
         Ok(geometry)
+    }
+
+    /// Name of the file or folder that contains a geometry; `None` for a geometry of numbers or of an image.
+    pub(crate) fn geometry_file(&self, geometry: &SpecimenGeometry) -> Option<String> {
+        match geometry {
+            // a file in the results folder has its relative name
+            SpecimenGeometry::Mesh { file, .. } => {
+                Some(file.strip_prefix(self.dir).unwrap_or(file).to_string_lossy().into_owned())
+            }
+            // the content of a folder is the content of all its files, so that an additional file counts as a change
+            SpecimenGeometry::Surfaces { import, .. } => {
+                Some(import.surfaces.to_string_lossy().into_owned())
+            }
+            _ => None,
+        }
     }
 
     /// The tests of a case with several tests, each as a complete case.

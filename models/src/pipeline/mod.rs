@@ -9,5 +9,6 @@ pub(crate) mod freshness;
 pub(crate) mod gate;
 pub(crate) mod inputs;
 pub(crate) mod neighbours;
+pub(crate) mod run_key;
 pub(crate) mod stage;
 pub(crate) mod task;

@@ -173,9 +173,11 @@ impl Sources {
         sources
     }
 
-    /// All entries as text, one per line.
-    pub(crate) fn manifest(&self) -> String {
-        self.case.iter().chain(&self.files).map(|(name, sum)| format!("{name} = {sum}\n")).collect()
+    /// The entries of some keys and files as text, one per line. Keys and files are sorted by name.
+    pub(crate) fn lines(&self, keys: &[&str], files: &[&str]) -> String {
+        let keys = self.case.iter().filter(|(key, _)| keys.contains(&key.as_str()));
+        let files = self.files.iter().filter(|(name, _)| files.contains(&name.as_str()));
+        keys.chain(files).map(|(name, sum)| format!("{name} = {sum}\n")).collect()
     }
 
     /// Describes the first entry whose content has changed; `None` if no content has changed.

@@ -12,41 +12,24 @@ use fem::{
 };
 
 use crate::pipeline::neighbours::Neighbours;
+use crate::pipeline::run_key::RunKey;
 use crate::pipeline::task::Task;
 use crate::progress::{Bar, speaker};
-use crate::results_folder::content_hash::ContentHash;
 use crate::results_folder::error::WorkflowError;
 use crate::results_folder::folder_copies::copy_records;
 use crate::simulation::simulator::Simulator;
 
-/// Computes the unfinished runs of an ensemble and stores them in `folder/<fingerprint>`. `simulator` returns the
-/// simulator of a run, and `label` is the name of the runs in the progress bar.
-///
-/// The fingerprint is the hash of everything that the stage has read so far. Thus each ensemble has a separate
-/// folder. After a change of the case, a new ensemble is started in a new folder. If the change is undone, the runs
-/// in the old folder are reused.
-pub(crate) fn run_ensemble<'s>(
-    task: &Task<'_>,
-    folder: &str,
-    label: &str,
-    names: &[String],
-    runs: &[RunInput],
-    simulator: &(dyn Fn(&RunInput) -> Result<Cow<'s, Simulator>, FemError> + Sync),
-) -> Result<Vec<RunRecord>, WorkflowError> {
-    let manifest = &task.inputs.manifest();
-    run_named(task, NamedRuns { folder, label, manifest, names, runs, wait: true }, simulator)
-}
-
-/// Returns the folder of the runs that `manifest` identifies. All neighbouring results folders, if there are any, share
-/// this folder.
+/// Returns the folder of the runs with this key. All neighbouring results folders, if there are any, share this folder.
+/// After a change of the case, new runs are stored in another folder. If the change is undone, the runs in the old
+/// folder are reused.
 pub(crate) fn folder_of_runs(
     dir: &Path,
     neighbours: Option<&Neighbours>,
     folder: &str,
-    manifest: &str,
+    key: &RunKey,
 ) -> PathBuf {
     let folder = neighbours.map_or_else(|| dir.join(folder), |others| others.runs(folder));
-    folder.join(ContentHash::of(manifest).to_string())
+    folder.join(key.folder_name())
 }
 
 /// Runs that are computed together and stored in one folder.
@@ -56,8 +39,8 @@ pub(crate) struct NamedRuns<'a> {
     pub(crate) folder: &'a str,
     /// Description of the runs in the progress bar.
     pub(crate) label: &'a str,
-    /// Text that identifies the runs.
-    pub(crate) manifest: &'a str,
+    /// Identity of the runs.
+    pub(crate) key: &'a RunKey,
     /// Names of the runs' inputs.
     pub(crate) names: &'a [String],
     pub(crate) runs: &'a [RunInput],
@@ -100,16 +83,16 @@ pub(crate) fn run_jobs(
     retry: Option<Retry>,
     job: RunJob<'_>,
 ) -> Result<Vec<RunRecord>, WorkflowError> {
-    let NamedRuns { folder, label, manifest, names, runs, wait } = named;
-    let unshared = folder_of_runs(&task.path(""), None, folder, manifest);
-    let directory = folder_of_runs(&task.path(""), task.neighbours.as_ref(), folder, manifest);
+    let NamedRuns { folder, label, key, names, runs, wait } = named;
+    let unshared = folder_of_runs(&task.path(""), None, folder, key);
+    let directory = folder_of_runs(&task.path(""), task.neighbours.as_ref(), folder, key);
     if directory != unshared {
         // reuse runs that were computed before the folder had neighbouring folders
         copy_records(&unshared, &directory)?;
     }
     // another version of the program may compute other results: the version is part of the fingerprint, so
     // that the runs of two versions are not mixed
-    let fingerprint = format!("program = breccia {}\n{manifest}", env!("CARGO_PKG_VERSION"));
+    let fingerprint = format!("program = breccia {}\n{key}", env!("CARGO_PKG_VERSION"));
     let ensemble = Ensemble::open(&directory, &fingerprint).map_err(|error| match error {
         // the folder name already identifies everything but the program version
         EnsembleError::Foreign { directory, difference } => {

@@ -41,8 +41,8 @@ impl Runner<'_> {
         wait: bool,
     ) -> Result<Vec<RunRecord>, WorkflowError> {
         let Self { task, source, names, specimens } = *self;
-        let Level { label, manifest, .. } = level;
-        let named = NamedRuns { folder: FOLDER, label, manifest, names, runs, wait };
+        let Level { label, key, .. } = level;
+        let named = NamedRuns { folder: FOLDER, label, key, names, runs, wait };
         source.records(&RequestedRuns { task, level: Some(level), specimens, named })
     }
 }

@@ -5,8 +5,10 @@ use fem::RunRecord;
 use super::ensemble_runs::NamedRuns;
 use super::microstructures::Microstructures;
 use crate::pipeline::inputs::Inputs;
+use crate::pipeline::run_key::RunKey;
 use crate::pipeline::task::Task;
 use crate::results_folder::error::WorkflowError;
+use crate::specimen::images;
 use crate::specimen::levels::Level;
 
 /// Source of the runs of a case. A source returns a record for each point of the parameters. The record contains
@@ -36,6 +38,12 @@ pub(crate) trait RunSource: Sync {
         0
     }
 
+    /// Adds to a key what identifies the runs of this source.
+    ///
+    /// # Errors
+    /// Fails for a specimen with wrong values.
+    fn identified(&self, key: RunKey, inputs: &Inputs<'_>) -> Result<RunKey, WorkflowError>;
+
     /// Returns notes about the runs for the user.
     fn notes(&self) -> Vec<String> {
         Vec::new()
@@ -52,6 +60,24 @@ pub(crate) trait RunSource: Sync {
     /// Fails if no run can be computed, or if records cannot be read or written. A failed run is not an error: its record
     /// has the reason.
     fn records(&self, requested: &RequestedRuns<'_>) -> Result<Vec<RunRecord>, WorkflowError>;
+}
+
+/// Returns the identity of the runs of a source on these specimens, at points that the prior and the design of the case
+/// determine.
+///
+/// # Errors
+/// Fails if a mesh file is missing.
+pub(crate) fn key_of_runs(
+    inputs: &Inputs<'_>,
+    source: &dyn RunSource,
+    specimens: Option<&Microstructures>,
+) -> Result<RunKey, WorkflowError> {
+    let meshes = specimens.map_or(source.meshes(), Microstructures::meshes);
+    let files: Vec<String> =
+        (images::FIRST..).take(meshes).map(|image| images::mesh_file(image, "msh")).collect();
+    files.iter().try_for_each(|name| inputs.file(name).map(drop))?;
+    let files: Vec<&str> = files.iter().map(String::as_str).collect();
+    source.identified(RunKey::of_simulations(inputs, &["prior", "design"], &files), inputs)
 }
 
 /// Runs that a source returns.

@@ -6,14 +6,14 @@ use super::images;
 use super::mesh::mesh_with;
 use crate::case::LevelCase;
 use crate::pipeline::inputs::Inputs;
+use crate::pipeline::run_key::RunKey;
 use crate::results_folder::error::WorkflowError;
 use crate::simulation::setup::Setup;
 
 /// Mesh and load steps of a set of runs.
 pub(crate) struct Level<'a> {
-    /// Text that identifies the runs: a list of everything on which the runs depend. Its hash is the name of the
-    /// folder of the runs.
-    pub(crate) manifest: String,
+    /// Identity of the runs.
+    pub(crate) key: RunKey,
     /// Description of the runs in the progress bar.
     pub(crate) label: String,
     /// Number of runs that are repeated on the next level.
@@ -25,26 +25,15 @@ pub(crate) struct Level<'a> {
 }
 
 impl<'a> Level<'a> {
-    /// Returns the levels of a case. `meshes` is the number of mesh files from the stage `mesh` that the runs use.
-    /// Without `[fidelity]`, the only level is the mesh of the case.
-    ///
-    /// Call this after reading prior, design and packings, and before reading anything else: all inputs that have been
-    /// read so far become part of the identity of the runs on all levels. Adding a level does not change the identity
-    /// of the runs of other levels.
-    ///
-    /// # Errors
-    /// Fails if a mesh file is missing.
-    pub(crate) fn all(inputs: &'a Inputs<'_>, meshes: usize) -> Result<Vec<Self>, WorkflowError> {
+    /// Returns the levels of a case. `key` identifies the runs on the mesh of the case. Without `[fidelity]`, this mesh
+    /// is the only level. Adding a level does not change the identity of the runs of other levels.
+    pub(crate) fn all(inputs: &'a Inputs<'_>, key: &RunKey) -> Vec<Self> {
         // runs on more accurate levels only correct the values, so that derivatives are needed on the first level only
         let derivatives = inputs.design().derivatives;
         let setup = inputs.setup();
-        for image in (images::FIRST..).take(meshes) {
-            inputs.file(&images::mesh_file(image, "msh"))?;
-        }
-        let manifest = inputs.manifest();
         let levels = &inputs.fidelity().levels;
         let cheaper = levels.iter().enumerate().map(|(index, case)| Level {
-            manifest: format!("{manifest}{}", described(case)),
+            key: key.with(&described(case)),
             label: format!("runs on {} mm", case.spacing_mm),
             repeats: case.repeats,
             setup: Setup {
@@ -59,24 +48,23 @@ impl<'a> Level<'a> {
         });
         let setup_of_own = Setup { derivatives: derivatives && levels.is_empty(), ..setup };
         let finest = Level {
-            manifest: manifest.clone(),
+            key: key.clone(),
             label: if levels.is_empty() { "runs" } else { "runs on the finest mesh" }.to_owned(),
             repeats: 0,
             setup: setup_of_own,
             case: None,
             is_made_anew: false,
         };
-        Ok(cheaper.chain([finest]).collect())
+        cheaper.chain([finest]).collect()
     }
 
-    /// Returns this level with another phase field and without derivatives. The changed manifest stores its runs in
-    /// another folder.
+    /// Returns this level with another phase field and without derivatives. Its runs have another key.
     pub(crate) fn with_phase_field<'b>(&self, field: &'b PhaseField) -> Level<'b>
     where
         'a: 'b,
     {
         Level {
-            manifest: format!("{}phase_field = {field:?}\n", self.manifest),
+            key: self.key.with(&format!("phase_field = {field:?}\n")),
             label: "run with the other quadrature".to_owned(),
             repeats: 0,
             setup: Setup { phase_field: Some(field), derivatives: false, ..self.setup },
@@ -85,12 +73,10 @@ impl<'a> Level<'a> {
         }
     }
 
-    /// Returns this level with `addition` appended to its manifest, for other runs, which `label` describes. The changed
-    /// manifest stores these runs in another folder.
-    pub(crate) fn named(&self, addition: &str, label: &str) -> Level<'a> {
-        let manifest = format!("{}{addition}", self.manifest);
+    /// Returns this level for other runs, which have the identity `key` and which `label` describes.
+    pub(crate) fn named(&self, key: RunKey, label: &str) -> Level<'a> {
         Level {
-            manifest,
+            key,
             label: label.to_owned(),
             repeats: 0,
             setup: self.setup,
@@ -116,7 +102,7 @@ impl<'a> Level<'a> {
     }
 }
 
-/// Line of the manifest with the settings of a level that affect its runs.
+/// Line of the key with the settings of a level that affect its runs.
 fn described(case: &LevelCase) -> String {
     let LevelCase { spacing_mm, order, grain_mode, homogenisation, steps, repeats: _ } = case;
     format!(

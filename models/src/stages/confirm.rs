@@ -9,9 +9,10 @@ use crate::case::Parameter;
 use crate::error::InputError;
 use crate::forward::fitted::read_experiments;
 use crate::fracture::column_means;
+use crate::pipeline::run_key::RunKey;
 use crate::pipeline::task::Task;
 use crate::results_folder::error::WorkflowError;
-use crate::runs::ensemble_runs::{NamedRuns, run_ensemble};
+use crate::runs::ensemble_runs::{NamedRuns, run_named};
 use crate::runs::map_fields::write_fields;
 use crate::runs::mesh_error::mesh_errors;
 use crate::runs::run_source::RequestedRuns;
@@ -23,6 +24,10 @@ use crate::table::CsvTable;
 /// Description of the runs in the progress bar.
 const LABEL: &str = "runs at the mode and at draws";
 
+/// Keys and files on which the points of the simulations depend.
+const KEYS_OF_POINTS: [&str; 2] = ["prior", "confirm.draws"];
+const FILES_OF_POINTS: [&str; 2] = ["map.csv", "posterior.csv"];
+
 pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let inputs = &task.inputs;
     if !inputs.is_built_in() {
@@ -32,8 +37,16 @@ pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let Points { names, runs } = Points::read(task)?;
     let mesh = gmsh::read(inputs.file("mesh.msh")?, &gmsh::GmshNames::default())?;
     let simulator = Simulator::new(&inputs.setup(), mesh, parameters(&names)?)?;
-    let records =
-        run_ensemble(task, "confirm", LABEL, &names, &runs, &|_| Ok(Cow::Borrowed(&simulator)))?;
+    let files = [&FILES_OF_POINTS[..], &["mesh.msh"]].concat();
+    let named = NamedRuns {
+        folder: "confirm",
+        label: LABEL,
+        key: &RunKey::of_simulations(inputs, &KEYS_OF_POINTS, &files),
+        names: &names,
+        runs: &runs,
+        wait: true,
+    };
+    let records = run_named(task, named, &|_| Ok(Cow::Borrowed(&simulator)))?;
 
     let map = write_runs(task, &names, &records)?;
     write_fields(task, &simulator, &records[0].inputs, &records[0].curve)?;
@@ -54,12 +67,12 @@ fn confirm_outside(task: &Task<'_>) -> Result<String, WorkflowError> {
         return Ok("imported runs cannot be repeated at the mode: nothing to confirm".to_owned());
     }
     let Points { names, runs } = Points::read(task)?;
-    // the manifest includes the files from which the points were read
-    let manifest = task.inputs.manifest();
+    let key = RunKey::new(&task.inputs, &KEYS_OF_POINTS, &FILES_OF_POINTS);
+    let key = source.identified(key, &task.inputs)?;
     let named = NamedRuns {
         folder: "confirm",
         label: LABEL,
-        manifest: &manifest,
+        key: &key,
         names: &names,
         runs: &runs,
         wait: true,
@@ -161,14 +174,15 @@ fn baseline(task: &Task<'_>) -> Result<(), WorkflowError> {
     let mesh = gmsh::read(inputs.file("mesh.msh")?, &gmsh::GmshNames::default())?;
     let simulator = Simulator::new(&inputs.setup(), mesh, Vec::new())?;
     let run = RunInput { id: 1, inputs: Vec::new() };
-    let records = run_ensemble(
-        task,
-        "confirm/baseline",
-        "run of the case without calibration",
-        &[],
-        &[run],
-        &|_| Ok(Cow::Borrowed(&simulator)),
-    )?;
+    let named = NamedRuns {
+        folder: "confirm/baseline",
+        label: "run of the case without calibration",
+        key: &RunKey::of_simulations(inputs, &[], &["mesh.msh"]),
+        names: &[],
+        runs: &[run],
+        wait: true,
+    };
+    let records = run_named(task, named, &|_| Ok(Cow::Borrowed(&simulator)))?;
     task.product("curves/baseline.csv", |path| write_curve(path, &records[0].curve))
 }
 

@@ -21,7 +21,7 @@ use crate::runs::level_runs::{FOLDER, LevelRuns, Runner, curve_of_level};
 use crate::runs::made_on::{IMAGE, MadeOn, SEED};
 use crate::runs::microstructures::Microstructures;
 use crate::runs::quadrature::compare_quadratures;
-use crate::runs::run_source::RunSource;
+use crate::runs::run_source::{RunSource, key_of_runs};
 use crate::runs::run_sources::source_of;
 use crate::runs::unusable_runs::{RunOrigin, UnusableRuns};
 use crate::simulation::setup::{height_mm, radius_mm};
@@ -60,10 +60,7 @@ impl<'a> Plan<'a> {
             None => design.parameter_points(first, design.runs, design.seed)?,
         };
         let mut specimens = source.specimens(inputs, filled.min(parameter_points.len()))?;
-        let meshes = specimens.as_ref().map_or(source.meshes(), Microstructures::meshes);
-        let levels = Level::all(inputs, meshes)?;
-        // everything read up to `Level::all` (prior, design, specimens) identifies the runs; inputs that are read later
-        // do not change the identity of existing runs
+        let levels = Level::all(inputs, &key_of_runs(inputs, &*source, specimens.as_ref())?);
         source.read_rest(inputs);
         let prior = inputs.prior()?;
         for (extension, k) in inputs.extend().iter().zip(1..) {
@@ -105,7 +102,9 @@ impl<'a> Plan<'a> {
 
     /// Computes the runs of the design on the first level only, for a case without a mesh from the stage `mesh`.
     pub(crate) fn make_cheap(&mut self, task: &Task<'_>) -> Result<LevelRuns, WorkflowError> {
-        self.levels[0].is_made_anew = true;
+        let level = &mut self.levels[0];
+        level.is_made_anew = true;
+        level.key = level.key.and_specimen(&task.inputs)?;
         let level = &self.levels[0];
         let records = self.runner(task).run(level, &self.runs, true)?;
         Ok(LevelRuns::new(records, task.inputs.qoi(), level.setup.derivatives))
@@ -402,7 +401,7 @@ pub(crate) fn progress(inputs: &Inputs<'_>, dir: &Path) -> Result<Vec<Progress>,
     let mut total = plan.runs.len();
     let mut all = Vec::new();
     for level in &plan.levels {
-        let folder = folder_of_runs(dir, neighbours.as_ref(), FOLDER, &level.manifest);
+        let folder = folder_of_runs(dir, neighbours.as_ref(), FOLDER, &level.key);
         let progress = look(&folder, level.setup.derivatives, total)?;
         total = level.repeats.min(total - progress.failed.min(total));
         all.push(progress);
@@ -419,10 +418,8 @@ pub(crate) fn progress(inputs: &Inputs<'_>, dir: &Path) -> Result<Vec<Progress>,
 /// # Errors
 /// The errors of [`progress`].
 pub(crate) fn so_far(inputs: &Inputs<'_>) -> Result<(LevelRuns, usize), WorkflowError> {
-    // the identity of the runs depends on all inputs that were read: start with an empty record of inputs
-    let inputs = inputs.afresh();
     let dir = inputs.folder();
-    let plan = Plan::with_batches(&inputs, dir, 1)?;
+    let plan = Plan::with_batches(inputs, dir, 1)?;
     let level = &plan.levels[0];
     if plan.source.parameter_points().is_some() {
         let none = LevelRuns::new(Vec::new(), inputs.qoi(), false);
@@ -432,8 +429,7 @@ pub(crate) fn so_far(inputs: &Inputs<'_>) -> Result<(LevelRuns, usize), Workflow
         let records = EnsembleState::of(folder)?.records;
         Ok::<_, WorkflowError>(LevelRuns::new(records, inputs.qoi(), level.setup.derivatives))
     };
-    let mut runs =
-        ended(&folder_of_runs(dir, Neighbours::of(dir).as_ref(), FOLDER, &level.manifest))?;
+    let mut runs = ended(&folder_of_runs(dir, Neighbours::of(dir).as_ref(), FOLDER, &level.key))?;
     if let Some(batches) = &plan.batches {
         runs.extend(ended(batches.chosen_runs().1)?);
     }

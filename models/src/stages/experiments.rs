@@ -12,11 +12,12 @@ use crate::experiments::mesh_scale::{MeshScale, MeshSize};
 use crate::experiments::specimen_checks::checked;
 use crate::experiments::specimen_quantities::{cell, compared};
 use crate::experiments::{experiment_inputs, virtual_inputs};
+use crate::pipeline::run_key::RunKey;
 use crate::pipeline::task::Task;
 use crate::qoi::Qois;
 use crate::results_folder::error::WorkflowError;
 use crate::results_folder::files::SPECIMENS;
-use crate::runs::ensemble_runs::run_ensemble;
+use crate::runs::ensemble_runs::{NamedRuns, run_named};
 use crate::simulation::recorded::recorded_run;
 use crate::simulation::simulator::Simulator;
 use crate::simulation::stiffness::STIFFNESS_RATIO;
@@ -122,10 +123,15 @@ fn test_virtual_specimens(task: &Task<'_>) -> Result<SpecimenTable, WorkflowErro
         .map(|(id, (_, parameters))| RunInput { id, inputs: parameters.clone() })
         .collect();
     let names: Vec<String> = truth.names().collect();
-    let records =
-        run_ensemble(task, "experiments/runs", "virtual specimens", &names, &runs, &|run| {
-            Ok(Cow::Borrowed(&tests[run.id - 1].0))
-        })?;
+    let named = NamedRuns {
+        folder: "experiments/runs",
+        label: "virtual specimens",
+        key: &RunKey::of_simulations(inputs, &["experiments.virtual"], &[]).and_specimen(inputs)?,
+        names: &names,
+        runs: &runs,
+        wait: true,
+    };
+    let records = run_named(task, named, &|run| Ok(Cow::Borrowed(&tests[run.id - 1].0)))?;
     for (record, name) in
         records.iter().zip(specimens.iter().map(|v| v.id.as_str()).chain(["bias", "bias"]))
     {

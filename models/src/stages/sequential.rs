@@ -37,7 +37,7 @@ const MOST_DRAWS: usize = 1000;
 /// Batches of a case: settings of `[sequential]`, and the folder of the batches' runs.
 pub(crate) struct Batches<'a> {
     case: SequentialCase,
-    /// Level whose manifest identifies the runs of the batches.
+    /// Level whose key identifies the runs of the batches.
     level: Level<'a>,
     folder: PathBuf,
     /// Number of the first run of the first batch.
@@ -63,6 +63,10 @@ pub(crate) struct Look {
     next: Vec<Vec<f64>>,
 }
 
+/// Keys of the case on which the points of the batches depend, besides the runs of the design.
+const KEYS_OF_BATCHES: [&str; 6] =
+    ["qoi", "calibration", "surrogate", "extend", "fidelity", "sequential.batch"];
+
 /// Name of the file of look (intermediate calibration) number `k`, from 0.
 fn name_of_look(k: usize) -> String {
     format!("look-{k:02}.json")
@@ -76,8 +80,7 @@ fn read_look(path: &Path) -> Option<Look> {
 
 impl<'a> Batches<'a> {
     /// Returns the batches of a case; `None` without `[sequential]`. `runs` is the number of the last run of the
-    /// design. Call this after reading everything that identifies the runs of the design: the inputs that are read here
-    /// identify only the runs of the batches.
+    /// design.
     ///
     /// # Errors
     /// Fails if `experiments.csv` is missing.
@@ -89,12 +92,11 @@ impl<'a> Batches<'a> {
     ) -> Result<Option<Self>, WorkflowError> {
         let Some(batch) = inputs.sequential_batch() else { return Ok(None) };
         inputs.file("experiments.csv")?;
-        inputs.surrogate();
-        inputs.calibration();
-        let level =
-            level.named(&format!("batches of {batch}\n{}", inputs.manifest()), "runs in batches");
+        let key = level.key.with(&format!("batches of {batch}\n"));
+        let key = key.and(inputs, &KEYS_OF_BATCHES, &["experiments.csv"]);
+        let level = level.named(key, "runs in batches");
         let Some(case) = inputs.sequential().clone() else { return Ok(None) };
-        let folder = folder_of_runs(dir, Neighbours::of(dir).as_ref(), FOLDER, &level.manifest);
+        let folder = folder_of_runs(dir, Neighbours::of(dir).as_ref(), FOLDER, &level.key);
         Ok(Some(Self { case, level, folder, first: runs + 1 }))
     }
 

@@ -138,7 +138,7 @@ impl<'a> Detached<'a> {
         let of_case = moves(&old, self.from, &workflow.file, self.to, &name_of)?;
         move_records(&of_case[0], self.to)?;
         let files = files_read_in(self.from);
-        move_runs(self.to, &|manifest| moved_manifest(manifest, &of_case, &files))?;
+        move_runs(self.to, &|identity| moved_identity(identity, &of_case, &files))?;
         for (name, validation) in &workflow.validations {
             let folder = folder_of(name);
             let (from, to) = (self.from.join(&folder), self.to.join(&folder));
@@ -147,7 +147,7 @@ impl<'a> Detached<'a> {
             let of_validation = moves(&old, &from, &validation.file, &to, &name_of)?;
             move_records(&of_validation[0], &to)?;
             let files = files_read_in(&from);
-            move_runs(&to, &|manifest| moved_manifest(manifest, &of_validation, &files))?;
+            move_runs(&to, &|identity| moved_identity(identity, &of_validation, &files))?;
         }
         Ok(())
     }
@@ -354,13 +354,13 @@ fn move_runs(dir: &Path, moved: &dyn Fn(&str) -> String) -> Result<(), WorkflowE
     }
     let bytes = fem::read_regular(&path).map_err(|e| WorkflowError::io(&path, e))?;
     let Ok(mut json) = serde_json::from_slice::<serde_json::Value>(&bytes) else { return Ok(()) };
-    let Some((program, manifest)) = json["fingerprint"].as_str().and_then(|s| s.split_once('\n'))
+    let Some((program, identity)) = json["fingerprint"].as_str().and_then(|s| s.split_once('\n'))
     else {
         return Ok(());
     };
-    let new = moved(manifest);
-    let is_named_by_identity = dir.file_name().is_some_and(|name| *name == *hash_of(manifest));
-    if new == manifest || !is_named_by_identity {
+    let new = moved(identity);
+    let is_named_by_identity = dir.file_name().is_some_and(|name| *name == *hash_of(identity));
+    if new == identity || !is_named_by_identity {
         return Ok(());
     }
     let target = dir.with_file_name(hash_of(&new));
@@ -370,16 +370,16 @@ fn move_runs(dir: &Path, moved: &dyn Fn(&str) -> String) -> Result<(), WorkflowE
         .map_err(|e| WorkflowError::io(&target, e))
 }
 
-fn hash_of(manifest: &str) -> String {
-    ContentHash::of(manifest).to_string()
+fn hash_of(identity: &str) -> String {
+    ContentHash::of(identity).to_string()
 }
 
 /// Changes the lines `name = fingerprint` of an identity of runs. Consecutive lines of files are sorted by name, like the
 /// lines of every identity. A line is not changed if its fingerprint differs from the fingerprint of the case.
-fn moved_manifest(manifest: &str, moves: &[Move<'_>], files: &BTreeSet<String>) -> String {
+fn moved_identity(identity: &str, moves: &[Move<'_>], files: &BTreeSet<String>) -> String {
     let mut lines: Vec<String> = Vec::new();
     let mut of_files: BTreeMap<String, String> = BTreeMap::new();
-    for line in manifest.lines() {
+    for line in identity.lines() {
         let entry = line.rsplit_once(" = ");
         if let Some((name, sum)) = entry.filter(|(name, _)| files.contains(*name)) {
             let (name, sum) = moves[0].file(name, sum);
@@ -429,16 +429,17 @@ mod tests {
             let mut sources = crate::results_folder::sources::Sources::default();
             ["design", "material"].iter().for_each(|key| sources.read_part(origin, key));
             files.iter().for_each(|file| sources.read_file(origin, file));
-            format!("{}level = 0.7 mm\n", sources.manifest())
+            let lines = sources.lines(&["design", "material"], &files);
+            format!("{lines}level = 0.7 mm\n")
         };
         let (before, after) =
             (identity(&old, [&name, "a.csv"]), identity(&new, ["inputs/1/scan.tif", "a.csv"]));
         assert_ne!(before, after);
         let files = [name.clone(), "a.csv".to_owned()].into();
         let moves = [Move { from: old, to: new, new_name: &new_name }];
-        assert_eq!(moved_manifest(&before, &moves, &files), after);
+        assert_eq!(moved_identity(&before, &moves, &files), after);
         // the identity of another case is not changed
         let other = "design = 0123456789abcdef\n";
-        assert_eq!(moved_manifest(other, &moves, &files), other);
+        assert_eq!(moved_identity(other, &moves, &files), other);
     }
 }

@@ -9,6 +9,7 @@ use ppl::Univariate;
 
 use crate::case::CaseFile;
 use crate::pipeline::inputs::Inputs;
+use crate::pipeline::run_key::RunKey;
 use crate::pipeline::stage::Stage;
 use crate::pipeline::task::Task;
 use crate::progress::say;
@@ -45,12 +46,13 @@ pub(super) fn simulate_outside(
         say("simulate", &format!("{name} = {value}"));
     }
     // a new identity: the program may have changed although its files are the same
-    let manifest = format!("{}{:?}\n", inputs.manifest(), SystemTime::now());
+    let key = source.identified(RunKey::new(&inputs, &["prior"], &[]), &inputs)?;
+    let key = key.with(&format!("{:?}\n", SystemTime::now()));
     let runs = [RunInput { id: 1, inputs: values }];
     let named = NamedRuns {
         folder: FOLDER,
         label: "run",
-        manifest: &manifest,
+        key: &key,
         names: &names,
         runs: &runs,
         wait: true,
@@ -68,5 +70,5 @@ pub(super) fn simulate_outside(
         say("simulate", &format!("{} = {value}", quantity.column()));
     }
     say("simulate", &format!("{:.1} s", records[0].seconds));
-    Ok(folder_of_runs(dir, None, FOLDER, &manifest))
+    Ok(folder_of_runs(dir, None, FOLDER, &key))
 }

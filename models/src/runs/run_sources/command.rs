@@ -13,6 +13,7 @@ use super::process::{ProcessEnd, run_process};
 use super::result_file::{ProgramResult, read_result};
 use crate::case::{SimulatorCase, Template, Value};
 use crate::pipeline::inputs::Inputs;
+use crate::pipeline::run_key::RunKey;
 use crate::results_folder::error::WorkflowError;
 use crate::runs::ensemble_runs::{folder_of_runs, run_jobs};
 use crate::runs::run_source::{RequestedRuns, RunSource};
@@ -38,12 +39,17 @@ struct Program {
     files: Vec<(String, Vec<u8>)>,
 }
 
+/// Keys of `[simulator]` that change the result of a run.
+const KEYS_OF_RUNS: [&str; 4] =
+    ["simulator.command", "simulator.input", "simulator.files", "simulator.result"];
+
 /// Opens the source, if the case has `[simulator]`.
 ///
 /// # Errors
 /// Fails if a file of the simulator cannot be read.
 pub(super) fn open(inputs: &Inputs<'_>) -> Result<Option<Box<dyn RunSource>>, WorkflowError> {
-    let Some(case) = inputs.simulator_of_runs() else { return Ok(None) };
+    let Some(case) = inputs.unrecorded_simulator() else { return Ok(None) };
+    KEYS_OF_RUNS.iter().for_each(|key| inputs.reads(key));
     let read = |path: &Path| {
         let file = inputs.named_file(path);
         fem::read_regular(&file).map_err(|e| WorkflowError::io(&file, e))
@@ -73,6 +79,12 @@ fn name_of(path: &Path) -> String {
 }
 
 impl RunSource for Program {
+    fn identified(&self, key: RunKey, inputs: &Inputs<'_>) -> Result<RunKey, WorkflowError> {
+        let named = self.case.input.iter().chain(&self.case.files);
+        let files: Vec<_> = named.map(|path| path.to_string_lossy()).collect();
+        Ok(key.and(inputs, &KEYS_OF_RUNS, &files.iter().map(|name| &**name).collect::<Vec<_>>()))
+    }
+
     fn read_rest(&self, inputs: &Inputs<'_>) {
         // time limit and number of attempts decide which runs fail, but do not change a finished run
         inputs.simulator();
@@ -97,7 +109,7 @@ impl RunSource for Program {
             }
         };
         let folder =
-            folder_of_runs(&task.path(""), task.neighbours.as_ref(), named.folder, named.manifest);
+            folder_of_runs(&task.path(""), task.neighbours.as_ref(), named.folder, named.key);
         let succeeded = EnsembleState::of(&folder)
             .is_ok_and(|state| state.records.iter().any(|run| run.status == RunStatus::Finished));
         let first = FirstFailures::new(named.runs, succeeded);

@@ -19,8 +19,7 @@ use super::run_source::RunSource;
 use crate::pipeline::inputs::Inputs;
 use crate::results_folder::error::WorkflowError;
 
-/// Function that opens a source, if the case uses this source. The function reads everything that identifies the
-/// runs of the source, and nothing else.
+/// Function that opens a source, if the case uses this source.
 type Open = fn(&Inputs<'_>) -> Result<Option<Box<dyn RunSource>>, WorkflowError>;
 
 /// All sources. A case uses the first source whose function returns a source for this case.

@@ -34,17 +34,13 @@ pub(super) fn test(
     number: usize,
 ) -> Result<(Belief, FurtherTest), WorkflowError> {
     let inputs = &task.inputs;
-    // read exactly the inputs that the stage `ensemble` reads, because these inputs identify the
-    // runs
-    let ensemble = task.with(inputs.afresh());
-    let plan = Plan::of(&ensemble.inputs, usize::MAX)?;
+    let plan = Plan::of(inputs, usize::MAX)?;
     let qoi = inputs.qoi();
     let quantities = case.measured(&qoi.quantities);
     let further = QoiComparison { quantities: quantities.clone(), ..*qoi };
     let done: Vec<LevelRuns> =
-        plan.make(&ensemble)?.into_iter().map(|level| with_quantities(level, &further)).collect();
-    let (data, corrections) = plan.learnt(&ensemble.inputs, &quantities, &done)?;
-    inputs.reads_with(&ensemble.inputs);
+        plan.make(task)?.into_iter().map(|level| with_quantities(level, &further)).collect();
+    let (data, corrections) = plan.learnt(inputs, &quantities, &done)?;
     let name = format!("next-test/candidate-{number}.csv");
     let table = data.to_csv().map_err(|e| WorkflowError::io(&task.path(&name), e))?;
     task.write(&name, table)?;

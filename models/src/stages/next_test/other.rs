@@ -36,9 +36,6 @@ pub(super) fn test(
 ) -> Result<(Belief, FurtherTest), WorkflowError> {
     let file = task.inputs.candidate(case)?;
     let test_task = task.with(task.inputs.of(&file));
-    // the runs depend on the candidate's geometry: reading the geometry adds the geometry to the identity
-    // of the runs
-    test_task.inputs.geometry()?;
     let mut plan = Plan::of(&test_task.inputs, usize::MAX)?;
     let quantities = file.case.compared_quantities();
     let runs = plan.make_cheap(&test_task);

@@ -105,7 +105,6 @@ fn validated(
             (predictions, curves::emulated(&task.inputs, &inputs)?)
         }
         false => {
-            // start with an empty record of inputs: the inputs that were read so far do not identify the runs
             let validation_task = task.with(task.inputs.of_folder(&file, &dir));
             let runs = simulated::Runs::at_draws(task, &validation_task, entry, calibrated)?;
             task.inputs.reads_in_folder(&validation_task.inputs, &folder);

@@ -14,8 +14,7 @@ use crate::pipeline::task::Task;
 use crate::qoi::{PeakForce, Quantity};
 use crate::results_folder::error::WorkflowError;
 use crate::runs::ensemble_runs::NamedRuns;
-use crate::runs::microstructures::Microstructures;
-use crate::runs::run_source::RequestedRuns;
+use crate::runs::run_source::{RequestedRuns, key_of_runs};
 use crate::runs::run_sources::source_of;
 use crate::simulation::run_values::quantities;
 use crate::specimen::levels::Level;
@@ -171,9 +170,9 @@ fn records(
         return Err(WorkflowError::Unusable(text.to_owned()));
     }
     let specimens = source.specimens(inputs, draws.len())?;
-    let meshes = specimens.as_ref().map_or(source.meshes(), Microstructures::meshes);
+    let key = key_of_runs(inputs, &*source, specimens.as_ref())?;
     // the last level is the mesh of the case itself
-    let Some(level) = Level::all(inputs, meshes)?.pop() else {
+    let Some(level) = Level::all(inputs, &key).pop() else {
         return Err(WorkflowError::Unusable("the case has no mesh".to_owned()));
     };
     source.read_rest(inputs);
@@ -182,14 +181,13 @@ fn records(
     let run = |(i, inputs)| RunInput { id: i + 1, inputs };
     let runs: Vec<RunInput> = draws.iter().map(point).enumerate().map(run).collect();
     // other draws are other runs
-    let manifest_lines: String =
-        runs.iter().map(|run| format!("draw = {:?}\n", run.inputs)).collect();
-    let manifest = format!("{}{manifest_lines}", level.manifest);
+    let lines: String = runs.iter().map(|run| format!("draw = {:?}\n", run.inputs)).collect();
+    let key = level.key.with(&lines);
     let folder = format!("{}/runs", folder_of(&entry.name));
     let named = NamedRuns {
         folder: &folder,
         label: &format!("runs of {}", entry.name),
-        manifest: &manifest,
+        key: &key,
         names: &parameters,
         runs: &runs,
         wait: true,
