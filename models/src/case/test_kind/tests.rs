@@ -4,7 +4,6 @@ use fem::Outcome;
 use nalgebra::{DMatrix, DVector};
 
 use super::super::{ExtensometerCase, Similarity};
-use super::*;
 use crate::case::CaseFile;
 use crate::simulation::setup::Setup;
 use crate::simulation::simulator::Simulator;
