@@ -6,10 +6,10 @@
 //! (1972) 244; Douglas & Peucker, Cartographica 10 (1973) 112). Each corner is then moved to the reading next to the
 //! intersection of the least-squares lines of its two segments, because noise displaces the largest distance.
 //!
-//! Displacement and force are divided independently. From each corner on, the machine is assumed to control the value
-//! (displacement or force) that remains linear for longer.
+//! For a machine that controls the force in some of the branches, the control of each reading is known: a purely elastic
+//! specimen under a constant force has a constant displacement, too, so that the values alone do not show the control.
 
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 
 /// Fraction of a segment at each of its ends that the least-squares line of the segment does not
 /// use.
@@ -47,9 +47,12 @@ pub struct Controlled<'a> {
 }
 
 impl Controlled<'_> {
-    /// Returns the indices of the first reading, the corners and the last reading.
-    fn corners(&self, time_s: &[f64]) -> Vec<usize> {
-        moved(time_s, self.values, &corners(time_s, self.values, self.tolerance))
+    /// Returns the indices of the first reading of a range, of its corners and of its last reading.
+    fn corners(&self, time_s: &[f64], range: RangeInclusive<usize>) -> Vec<usize> {
+        let first = *range.start();
+        let (time_s, values) = (&time_s[range.clone()], &self.values[range]);
+        let corners = moved(time_s, values, &corners(time_s, values, self.tolerance));
+        corners.into_iter().map(|corner| first + corner).collect()
     }
 
     /// Returns −1, 0 or 1 for values that decrease, are equal or increase between two readings.
@@ -59,62 +62,55 @@ impl Controlled<'_> {
     }
 }
 
+/// Force of a machine that controls the force in some of the branches.
+#[derive(Clone, Copy, Debug)]
+pub struct ControlledForce<'a> {
+    pub force: Controlled<'a>,
+    /// For each reading, whether the machine controlled the force since the reading before.
+    pub is_controlled: &'a [bool],
+}
+
 /// Returns the branches of a curve whose machine controls the displacement, and in some branches the force (`force`).
 ///
 /// Returns no branch if the times decrease anywhere, or if there are fewer than two readings.
 pub fn branches(
     time_s: &[f64],
     displacement: Controlled<'_>,
-    force: Option<Controlled<'_>>,
+    force: Option<ControlledForce<'_>>,
 ) -> Vec<Branch> {
     let count = displacement.values.len();
     let ascends = time_s.windows(2).all(|pair| pair[0] <= pair[1]);
-    let is_complete = time_s.len() == count && force.is_none_or(|f| f.values.len() == count);
-    if count < 2 || !is_complete || !ascends {
+    let has_all = |f: ControlledForce<'_>| [f.force.values.len(), f.is_controlled.len()] == [count; 2];
+    if count < 2 || time_s.len() != count || !force.is_none_or(has_all) || !ascends {
         return Vec::new();
     }
-    let of_displacement = displacement.corners(time_s);
-    let of_force = force.map(|force| (force, force.corners(time_s)));
+    let by_force = |reading: usize| force.filter(|force| force.is_controlled[reading]);
     let mut branches: Vec<Branch> = Vec::new();
-    let mut from = 0;
-    while from + 1 < count {
-        let end = next_corner(&of_displacement, from);
-        let by_displacement = match displacement.direction(from, end) {
-            1 => BranchKind::Loading,
-            -1 => BranchKind::Unloading,
-            _ => BranchKind::Hold,
+    let mut first = 0;
+    while first + 1 < count {
+        let control = by_force(first + 1);
+        let is_same = |reading: &usize| by_force(*reading).is_some() == control.is_some();
+        let last = (first + 1..count).take_while(is_same).last().unwrap_or(first + 1);
+        let (controlled, hold) = match control {
+            Some(ControlledForce { force, .. }) => (force, BranchKind::ForceHold),
+            None => (displacement, BranchKind::Hold),
         };
-        let (mut kind, mut to) = (by_displacement, end);
-        if let Some((force, corners)) = &of_force {
-            let end_of_force = next_corner(corners, from);
-            // if force and displacement are linear up to the same corner, and one of these values is constant, the
-            // machine controls the constant value
-            let direction = force.direction(from, end_of_force);
-            let is_force_hold =
-                end_of_force == end && direction == 0 && by_displacement != BranchKind::Hold;
-            if end_of_force > end || is_force_hold {
-                to = end_of_force;
-                kind = match direction {
-                    1 => BranchKind::Loading,
-                    -1 => BranchKind::Unloading,
-                    _ => BranchKind::ForceHold,
-                };
+        for pair in controlled.corners(time_s, first..=last).windows(2) {
+            let (from, to) = (pair[0], pair[1]);
+            let kind = match controlled.direction(from, to) {
+                1 => BranchKind::Loading,
+                -1 => BranchKind::Unloading,
+                _ => hold,
+            };
+            match branches.last_mut() {
+                // a change of the speed alone does not start a new branch
+                Some(branch) if branch.kind == kind => branch.readings.end = to + 1,
+                _ => branches.push(Branch { kind, readings: from..to + 1 }),
             }
         }
-        match branches.last_mut() {
-            // a change of the speed alone does not start a new branch
-            Some(last) if last.kind == kind => last.readings.end = to + 1,
-            _ => branches.push(Branch { kind, readings: from..to + 1 }),
-        }
-        from = to;
+        first = last;
     }
     branches
-}
-
-/// Returns the first corner after the reading `from`.
-fn next_corner(corners: &[usize], from: usize) -> usize {
-    let last = corners.last().copied().unwrap_or(from + 1);
-    corners.iter().copied().find(|corner| *corner > from).unwrap_or(last)
 }
 
 /// Returns the readings of the first loading of a curve with branches: the readings of loading branches whose
@@ -261,11 +257,35 @@ mod tests {
         let (u, f): (Vec<f64>, Vec<f64>) = time_s.iter().map(|&t| exact(t)).unzip();
         let displacement = Controlled { values: &u, tolerance: 1e-7 };
         let force = Controlled { values: &f, tolerance: 1e-4 };
+        let is_controlled: Vec<bool> =
+            time_s.iter().map(|t| *t > 1.0 + 1e-9 && *t < 9.0 + 1e-9).collect();
+        let force = ControlledForce { force, is_controlled: &is_controlled };
         let found = branches(&time_s, displacement, Some(force));
         let kinds: Vec<BranchKind> = found.iter().map(|b| b.kind).collect();
         assert_eq!(kinds, [Loading, ForceHold, Unloading, Hold], "{found:?}");
         let starts: Vec<usize> = found.iter().map(|b| b.readings.start).collect();
         assert_eq!(starts, [0, 80, 120, 160]);
+    }
+
+    /// An elastic specimen does not creep: under a constant force, its displacement is constant, too.
+    #[test]
+    fn the_hold_of_an_elastic_creep_test_is_a_hold_of_the_force() {
+        let (time_s, u) = readings(&[(1.0, 0.1), (9.0, 0.1), (10.0, 0.0)], 8);
+        let f: Vec<f64> = u.iter().map(|u| 700.0 * u).collect();
+        let displacement = Controlled { values: &u, tolerance: 1e-9 };
+        let hold = |from: f64| {
+            let is_controlled: Vec<bool> =
+                time_s.iter().map(|t| *t > from + 1e-9 && *t < 9.0 + 1e-9).collect();
+            let force = Controlled { values: &f, tolerance: 1e-6 };
+            let force = ControlledForce { force, is_controlled: &is_controlled };
+            let found = branches(&time_s, displacement, Some(force));
+            let kinds = found.iter().map(|branch| branch.kind).collect::<Vec<_>>();
+            assert_eq!([kinds[0], kinds[2]], [BranchKind::Loading, BranchKind::Unloading]);
+            assert_eq!(found[1].readings, 8..17);
+            kinds[1]
+        };
+        // the force is controlled from the start, or during the hold only, or never
+        assert_eq!([0.0, 1.0, 9.0].map(hold), [BranchKind::ForceHold, BranchKind::ForceHold, BranchKind::Hold]);
     }
 
     const PROGRAM: [(f64, f64); 5] =

@@ -17,7 +17,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::branch::{Branch, Controlled, branches, first_loading};
+use crate::branch::{Branch, Controlled, ControlledForce, branches, first_loading};
 use crate::error::InputError;
 use crate::table::to_csv;
 
@@ -47,14 +47,23 @@ impl TestCurve {
     }
 
     /// Finds the branches of the curve as [`with_branches`](Self::with_branches) does, for a machine that controls the
-    /// force in some of the branches. Forces that differ by at most `tolerance_n` count as equal: the curve has no noise.
-    pub fn with_force_branches(self, tolerance_mm: f64, tolerance_n: f64) -> Self {
-        self.divided(tolerance_mm, Some(tolerance_n))
+    /// force in some of the branches: `force_is_controlled` states for each reading whether the machine controlled the
+    /// force since the reading before. Forces that differ by at most `tolerance_n` count as equal: the curve has no noise.
+    pub fn with_force_branches(
+        self,
+        tolerance_mm: f64,
+        tolerance_n: f64,
+        force_is_controlled: &[bool],
+    ) -> Self {
+        self.divided(tolerance_mm, Some((tolerance_n, force_is_controlled)))
     }
 
-    fn divided(mut self, tolerance_mm: f64, tolerance_n: Option<f64>) -> Self {
+    fn divided(mut self, tolerance_mm: f64, by_force: Option<(f64, &[bool])>) -> Self {
         let displacement = Controlled { values: &self.displacement_mm, tolerance: tolerance_mm };
-        let force = tolerance_n.map(|tolerance| Controlled { values: &self.force_n, tolerance });
+        let force = by_force.map(|(tolerance, is_controlled)| ControlledForce {
+            force: Controlled { values: &self.force_n, tolerance },
+            is_controlled,
+        });
         let found = branches(&self.time_s, displacement, force);
         self.branches = if found.len() > 1 { found } else { Vec::new() };
         self

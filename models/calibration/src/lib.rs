@@ -93,4 +93,6 @@ pub use qoi::{
     Slope, TableColumn, Unit, UnloadingSlope,
 };
 pub use record::{Compression, Decimal, Encoding, ReadOptions, Separator};
-pub use validation::{Coverage, Deviation, Prediction, PredictionError};
+pub use validation::{
+    Coverage, Deviation, HeldOutScores, HeldOutValue, Prediction, PredictionError,
+};

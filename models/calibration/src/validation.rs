@@ -5,6 +5,7 @@
 //! are in closed form or found by bisection; nothing is drawn at random.
 
 mod coverage;
+mod held_out_value;
 #[cfg(test)]
 mod tests;
 
@@ -13,6 +14,7 @@ use ppl::prelude::*;
 use thiserror::Error;
 
 pub use coverage::Coverage;
+pub use held_out_value::{HeldOutScores, HeldOutValue, LEVELS};
 use coverage::binomial_tail;
 
 /// Number of values at which probabilities are integrated over the shared error.

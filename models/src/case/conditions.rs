@@ -1,8 +1,9 @@
 //! Boundary conditions of a body that is not compressed between platens.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use fem::{Axis, Conditions};
+use fem::{Axis, Conditions, NodeSet};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -14,6 +15,9 @@ use crate::table::CsvTable;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ConditionsCase {
+    /// Lines by name. An entry of `prescribe` and `measure` accept the name of a line like the name of a surface.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub lines: BTreeMap<String, LineCase>,
     /// Surfaces with prescribed displacement or damage.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub prescribe: Vec<PrescribeCase>,
@@ -42,6 +46,33 @@ pub struct ConditionsCase {
     /// Two points of the body between which the displacement of the curve is measured, along `measure.direction`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub extensometer: Option<ExtensometerCase>,
+    /// How specimens of other sizes compare with the mesh, if `test.kind` implies these conditions; `None` for conditions
+    /// that the user wrote.
+    #[serde(skip)]
+    pub similarity: Option<Similarity>,
+}
+
+/// An entry of `conditions.lines`: a straight line through nodes of the mesh, such as a line support.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LineCase {
+    /// First end of the line in mm.
+    #[schemars(inner(range(min = -1e6, max = 1e6)))]
+    pub from_mm: [f64; 3],
+    /// Second end of the line in mm.
+    #[schemars(inner(range(min = -1e6, max = 1e6)))]
+    pub to_mm: [f64; 3],
+}
+
+/// Sizes that scale a measured curve to the size of the mesh, at equal nominal strain and stress.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Similarity {
+    /// Displacement by the height, force by the cross-section.
+    Axial,
+    /// Displacement by the diameter, force by diameter times thickness, as the tensile stress 2 P/(π D t) of a disc.
+    Diametral,
+    /// Specimens have the size of the mesh.
+    Equal,
 }
 
 /// Factors by which a displacement or load is multiplied, as a function of time: the points (s, factor), or the name of a
@@ -225,6 +256,28 @@ impl Growth {
 }
 
 impl ConditionsCase {
+    /// Conditions of a kind of test, which has measured force and displacement but no supports and loads yet.
+    pub(super) fn of_kind(measure: MeasureCase, similarity: Similarity) -> Self {
+        Self {
+            lines: BTreeMap::new(),
+            prescribe: Vec::new(),
+            symmetry: Vec::new(),
+            traction: Vec::new(),
+            pressure: Vec::new(),
+            body_force_n_per_mm3: None,
+            remove_rigid_motions: false,
+            table: None,
+            measure,
+            extensometer: None,
+            similarity: Some(similarity),
+        }
+    }
+
+    /// Whether a case file contains these conditions; false if `test.kind` implies them.
+    pub(super) fn is_written(&self) -> bool {
+        self.similarity.is_none()
+    }
+
     /// Returns the tables of all entries with their keys.
     pub(super) fn tables(&self) -> Vec<(String, &TimeTable)> {
         let named = |list: &str, surface: &str| format!("conditions.{list} ({surface}).table");
@@ -302,6 +355,9 @@ impl ConditionsCase {
             Growth { table, duration_s }
         };
         let mut all = Conditions::new().described_as(format!("{self:?} in {duration_s} s"));
+        for (name, LineCase { from_mm, to_mm }) in &self.lines {
+            all = all.node_set(name, NodeSet::segment(*from_mm, *to_mm));
+        }
         for entry in &self.prescribe {
             let components = entry.components();
             let axes = Axis::ALL.into_iter().filter(|&axis| components[axis as usize].is_some());

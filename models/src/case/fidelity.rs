@@ -109,6 +109,10 @@ impl CaseFile {
         if let SpecimenGeometry::Cylinder { radius_mm, height_mm, .. } = geometry {
             self.check_spacing(&key("spacing_mm"), level.spacing_mm, *radius_mm, *height_mm)?;
         }
+        if let SpecimenGeometry::Block { size_mm, planes_mm, .. } = geometry {
+            let key = key("spacing_mm");
+            self.check_block_spacing(&key, *size_mm, planes_mm, level.spacing_mm)?;
+        }
         if level.repeats_the_specimen(&self.case) {
             return Err(self.error(
                 &format!("fidelity.levels[{i}]"),
@@ -147,6 +151,9 @@ impl CaseFile {
         match geometry {
             SpecimenGeometry::Cylinder { radius_mm, height_mm, .. } => {
                 self.check_spacing(key, spacing_mm, *radius_mm, *height_mm)
+            }
+            SpecimenGeometry::Block { size_mm, planes_mm, .. } => {
+                self.check_block_spacing(key, *size_mm, planes_mm, spacing_mm)
             }
             _ => Ok(()),
         }

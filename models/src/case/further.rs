@@ -297,6 +297,7 @@ impl CaseFile {
             let is_made_anew = match own.geometry()? {
                 SpecimenGeometry::Mesh { .. }
                 | SpecimenGeometry::Absent
+                | SpecimenGeometry::Block { .. }
                 | SpecimenGeometry::Surfaces { .. }
                 | SpecimenGeometry::Cylinder { scan: None, .. } => true,
                 // a scanned packing has the grains of the calibrated specimen, unless each run generates its own

@@ -1,4 +1,4 @@
-//! Geometry of a case: a cylinder with a packing, an image of a specimen, surfaces of its grains, or a mesh file.
+//! Geometry of a case: a cylinder with a packing, a block, an image of a specimen, surfaces of its grains, or a mesh file.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use fem::{
     SpecimenRegion, SurfaceImport,
 };
 
-use super::{CaseFile, ImageCase, SpecimenCase};
+use super::{CaseFile, ImageCase, NotchCase, SpecimenCase};
 use crate::error::{InputError, absence};
 
 /// Geometry of a case.
@@ -29,6 +29,17 @@ pub enum SpecimenGeometry {
         /// the scan.
         scan: Option<(Scanner, Segmentation)>,
         /// Settings of the mesher.
+        meshing: Meshing,
+    },
+    /// A block of matrix, with or without a notch. It stands on z = 0, in the middle of x and y.
+    Block {
+        /// Length along x, width along y and depth along z in mm.
+        size_mm: [f64; 3],
+        /// Notch at the bottom; `None` for a block without a notch.
+        notch: Option<NotchCase>,
+        /// Coordinates along x in mm where the mesh needs nodes.
+        planes_mm: Vec<f64>,
+        /// Settings of the mesher, of which a block uses the spacing.
         meshing: Meshing,
     },
     /// An image of a specimen.
@@ -98,6 +109,13 @@ impl CaseFile {
             curved: s.order == Order::Quadratic,
             ..Meshing::new(spacing_mm)
         };
+        if let Some(size_mm) = s.block_mm {
+            return self.block(s, size_mm, meshing);
+        }
+        if s.notch.is_some() {
+            let help = "A block has a notch: block_mm = [length, width, depth] in place of radius_mm and height_mm.";
+            return Err(self.error("specimen.notch", "", "needs specimen.block_mm", help));
+        }
         if let Some(import) = &s.stl {
             return self.surfaces(s, import, meshing);
         }
@@ -230,6 +248,29 @@ impl CaseFile {
         Ok(further_images)
     }
 
+    fn block(
+        &self,
+        s: &SpecimenCase,
+        size_mm: [f64; 3],
+        meshing: Meshing,
+    ) -> Result<SpecimenGeometry, InputError> {
+        let extra = [
+            ("radius_mm", s.radius_mm.is_some()),
+            ("height_mm", s.height_mm.is_some()),
+            ("grains", s.grains.is_some()),
+            ("scan", s.scan.is_some()),
+            ("image", s.image.is_some()),
+            ("stl", s.stl.is_some()),
+        ];
+        if let Some((key, _)) = extra.iter().find(|(_, given)| *given) {
+            let help = "A block consists of matrix only: remove one of the two. For a block with grains, give a mesh file.";
+            return Err(self.beside_error(key, "block_mm", help));
+        }
+        let kind = self.case.test.kind;
+        let planes_mm = kind.map_or_else(Vec::new, |kind| kind.kind().planes_mm());
+        Ok(SpecimenGeometry::Block { size_mm, notch: s.notch, planes_mm, meshing })
+    }
+
     fn surfaces(
         &self,
         s: &SpecimenCase,
@@ -256,6 +297,8 @@ impl CaseFile {
             ("radius_mm", s.radius_mm.is_some()),
             ("height_mm", s.height_mm.is_some()),
             ("spacing_mm", s.spacing_mm.is_some()),
+            ("block_mm", s.block_mm.is_some()),
+            ("notch", s.notch.is_some()),
             ("grains", s.grains.is_some()),
             ("scan", s.scan.is_some()),
             ("image", s.image.is_some()),
@@ -332,7 +375,7 @@ impl CaseFile {
             &format!("specimen.{key}"),
             "",
             "is missing",
-            "Give radius_mm, height_mm and spacing_mm, or an image or STL files with spacing_mm, or a mesh.",
+            "Give radius_mm, height_mm and spacing_mm, or block_mm and spacing_mm, or an image or STL files with spacing_mm, or a mesh.",
         )
     }
 

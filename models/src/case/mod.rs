@@ -3,6 +3,7 @@
 //! `breccia init` writes [`Case::TEMPLATE`], the shipped default case with every key explained.
 
 mod between_tests;
+mod block;
 mod calibration;
 mod changed;
 mod conditions;
@@ -33,6 +34,7 @@ mod simulation;
 mod simulator;
 mod target;
 mod template;
+mod test_kind;
 #[cfg(test)]
 mod tests;
 mod trend_values;
@@ -53,6 +55,7 @@ use serde::{Deserialize, Serialize};
 use crate::prior::PriorBounds;
 use crate::qoi::Quantity;
 pub use between_tests::{BetweenTestsCase, TrendCase, TrendVariable};
+pub use block::NotchCase;
 pub(crate) use calibration::QoiComparison;
 pub use calibration::{
     CalibrationCase, ConfirmCase, DesignCase, DesignSample, DiscrepancyCase, ExtendCase,
@@ -60,8 +63,8 @@ pub use calibration::{
 };
 pub(crate) use changed::changed_keys;
 pub use conditions::{
-    ConditionsCase, ExtensometerCase, MeasureCase, PrescribeCase, PressureCase, PressureKind,
-    TimeTable, TractionCase,
+    ConditionsCase, ExtensometerCase, LineCase, MeasureCase, PrescribeCase, PressureCase,
+    PressureKind, Similarity, TimeTable, TractionCase,
 };
 pub use experiments::{ExperimentsCase, NoiseCase, Toe, VirtualCase};
 pub use fidelity::{FidelityCase, LevelCase};
@@ -93,6 +96,8 @@ pub use simulator::SimulatorCase;
 pub use target::{Parameter, SimulationParts, Target, TargetError};
 pub(crate) use target::{Property, TargetRegistry};
 pub(crate) use template::{Template, Value};
+use test_kind::TestSetting;
+pub use test_kind::{BrazilianDisc, ConfinedCompression, NotchedBeam, TestKindCase};
 pub(crate) use trend_values::TrendValues;
 pub use validation::ValidationCase;
 pub(crate) use validation::{has_surrogate_for, validation_case};
@@ -130,8 +135,8 @@ pub struct Case {
     /// Several tests of the same material, which replace a single test.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tests: Vec<TestEntry>,
-    /// Boundary conditions that replace the platens.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    /// Boundary conditions that replace the platens. The conditions of `test.kind` are not part of the case file.
+    #[serde(default, skip_serializing_if = "is_unwritten")]
     pub conditions: Option<ConditionsCase>,
     /// Options of the solver.
     #[serde(default)]
@@ -188,7 +193,7 @@ pub struct Case {
     pub further_tests: FurtherTestsCase,
 }
 
-/// `[specimen]`: a cylinder with a packing, an image of a specimen, surfaces of its grains, or a mesh file.
+/// `[specimen]`: a cylinder with a packing, a block, an image of a specimen, surfaces of its grains, or a mesh file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpecimenCase {
@@ -204,6 +209,13 @@ pub struct SpecimenCase {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1e-6, max = 1e3))]
     pub spacing_mm: Option<f64>,
+    /// Length along x, width along y and depth along z in mm of a block, which replaces the cylinder.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(inner(range(min = 1e-3, max = 1e4)))]
+    pub block_mm: Option<[f64; 3]>,
+    /// Notch of the block.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub notch: Option<NotchCase>,
     /// Element order, 1 or 2. The default is quadratic: linear elements are far too stiff on equal meshes, and less
     /// accurate at equal cost.
     #[serde(default = "order")]
@@ -261,6 +273,8 @@ impl Default for SpecimenCase {
             radius_mm: None,
             height_mm: None,
             spacing_mm: None,
+            block_mm: None,
+            notch: None,
             order: order(),
             grain_mode: GrainMode::default(),
             homogenisation: Homogenisation::default(),
@@ -324,8 +338,22 @@ impl Case {
     fn complete(&mut self) {
         self.add_free_parameters();
         self.test.complete();
+        // conditions that the user wrote beside a kind are kept; the validation refuses them
+        if let (Some(kind), None) = (self.test.kind, &self.conditions) {
+            self.conditions = Some(kind.kind().conditions(&self.test_setting()));
+        }
         if let Some(v) = self.experiments.as_mut().and_then(|e| e.virtual_specimens.as_mut()) {
             v.complete();
+        }
+    }
+
+    /// Returns the keys on which the conditions of `test.kind` depend.
+    fn test_setting(&self) -> TestSetting {
+        TestSetting {
+            displacement_mm: self.test.displacement_mm.unwrap_or(f64::NAN),
+            duration_s: self.test.duration_s(),
+            block_mm: self.specimen.block_mm,
+            notch: self.specimen.notch,
         }
     }
 
@@ -351,6 +379,10 @@ impl Case {
 
     /// The default case that is supplied with the program, with every key explained.
     pub const TEMPLATE: &str = include_str!("../../cases/default.toml");
+}
+
+fn is_unwritten(conditions: &Option<ConditionsCase>) -> bool {
+    !conditions.as_ref().is_some_and(ConditionsCase::is_written)
 }
 
 fn order() -> Order {

@@ -301,8 +301,9 @@ mod tests {
     use super::*;
     use crate::case::{
         AdaptiveCase, ArcLengthCase, ConditionsCase, ExtensometerCase, FreeParameterCase,
-        ImageCase, InterfaceCase, MeasureCase, PrescribeCase, PressureCase, PressureKind,
-        ProgramPointCase, SimulatorCase, TimeTable, TractionCase,
+        ImageCase, InterfaceCase, LineCase, MeasureCase, NotchCase, NotchedBeam, PrescribeCase,
+        PressureCase, PressureKind, ProgramPointCase, SimulatorCase, TestKindCase, TimeTable,
+        TractionCase,
     };
     use crate::record::{Compression, Decimal, Encoding, ReadOptions, Separator};
 
@@ -348,6 +349,9 @@ mod tests {
         full.specimen.surfaces.insert("top".into(), 1.into());
         let interface = InterfaceCase { toughness_n_per_mm: 0.001, width_mm: 0.1 };
         full.interface.insert("matrix-grain".into(), interface);
+        full.specimen.block_mm = Some([48.0, 10.0, 10.0]);
+        full.specimen.notch = Some(NotchCase { depth_mm: 3.0, width_mm: 0.5 });
+        full.test.kind = Some(TestKindCase::NotchedBeam(NotchedBeam { span_mm: 40.0 }));
         full.test.steps = Some(44);
         let point = ProgramPointCase {
             time_s: 1.0,
@@ -363,7 +367,9 @@ mod tests {
         full.test.adaptive = Some(AdaptiveCase { first: 0.01, largest: 0.025 });
         full.test.arc_length = Some(ArcLengthCase { step: 0.025, release_n_mm: 0.001 });
         let surface = || "top".to_owned();
+        let line = LineCase { from_mm: [0.0; 3], to_mm: [1.0; 3] };
         full.conditions = Some(ConditionsCase {
+            lines: [("support".to_owned(), line)].into(),
             prescribe: vec![PrescribeCase {
                 surface: surface(),
                 x_mm: Some(0.0),
@@ -385,6 +391,7 @@ mod tests {
             table: None,
             measure: MeasureCase { surface: surface(), direction: [0.0; 3] },
             extensometer: Some(ExtensometerCase { from_mm: [0.0; 3], to_mm: [1.0; 3] }),
+            similarity: None,
         });
         full.design.import = Some("runs.csv".into());
         full.simulator = Some(SimulatorCase {

@@ -159,8 +159,8 @@ pub(super) fn read_tests(file: &CaseFile) -> ReadTests {
             }
         }
         let test = "experiments.test";
-        if at(&table, "experiments.table").is_some()
-            && at(&entry.set, "experiments.table").is_none()
+        let is_common = |key: &str| at(&table, key).is_some() && at(&entry.set, key).is_none();
+        if ["experiments.table", "experiments.values"].into_iter().any(is_common)
             && at(&entry.set, test).is_none()
         {
             if let Some(Value::String(written)) = at(&table, test) {
@@ -170,14 +170,6 @@ pub(super) fn read_tests(file: &CaseFile) -> ReadTests {
                 mistakes.push(InputError::new(&file.path, test, written, problem, help));
             }
             merge(&mut table, &nested(test, entry.name.clone().into()));
-        }
-        if at(&table, "experiments.values").is_some()
-            && at(&entry.set, "experiments.values").is_none()
-        {
-            let problem = "would give the same specimens to every test";
-            let help = "Give each test its own table: set.experiments.values = \"….csv\".";
-            let key = "experiments.values";
-            mistakes.push(InputError::new(&file.path, key, "", problem, help));
         }
         let (single, of_case) = CaseFile::parse_all(&table.to_string(), &file.path);
         // line numbers of the merged text are not line numbers of the user's file
@@ -453,6 +445,24 @@ mod tests {
         let (_, mistakes) = read(&unused);
         assert_eq!(mistakes.len(), 1, "{mistakes:?}");
         assert!(mistakes[0].contains("experiments.test = fast: is not used"), "{mistakes:?}");
+    }
+
+    /// One table of measured quantities has the specimens of all tests, by its column `test`.
+    #[test]
+    fn a_table_of_quantities_is_divided_by_test() {
+        let dir = tempfile::tempdir().unwrap();
+        for file in ["runs.csv", "measured.csv"] {
+            std::fs::write(dir.path().join(file), "").unwrap();
+        }
+        let text = "[parameters]\nk = { unit = \"MPa\", prior = [1.0, 2.0] }\n\
+                    [design]\nimport = \"runs.csv\"\n[qoi]\nquantities = [\"peak-force\"]\n\
+                    [experiments]\nvalues = \"measured.csv\"\n\
+                    [[tests]]\nname = \"fast\"\n[[tests]]\nname = \"slow\"\n";
+        let (file, mistakes) = CaseFile::parse_all(text, &dir.path().join("case.toml"));
+        assert!(mistakes.is_empty(), "{mistakes:?}");
+        let tests = single_tests(&file.unwrap()).unwrap();
+        let names = tests.iter().map(|test| test.file.case.experiments.clone().unwrap().test);
+        assert_eq!(names.collect::<Vec<_>>(), [Some("fast".to_owned()), Some("slow".to_owned())]);
     }
 
     /// A test can change the likelihood and the discrepancy, which belong to its own quantities.

@@ -10,12 +10,16 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::program::ProgramPointCase;
+use super::test_kind::TestKindCase;
 
 /// `[test]`: the top platen moves down at constant speed or follows a load program, unless
 /// [`ConditionsCase`](crate::case::ConditionsCase) replaces the platens.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TestCase {
+    /// Kind of the test, if the specimen is not compressed between platens.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub kind: Option<TestKindCase>,
     /// Displacement of the top platen at the end of the test in mm; not allowed with a load
     /// program.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -107,6 +111,7 @@ impl Default for TestCase {
     /// A table without keys.
     fn default() -> Self {
         Self {
+            kind: None,
             displacement_mm: None,
             duration_s: None,
             program: None,

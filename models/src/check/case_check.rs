@@ -216,9 +216,10 @@ impl CaseCheck {
             };
             let rate = displacement_mm / test.duration_s();
             let duration_s = test.duration_s();
-            let text = format!(
-                "compression by {displacement_mm} mm in {duration_s} s ({rate:.4} mm/s), {steps}"
-            );
+            let kind = test.kind.map(|kind| kind.kind().in_words());
+            let kind = kind.as_deref().unwrap_or("compression");
+            let text =
+                format!("{kind} by {displacement_mm} mm in {duration_s} s ({rate:.4} mm/s), {steps}");
             self.say("test", text);
         }
         if case.prior.is_none() || case.experiments.is_none() {
@@ -264,6 +265,23 @@ impl CaseCheck {
                 );
                 self.say("specimen", text);
                 Some(MeshSize::of_cylinder([*height_mm, *radius_mm]))
+            }
+            SpecimenGeometry::Block { size_mm: [length, width, depth], notch, .. } => {
+                let notch = match notch {
+                    Some(notch) => {
+                        format!("a notch {} mm deep and {} mm wide", notch.depth_mm, notch.width_mm)
+                    }
+                    None => "without a notch".to_owned(),
+                };
+                let text = format!(
+                    "block of length {length} mm, width {width} mm and depth {depth} mm, {notch}"
+                );
+                self.say("specimen", text);
+                let radius_mm = 0.5 * length.hypot(*width);
+                Some(MeshSize {
+                    is_cylinder: false,
+                    ..MeshSize::of_cylinder([*depth, radius_mm])
+                })
             }
             SpecimenGeometry::Mesh { file: mesh_file, regions, surfaces } => {
                 match imported_mesh(mesh_file, regions, surfaces) {

@@ -131,6 +131,8 @@ fn volume_mm3(geometry: &SpecimenGeometry) -> Option<f64> {
         SpecimenGeometry::Cylinder { radius_mm, height_mm, .. } => {
             Some(std::f64::consts::PI * radius_mm.powi(2) * height_mm)
         }
+        // a block has six tetrahedra per cell, a lattice twelve
+        SpecimenGeometry::Block { size_mm, .. } => Some(0.5 * size_mm.iter().product::<f64>()),
         SpecimenGeometry::Image { radius_mm: Some(r), height_mm: Some(h), .. }
         | SpecimenGeometry::Surfaces { radius_mm: Some(r), height_mm: Some(h), .. } => {
             Some(std::f64::consts::PI * r.powi(2) * h)

@@ -70,7 +70,8 @@ pub(crate) fn measured_specimens(
     least: usize,
 ) -> Result<(SpecimenTable, Vec<String>), WorkflowError> {
     let quantities = &file.case.compared_quantities();
-    let mut specimens = read_measured(path, quantities)?;
+    let test = file.case.experiments.as_ref().and_then(|own| own.test.as_deref());
+    let mut specimens = read_measured(path, quantities, test)?;
     let folder = file.path.parent().map_or_else(PathBuf::new, Path::to_owned);
     let inputs = Inputs::new(file, &folder, Stage::that_writes);
     let table = without_curves(&specimens);

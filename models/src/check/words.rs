@@ -1,6 +1,6 @@
 //! Load program and conditions of a case in words, as `breccia check` prints them.
 
-use crate::case::{ConditionsCase, MeasureCase, PressureKind, ProgramPointCase, TimeTable};
+use crate::case::{ConditionsCase, LineCase, MeasureCase, PressureKind, ProgramPointCase, TimeTable};
 
 /// Largest number of points of a load program or a table that are printed.
 const MOST_POINTS: usize = 8;
@@ -35,6 +35,9 @@ pub(crate) fn conditions_in_words(conditions: &ConditionsCase, duration_s: f64) 
     let growth =
         |own: &Option<TimeTable>| growth_in_words(own.as_ref().or(table.as_ref()), duration_s);
     let mut lines = Vec::new();
+    for (name, LineCase { from_mm, to_mm }) in &conditions.lines {
+        lines.push(format!("{name}: line from {from_mm:?} to {to_mm:?} mm"));
+    }
     for entry in prescribe {
         let components = ["x", "y", "z"].into_iter().zip([entry.x_mm, entry.y_mm, entry.z_mm]);
         let given: Vec<(&str, f64)> =

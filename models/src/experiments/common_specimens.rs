@@ -67,8 +67,9 @@ fn common_row(first: &CaseFile, second: &CaseFile) -> Option<CommonSpecimen> {
     let values = |file: &CaseFile| {
         let path = file.beside(file.case.experiments.as_ref()?.values.as_ref()?);
         // tables of other quantities cannot be compared
-        let rows = read_measured(&path, &quantities).ok()?;
-        let group = file.case.experiments.as_ref()?.group.clone();
+        let experiments = file.case.experiments.as_ref()?;
+        let rows = read_measured(&path, &quantities, experiments.test.as_deref()).ok()?;
+        let group = experiments.group.clone();
         let is_chosen = move |specimen_group: &str| {
             group.as_deref().is_none_or(|group| group == specimen_group)
         };

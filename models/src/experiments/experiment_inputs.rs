@@ -25,6 +25,12 @@ pub(crate) fn measured_values(inputs: &Inputs<'_>) -> Option<PathBuf> {
     Some(inputs.named_file(path))
 }
 
+/// Test whose specimens are chosen from a table of measured quantities; `None` for the specimens of all tests.
+pub(crate) fn test_of_specimens<'a>(inputs: &'a Inputs<'_>) -> Option<&'a str> {
+    inputs.reads("experiments.test");
+    inputs.unrecorded().case.experiments.as_ref()?.test.as_deref()
+}
+
 /// The table of the specimens with their curves.
 pub(crate) fn specimen_table(inputs: &Inputs<'_>) -> Result<SpecimenTable, WorkflowError> {
     inputs.unrecorded().table()?;

@@ -1,5 +1,6 @@
 //! Measured quantities from a table that replaces curves (`experiments.values`).
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use super::experiment_inputs;
@@ -25,25 +26,34 @@ pub(crate) struct MeasuredSpecimen {
     pub(crate) values: Vec<f64>,
 }
 
-/// Reads the measured quantities of all specimens: the columns `id`, optionally `group`, and a column per quantity.
+/// Reads the measured quantities of the specimens of a test, or of all specimens if `test` is `None`: the columns `id`,
+/// optionally `group` and `test`, and a column per quantity.
 ///
 /// # Errors
-/// Fails if a column is missing, a cell is neither empty nor a number, all cells of a specimen are empty, or two
-/// specimens have the same name.
+/// Fails if a column is missing, a cell is neither empty nor a number, all cells of a specimen are empty, two specimens
+/// have the same name, or no specimen belongs to the test.
 pub(crate) fn read_measured(
     file: &Path,
     quantities: &[Quantity],
+    test: Option<&str>,
 ) -> Result<Vec<MeasuredSpecimen>, InputError> {
     let columns: Vec<String> = quantities.iter().map(|q| q.column().into_owned()).collect();
     let required: Vec<&str> =
         ["id"].into_iter().chain(columns.iter().map(String::as_str)).collect();
     let table = CsvTable::read(file, &required)?;
+    let (mut ids, mut tests) = (BTreeSet::new(), BTreeSet::new());
     let mut specimens: Vec<MeasuredSpecimen> = Vec::new();
     for row in table.rows() {
         let id = row.text("id").to_owned();
-        if id.is_empty() || specimens.iter().any(|other| other.id == id) {
+        if id.is_empty() || !ids.insert(id.clone()) {
             let help = "Give each specimen a name of its own.";
             return Err(row.error("id", "is missing or is the name of another specimen", help));
+        }
+        let of_row = row.text("test");
+        tests.extend((!of_row.is_empty()).then(|| of_row.to_owned()));
+        // specimens of other tests may lack all quantities of this test
+        if test.is_some_and(|test| test != of_row) {
+            continue;
         }
         let value = |(quantity, column): (&Quantity, &String)| {
             read_cell(&row, column, quantity.is_positive())
@@ -55,6 +65,17 @@ pub(crate) fn read_measured(
             return Err(row.error("id", "has no quantity", help));
         }
         specimens.push(MeasuredSpecimen { id, group: row.text("group").to_owned(), values });
+    }
+    if let Some(test) = test.filter(|test| !ids.is_empty() && !tests.contains(*test)) {
+        let help = match tests.is_empty() {
+            true => "Add a column test with the name of the test of each specimen.".to_owned(),
+            false => {
+                let names: Vec<&str> = tests.iter().map(String::as_str).collect();
+                format!("The column test has: {}.", names.join(", "))
+            }
+        };
+        let problem = "no specimen belongs to this test";
+        return Err(InputError::new(file, "column test", format!("{test:?}"), problem, help));
     }
     Ok(specimens)
 }
@@ -104,7 +125,8 @@ pub(crate) fn check_measured(
 pub(crate) fn write_measured(task: &Task<'_>, file: &Path) -> Result<String, WorkflowError> {
     let inputs = &task.inputs;
     let qoi = inputs.qoi();
-    let all = read_measured(file, &qoi.quantities)?;
+    let test = experiment_inputs::test_of_specimens(inputs);
+    let all = read_measured(file, &qoi.quantities, test)?;
     let chosen = experiment_inputs::chosen(inputs, without_curves(&all))?;
     let is_chosen = |measured: &MeasuredSpecimen| {
         chosen.specimens.iter().any(|specimen| specimen.id == measured.id)
@@ -150,12 +172,16 @@ mod tests {
     use super::*;
 
     fn read(text: &str) -> Result<Vec<MeasuredSpecimen>, String> {
+        read_test(text, None)
+    }
+
+    fn read_test(text: &str, test: Option<&str>) -> Result<Vec<MeasuredSpecimen>, String> {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("measured.csv");
         std::fs::write(&path, text).unwrap();
         let named = |name: &str| toml::Value::from(name).try_into::<Quantity>().unwrap();
         let quantities = [named("column:u_mm"), named("peak-force")];
-        let specimens = read_measured(&path, &quantities).map_err(|e| e.to_string())?;
+        let specimens = read_measured(&path, &quantities, test).map_err(|e| e.to_string())?;
         check_measured(&path, &quantities, &specimens, 2).map_err(|e| e.to_string())?;
         Ok(specimens)
     }
@@ -166,6 +192,29 @@ mod tests {
         let values: Vec<&[f64]> = rows.iter().map(|row| &row.values[..]).collect();
         assert_eq!(values, [[-2.0, 10.0], [3.0, 11.0]]);
         assert_eq!((rows[1].id.as_str(), rows[1].group.as_str()), ("b", "x"));
+    }
+
+    /// A table with the specimens of several tests: the specimens of other tests may lack the quantities of this test.
+    #[test]
+    fn the_column_test_chooses_specimens() {
+        let text = "id,test,u_mm,peak_force_N\na,slow,1,10\nb,fast,,\nc,slow,2,11\nd,,3,12\n";
+        let ids = |test: &str| -> Result<Vec<String>, String> {
+            let rows = read_test(text, Some(test))?;
+            Ok(rows.into_iter().map(|row| row.id).collect())
+        };
+        assert_eq!(ids("slow").unwrap(), ["a", "c"]);
+        assert!(ids("fast").unwrap_err().contains("b: has no quantity"), "{:?}", ids("fast"));
+        let unknown = ids("creep").unwrap_err();
+        for part in ["column test", "\"creep\"", "has: fast, slow"] {
+            assert!(unknown.contains(part), "{unknown}");
+        }
+        let without = read_test("id,u_mm,peak_force_N\na,1,2\nb,2,3\n", Some("slow"));
+        assert!(without.err().unwrap().contains("Add a column test"));
+        // two tests cannot have specimens of one name, and all rows count without a chosen test
+        let twice = read_test("id,test,u_mm,peak_force_N\na,x,1,2\na,y,2,3\n", Some("x"));
+        assert!(twice.err().unwrap().contains("name of another specimen"));
+        let all = read("id,test,u_mm,peak_force_N\na,x,1,2\nb,y,2,3\n").unwrap();
+        assert_eq!(all.len(), 2);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use fem::TetMesh;
 
-use crate::case::ConditionsCase;
+use crate::case::{ConditionsCase, Similarity};
 use crate::error::InputError;
 use crate::experiment::{Specimen, TestCurve};
 use crate::simulation::setup::{height_mm, radius_mm};
@@ -31,6 +31,8 @@ pub(crate) struct MeshSize {
 pub(crate) enum MeasuredOver {
     /// The height of the specimen: displacements of specimens of other heights are scaled.
     Height,
+    /// The diameter of a disc: displacements are scaled by the diameter, forces by diameter times thickness.
+    Diameter,
     /// A length of the case that does not change with the height of the specimen: the distance between the gauge points of
     /// an extensometer, or a displacement across the axis.
     FixedLength,
@@ -40,6 +42,12 @@ impl MeasuredOver {
     /// The length for the boundary conditions of a case; without conditions, the displacement of the platen is measured.
     fn of(conditions: Option<&ConditionsCase>) -> Self {
         let is_axial = |[x, y, z]: [f64; 3]| x.hypot(y) <= ROUNDING * z.abs();
+        match conditions.and_then(|conditions| conditions.similarity) {
+            Some(Similarity::Axial) => return Self::Height,
+            Some(Similarity::Diametral) => return Self::Diameter,
+            Some(Similarity::Equal) => return Self::FixedLength,
+            None => {}
+        }
         match conditions {
             Some(conditions)
                 if conditions.extensometer.is_some() || !is_axial(conditions.measure.direction) =>
@@ -75,9 +83,9 @@ impl MeshSize {
 /// Factors that scale displacements and forces of a specimen to the size of the mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MeshScale {
-    /// Ratio of the heights, for equal nominal strain; 1 if displacements are measured over a fixed length.
+    /// Ratio of the heights (of a disc: the diameters), for equal nominal strain; 1 if displacements are measured over a fixed length.
     pub(crate) displacement: f64,
-    /// Ratio of the cross-sections, for equal nominal stress; 1 if the mesh is not a cylinder.
+    /// Ratio of the cross-sections (of a disc: diameter times thickness), for equal nominal stress; 1 if the mesh is not a cylinder.
     pub(crate) force: f64,
 }
 
@@ -91,9 +99,13 @@ impl MeshScale {
         let factor = |ratio: f64| if (ratio - 1.0).abs() > ROUNDING { ratio } else { 1.0 };
         let displacement = match mesh.measured_over {
             MeasuredOver::Height => factor(mesh.height_mm / specimen.height_mm),
+            MeasuredOver::Diameter => factor(mesh.radius_mm / specimen.radius_mm),
             MeasuredOver::FixedLength => 1.0,
         };
         let force = match mesh.is_cylinder {
+            true if mesh.measured_over == MeasuredOver::Diameter => factor(
+                mesh.radius_mm * mesh.height_mm / (specimen.radius_mm * specimen.height_mm),
+            ),
             true => factor(mesh.radius_mm / specimen.radius_mm).powi(2),
             false => 1.0,
         };

@@ -85,7 +85,13 @@ impl Notes {
 pub(crate) fn note_sizes(table: &SpecimenTable, mesh: MeshSize, notes: &mut Notes) {
     for specimen in &table.specimens {
         let scale = MeshScale::of(specimen, Some(mesh));
-        if scale.displacement != 1.0 {
+        if scale.displacement != 1.0 && mesh.measured_over == MeasuredOver::Diameter {
+            let text = format!(
+                "has a radius of {} mm, the mesh {:.4} mm: its displacements are scaled by {:.4}",
+                specimen.radius_mm, mesh.radius_mm, scale.displacement
+            );
+            notes.say("height", &format!("{} {text}", specimen.id));
+        } else if scale.displacement != 1.0 {
             let text = format!(
                 "is {} mm high, the mesh {:.4} mm: its displacements are scaled by {:.4}",
                 specimen.height_mm, mesh.height_mm, scale.displacement
@@ -95,7 +101,7 @@ pub(crate) fn note_sizes(table: &SpecimenTable, mesh: MeshSize, notes: &mut Note
         let is_other_height = (specimen.height_mm / mesh.height_mm - 1.0).abs() > UNSCALED;
         if mesh.measured_over == MeasuredOver::FixedLength && is_other_height {
             let text = format!(
-                "is {} mm high, the mesh {:.4} mm: its displacements are not scaled, because they are measured over a length that                  the case states (conditions.extensometer, conditions.measure). Mesh a specimen of this height                  (specimen.height_mm) if the measured region is not far from its ends",
+                "is {} mm high, the mesh {:.4} mm: its displacements are not scaled, because they are measured over a length that                  the case states (conditions.extensometer, conditions.measure, test.kind). Mesh a specimen of this height                  (specimen.height_mm) if the measured region is not far from its ends",
                 specimen.height_mm, mesh.height_mm
             );
             notes.say("height", &format!("{} {text}", specimen.id));

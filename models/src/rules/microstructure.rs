@@ -38,7 +38,7 @@ impl Source {
             }
             SpecimenGeometry::Surfaces { .. } => Some(Self::Surfaces),
             SpecimenGeometry::Mesh { regions, .. } => (regions.len() > 1).then_some(Self::Mesh),
-            SpecimenGeometry::Absent => None,
+            SpecimenGeometry::Absent | SpecimenGeometry::Block { .. } => None,
         }
     }
 

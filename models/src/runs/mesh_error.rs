@@ -35,6 +35,7 @@ pub(crate) fn mesh_errors(
     let spacing_mm = match inputs.geometry()? {
         SpecimenGeometry::Mesh { .. } | SpecimenGeometry::Absent => return Ok(None),
         SpecimenGeometry::Cylinder { meshing, .. }
+        | SpecimenGeometry::Block { meshing, .. }
         | SpecimenGeometry::Image { meshing, .. }
         | SpecimenGeometry::Surfaces { meshing, .. } => meshing.spacing_mm,
     };

@@ -38,9 +38,14 @@ impl Simulator {
     /// Prepares the test of a case on a mesh.
     pub(crate) fn new(
         setup: &Setup<'_>,
-        mesh: TetMesh,
+        mut mesh: TetMesh,
         parameters: Vec<Parameter>,
     ) -> Result<Self, WorkflowError> {
+        if let Some(kind) = setup.test.kind {
+            let located = |reason| format!("{}: {reason}", setup.path.display());
+            let added = kind.kind().add_surfaces(&mut mesh);
+            added.map_err(|reason| WorkflowError::Unusable(located(reason)))?;
+        }
         let is_missing = |region: &&String| !setup.material.contains_key(*region);
         if let Some(region) = mesh.regions.iter().find(is_missing) {
             let message =

@@ -9,6 +9,7 @@ use fem::{
     SurfaceImportError, TetMesh, Volume, VoxelGrains, gmsh, read_image, read_label_values,
 };
 
+use super::block::block_mesh;
 use super::specimen_grains::{GrainPhases, SpecimenGrains};
 use crate::case::{CaseFile, SpecimenGeometry};
 use crate::progress::say;
@@ -350,6 +351,11 @@ pub(crate) fn direct_mesh(
             let size = [*radius_mm, *height_mm];
             let Meshed { mesh, report } = packed_mesh(case, size, grains.as_ref(), meshing)?;
             Ok((mesh, Some(report)))
+        }
+        SpecimenGeometry::Block { size_mm, notch, planes_mm, meshing } => {
+            let built = block_mesh(*size_mm, *notch, planes_mm, meshing.spacing_mm);
+            let located = |error| format!("{}: specimen.block_mm: {error}", case.display());
+            Ok((built.map_err(|error| WorkflowError::Unusable(located(error)))?, None))
         }
         SpecimenGeometry::Surfaces { import, radius_mm, height_mm, meshing } => {
             let imported = imported_grains(case, import, [*radius_mm, *height_mm], meshing)?;

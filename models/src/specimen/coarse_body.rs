@@ -2,6 +2,7 @@
 
 use fem::{CylinderLattice, GrainMode, Meshing, Mixture, ProblemWarning, TetMesh};
 
+use super::block::block_mesh;
 use super::build::packed;
 use crate::case::{CaseFile, ConditionsCase, SpecimenGeometry};
 use crate::results_folder::error::WorkflowError;
@@ -34,6 +35,14 @@ pub(crate) fn check_on_coarse_body(
     geometry: &SpecimenGeometry,
 ) -> Result<CoarseCheck, WorkflowError> {
     let (size_mm, meshing) = match geometry {
+        SpecimenGeometry::Block { size_mm, notch, planes_mm, meshing } => {
+            let spacing_mm = SPACING * size_mm.iter().copied().fold(f64::INFINITY, f64::min);
+            // the sizes of the case have been checked: a block that cannot be meshed has been reported
+            return match block_mesh(*size_mm, *notch, planes_mm, spacing_mm) {
+                Ok(mesh) => set_up(file, mesh, meshing.spacing_mm / spacing_mm),
+                Err(_) => Ok(CoarseCheck::default()),
+            };
+        }
         SpecimenGeometry::Cylinder { radius_mm, height_mm, meshing, .. } => {
             ([Some(*radius_mm), Some(*height_mm)], meshing)
         }
@@ -49,7 +58,7 @@ pub(crate) fn check_on_coarse_body(
         return Ok(CoarseCheck::default());
     };
     let regions = file.regions(geometry);
-    let coarse = |is_mixed| set_up(file, [radius_mm, height_mm], &regions, meshing, is_mixed);
+    let coarse = |is_mixed| set_up_cylinder(file, [radius_mm, height_mm], &regions, meshing, is_mixed);
     let has_grains = regions.len() > 1;
     match meshing.mode {
         GrainMode::Fraction => coarse(has_grains),
@@ -64,7 +73,7 @@ pub(crate) fn check_on_coarse_body(
 }
 
 /// Sets up the test on a coarse cylinder \[radius, height\] in mm, whose matrix consists of mixtures if `is_mixed` is true.
-fn set_up(
+fn set_up_cylinder(
     file: &CaseFile,
     [radius_mm, height_mm]: [f64; 2],
     regions: &[String],
@@ -80,9 +89,24 @@ fn set_up(
     if is_mixed {
         mix(&mut mesh);
     }
+    set_up(file, mesh, meshing.spacing_mm / spacing_mm)
+}
+
+/// Sets up the test on a coarse mesh. `refinement` is the ratio of the spacing of the case to the spacing of this mesh.
+fn set_up(
+    file: &CaseFile,
+    mut mesh: TetMesh,
+    refinement: f64,
+) -> Result<CoarseCheck, WorkflowError> {
+    if let Some(kind) = file.case.test.kind
+        && kind.kind().add_surfaces(&mut mesh).is_err()
+    {
+        // elements of this mesh may be larger than a surface of the test
+        return Ok(CoarseCheck::default());
+    }
     // a strength depends on the distance of the nodes in the mesh of the case
     let mut material = file.case.material.clone();
-    let mean_edge_mm = mesh.mean_edge() * meshing.spacing_mm / spacing_mm;
+    let mean_edge_mm = mesh.mean_edge() * refinement;
     let apart_mm = mean_edge_mm / f64::from(u8::from(file.case.specimen.order));
     let strengths = material.values_mut().filter_map(|material| material.strength.as_mut());
     strengths.for_each(|strength| {

@@ -112,6 +112,7 @@ pub(crate) fn mesh_with(
 ) -> Result<(TetMesh, Option<MeshReport>), WorkflowError> {
     let mut geometry = inputs.geometry()?;
     if let SpecimenGeometry::Cylinder { meshing, .. }
+    | SpecimenGeometry::Block { meshing, .. }
     | SpecimenGeometry::Image { meshing, .. }
     | SpecimenGeometry::Surfaces { meshing, .. } = &mut geometry
     {

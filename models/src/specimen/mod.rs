@@ -1,5 +1,6 @@
 //! The specimen of a simulation: image, grains and mesh. The stages `segment` and `mesh` are two files of this module.
 
+pub(crate) mod block;
 pub(crate) mod build;
 pub(crate) mod coarse_body;
 pub(crate) mod damage_of;

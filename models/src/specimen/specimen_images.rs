@@ -73,7 +73,9 @@ pub(crate) fn stiffness_ratios(
             let all = [stack].into_iter().chain(further).take(images::count(inputs)?);
             (meshing, all.map(|path| canonical(&path)).collect(), labels)
         }
-        SpecimenGeometry::Mesh { .. } | SpecimenGeometry::Absent => {
+        SpecimenGeometry::Mesh { .. }
+        | SpecimenGeometry::Block { .. }
+        | SpecimenGeometry::Absent => {
             return Ok(vec![None; table.specimens.len()]);
         }
     };

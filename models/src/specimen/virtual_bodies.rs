@@ -37,13 +37,13 @@ impl<'a> VirtualBodies<'a> {
                 let size_mm = [*radius_mm, *height_mm];
                 Ok(Self::Packings { size_mm, grains: grains.as_ref(), meshing })
             }
-            SpecimenGeometry::Mesh { .. } => {
+            SpecimenGeometry::Mesh { .. } | SpecimenGeometry::Block { .. } => {
                 let mesh = gmsh::read(inputs.file("mesh.msh")?, &gmsh::GmshNames::default())?;
                 Ok(Self::Shared(Box::new(mesh)))
             }
             _ => {
-                let message = "virtual specimens need a cylinder, in which each specimen has its own packing, or a \
-                               mesh file";
+                let message = "virtual specimens need a cylinder, in which each specimen has its own packing, a block, \
+                               or a mesh file";
                 Err(WorkflowError::Unusable(message.to_owned()))
             }
         }

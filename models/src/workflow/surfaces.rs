@@ -219,6 +219,8 @@ fn grain_surfaces(inputs: &Inputs<'_>) -> Result<Vec<GrainSurface>, WorkflowErro
             };
             Ok(grains.into_iter().map(surface).collect())
         }
-        SpecimenGeometry::Image { .. } | SpecimenGeometry::Absent => Ok(Vec::new()),
+        SpecimenGeometry::Image { .. }
+        | SpecimenGeometry::Block { .. }
+        | SpecimenGeometry::Absent => Ok(Vec::new()),
     }
 }

@@ -1,10 +1,12 @@
 //! Checks of `[conditions]`.
 
-use super::super::{CaseFile, ConditionsCase, ExtensometerCase, TimeTable, Toe};
+use super::super::{CaseFile, ConditionsCase, ExtensometerCase, LineCase, TimeTable, Toe};
 use crate::error::{InputError, closest};
 
 /// Surfaces of a cylinder that this program meshes.
-const OF_CYLINDER: [&str; 3] = ["bottom", "side", "top"];
+pub(super) const OF_CYLINDER: [&str; 3] = ["bottom", "side", "top"];
+/// Surfaces of a block, without the surface of its notch.
+pub(super) const OF_BLOCK: [&str; 6] = ["left", "right", "front", "back", "bottom", "top"];
 /// Relative distance from the surface of a cylinder within which a point counts as inside.
 const SAME: f64 = 1e-9;
 
@@ -44,6 +46,18 @@ impl CaseFile {
         if let Some(force) = conditions.body_force_n_per_mm3 {
             finite("conditions.body_force_n_per_mm3".into(), &force, "N/mm³")?;
         }
+        for (name, LineCase { from_mm, to_mm }) in &conditions.lines {
+            let help = "The line connects nodes of the mesh.";
+            for (end, position) in [("from_mm", from_mm), ("to_mm", to_mm)] {
+                let key = format!("conditions.lines.{name}.{end}");
+                position.iter().try_for_each(|&x| self.within(&key, x, -1e6, 1e6, "mm", help))?;
+            }
+            if from_mm == to_mm {
+                let key = format!("conditions.lines.{name}.to_mm");
+                let help = "Give the two ends of the line.";
+                return Err(self.error(&key, format!("{to_mm:?}"), "is the same point as from_mm", help));
+            }
+        }
         finite("conditions.measure.direction".into(), &conditions.measure.direction, "")?;
         if let Some(ExtensometerCase { from_mm, to_mm }) = &conditions.extensometer {
             for (name, position) in [("from_mm", from_mm), ("to_mm", to_mm)] {
@@ -62,6 +76,11 @@ impl CaseFile {
             }
         }
         conditions.tables().iter().try_for_each(|(key, table)| self.check_table(key, table))?;
+        self.check_confined_toe(conditions)
+    }
+
+    /// Refuses the correction of a soft start if loads act before the displacement begins.
+    pub(super) fn check_confined_toe(&self, conditions: &ConditionsCase) -> Result<(), InputError> {
         let corrects = self.case.experiments.as_ref().is_some_and(|all| all.toe == Toe::Correct);
         if corrects && conditions.confined_s(self.case.test.duration_s()).is_some() {
             let problem = "cannot be combined with loads that act before the displacement begins";
@@ -74,23 +93,37 @@ impl CaseFile {
     /// Checks that the specimen has the surfaces of the conditions.
     fn check_surfaces(&self, conditions: &ConditionsCase) -> Result<(), InputError> {
         let specimen = &self.case.specimen;
-        let names: Vec<&str> = match specimen.mesh {
-            Some(_) => specimen.surfaces.keys().map(String::as_str).collect(),
-            None => OF_CYLINDER.to_vec(),
+        let names: Vec<&str> = match (&specimen.mesh, specimen.block_mm, specimen.notch) {
+            (Some(_), ..) => specimen.surfaces.keys().map(String::as_str).collect(),
+            (None, Some(_), None) => OF_BLOCK.to_vec(),
+            (None, Some(_), Some(_)) => [&OF_BLOCK[..], &["notch"]].concat(),
+            (None, None, _) => OF_CYLINDER.to_vec(),
         };
+        let lines: Vec<&str> = conditions.lines.keys().map(String::as_str).collect();
+        if let Some(line) = lines.iter().find(|line| names.contains(line)) {
+            let help = "Give the line another name.";
+            let key = format!("conditions.lines.{line}");
+            return Err(self.error(&key, "", "is the name of a surface of the specimen", help));
+        }
         let prescribed = conditions.prescribe.iter().map(|p| ("prescribe", &p.surface));
         let symmetry = conditions.symmetry.iter().map(|surface| ("symmetry", surface));
         let tractions = conditions.traction.iter().map(|t| ("traction", &t.surface));
         let pressures = conditions.pressure.iter().map(|p| ("pressure", &p.surface));
         let measured = std::iter::once(("measure.surface", &conditions.measure.surface));
         let mut all = prescribed.chain(symmetry).chain(tractions).chain(pressures).chain(measured);
-        let Some((key, surface)) = all.find(|(_, surface)| !names.contains(&surface.as_str()))
-        else {
+        let is_known = |key: &str, name: &str| {
+            let on_line = ["prescribe", "measure.surface"].contains(&key) && lines.contains(&name);
+            names.contains(&name) || on_line
+        };
+        let Some((key, surface)) = all.find(|(key, surface)| !is_known(key, surface)) else {
             return Ok(());
         };
         let hint = closest(surface, names.iter().copied());
         let hint = hint.map(|name| format!("Did you mean {name:?}? ")).unwrap_or_default();
         let help = match (specimen.mesh.is_some(), names.is_empty()) {
+            (false, _) if specimen.block_mm.is_some() => {
+                format!("{hint}The block has the surfaces {}.", names.join(", "))
+            }
             (false, _) => format!("{hint}A cylinder has the surfaces {}.", names.join(", ")),
             (true, true) => {
                 "Name the mesh's physical surfaces: specimen.surfaces = { bottom = 11 }.".to_owned()

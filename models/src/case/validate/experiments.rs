@@ -76,13 +76,13 @@ impl CaseFile {
             SpecimenGeometry::Cylinder { radius_mm, height_mm, .. } => {
                 Some([*radius_mm, *height_mm])
             }
-            SpecimenGeometry::Mesh { .. } => None,
+            SpecimenGeometry::Mesh { .. } | SpecimenGeometry::Block { .. } => None,
             _ => {
                 return Err(self.error(
                     "experiments.virtual",
                     "",
-                    "needs a cylinder, in which each virtual specimen has its own packing, or a mesh file, which all \
-                     virtual specimens share",
+                    "needs a cylinder, in which each virtual specimen has its own packing, or a block or a mesh file, \
+                     which all virtual specimens share",
                     "Give specimen.radius_mm, height_mm and spacing_mm, or specimen.mesh, instead of an image or STL \
                      files, or test real specimens (experiments.table).",
                 ));
@@ -115,8 +115,8 @@ impl CaseFile {
         if let Some(spacing) = v.spacing_mm {
             let key = "experiments.virtual.spacing_mm";
             let Some([radius_mm, height_mm]) = size else {
-                let help = "Remove this key: the virtual specimens have the mesh of the file.";
-                let problem = "cannot change the elements of specimen.mesh";
+                let help = "Remove this key: the virtual specimens have the mesh of [specimen].";
+                let problem = "cannot change the elements of a block or of specimen.mesh";
                 return Err(self.error(key, spacing.to_string(), problem, help));
             };
             self.check_spacing(key, spacing, radius_mm, height_mm)?;

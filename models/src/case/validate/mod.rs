@@ -11,6 +11,7 @@ mod prior;
 mod program;
 mod several_tests;
 mod simulation;
+mod test_kind;
 mod validation;
 
 use fem::VOID;
@@ -32,7 +33,9 @@ impl CaseFile {
         match geometry {
             SpecimenGeometry::Absent => Vec::new(),
             SpecimenGeometry::Mesh { regions, .. } => regions.keys().cloned().collect(),
-            SpecimenGeometry::Cylinder { grains: None, .. } => vec!["matrix".into()],
+            SpecimenGeometry::Cylinder { grains: None, .. } | SpecimenGeometry::Block { .. } => {
+                vec!["matrix".into()]
+            }
             SpecimenGeometry::Image { labels: Some(rules), .. } => {
                 let mut phases = rules.grain_phases();
                 phases.retain(|phase| phase != VOID);

@@ -2,7 +2,7 @@
 
 use fem::{FemError, LoadProgram, ProgramPoint};
 
-use super::super::{Case, CaseFile, Mistakes, ProgramPointCase, Toe};
+use super::super::{Case, CaseFile, ConditionsCase, Mistakes, ProgramPointCase, Toe};
 use crate::error::InputError;
 use crate::qoi::{Extent, Quantity};
 
@@ -47,7 +47,8 @@ fn check_beside_program(file: &CaseFile) -> Result<(), InputError> {
             "The arc-length method needs constant speed: remove this key, and use steps or adaptive.",
         ),
         (
-            conditions.is_some(),
+            // `check_kind` reports a program beside `test.kind`
+            conditions.as_ref().is_some_and(ConditionsCase::is_written),
             "conditions",
             "Conditions replace the platens that the program moves: remove one of the two.",
         ),

@@ -2,8 +2,11 @@
 
 use fem::{FemError, Packing, PhaseField, Platens, Segmentation, Unsupported};
 
-use super::super::{Case, CaseFile, MaterialCase, Mistakes, Property, SpecimenGeometry};
+use super::super::{
+    Case, CaseFile, MaterialCase, Mistakes, NotchCase, Property, SpecimenGeometry,
+};
 use super::program::check_program;
+use super::test_kind::check_kind;
 use crate::error::InputError;
 
 /// Largest number of tetrahedra; a larger number is assumed to be a typing error in the spacing.
@@ -26,6 +29,16 @@ impl CaseFile {
                     mistakes.note(self.check_segmentation(segmentation));
                 }
                 (size, meshing)
+            }
+            SpecimenGeometry::Block { size_mm, notch, planes_mm, meshing } => {
+                mistakes.note(self.check_block(*size_mm, *notch));
+                mistakes.note(self.check_block_spacing(
+                    "specimen.spacing_mm",
+                    *size_mm,
+                    planes_mm,
+                    meshing.spacing_mm,
+                ));
+                return;
             }
             SpecimenGeometry::Image {
                 options,
@@ -78,6 +91,52 @@ impl CaseFile {
                 mistakes.note(self.within(&key, length, 1e-3, 1e3, "mm", help));
             }
         }
+    }
+
+    fn check_block(
+        &self,
+        size_mm: [f64; 3],
+        notch: Option<NotchCase>,
+    ) -> Result<(), InputError> {
+        let help = "block_mm = [length along x, width along y, depth along z], in mm.";
+        for size in size_mm {
+            self.within("specimen.block_mm", size, 1e-3, 1e4, "mm", help)?;
+        }
+        let Some(NotchCase { depth_mm, width_mm }) = notch else { return Ok(()) };
+        let [length, _, depth] = size_mm;
+        for (name, value, largest, of) in
+            [("depth_mm", depth_mm, depth, "depth"), ("width_mm", width_mm, length, "length")]
+        {
+            if !(value > 0.0 && value < largest) {
+                let key = format!("specimen.notch.{name}");
+                let problem = format!("must lie between 0 and the {of} of the block, {largest} mm");
+                let help = "The notch is open at the bottom, in the middle of the length.";
+                return Err(self.error(&key, value.to_string(), problem, help));
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks the spacing of a block, whose mesh has nodes at all `planes_mm` along x.
+    pub(in crate::case) fn check_block_spacing(
+        &self,
+        key: &str,
+        size_mm: [f64; 3],
+        planes_mm: &[f64],
+        spacing_mm: f64,
+    ) -> Result<(), InputError> {
+        let help = "It is the longest edge of the hexahedra of which each is split into six tetrahedra.";
+        let least = size_mm.into_iter().fold(f64::INFINITY, f64::min);
+        self.within(key, spacing_mm, 1e-6, least.max(1e-6), "mm", help)?;
+        // each plane adds at most one cell to the length
+        let cells = |size: f64, planes: usize| (size / spacing_mm).ceil() + planes as f64;
+        let [x, y, z] = size_mm;
+        let tets = 6.0 * cells(x, planes_mm.len() + 4) * cells(y, 0) * cells(z, 1);
+        if tets > MOST_TETS {
+            let problem = format!("makes some {tets:.1e} tetrahedra");
+            return Err(self.error(key, spacing_mm.to_string(), problem, help));
+        }
+        Ok(())
     }
 
     fn check_packing(
@@ -264,7 +323,10 @@ impl CaseFile {
 
     pub(super) fn check_test(&self, mistakes: &mut Mistakes) {
         let Case { phase_field, test, solver, .. } = &self.case;
-        mistakes.note(self.check_drive());
+        match self.case.test.kind {
+            Some(kind) => check_kind(self, kind, mistakes),
+            None => mistakes.note(self.check_drive()),
+        }
         mistakes.note(self.check_energies());
         mistakes.note(self.check_stepping());
         check_program(self, mistakes);

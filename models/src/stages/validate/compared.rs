@@ -2,10 +2,9 @@
 
 use super::predicted::Predicted;
 use crate::report::ValidationVerdict;
-use crate::validation::{Coverage, Deviation};
+use crate::validation::{Coverage, Deviation, HeldOutValue};
 
-/// Levels of the predictive intervals.
-pub(super) const LEVELS: [f64; 2] = [0.5, 0.9];
+pub(super) use crate::validation::LEVELS;
 
 /// Probability that at least one of the comparisons contradicts a correct calibration.
 const SIGNIFICANCE: f64 = 0.01;
@@ -28,21 +27,7 @@ pub(super) struct Compared {
 }
 
 impl Compared {
-    pub(super) const SPECIMEN_COLUMNS: [&str; 13] = [
-        "validation",
-        "qoi",
-        "specimen",
-        "measured",
-        "median",
-        "q05",
-        "q25",
-        "q75",
-        "q95",
-        "inside50",
-        "inside90",
-        "pit",
-        "crps",
-    ];
+    pub(super) const SPECIMEN_COLUMNS: [&str; 13] = HeldOutValue::COLUMNS;
 
     pub(super) const SUMMARY_COLUMNS: [&str; 15] = [
         "validation",
@@ -64,25 +49,19 @@ impl Compared {
 
     /// Rows of the specimens. Without a scatter between specimens there are a median and no intervals.
     pub(super) fn specimen_rows(&self) -> Vec<Vec<String>> {
-        let prediction = &self.predicted.prediction;
-        let median = prediction.quantile(0.5).to_string();
-        let [narrow, wide] = self.intervals();
-        let row = |(id, measured): &(String, f64)| {
-            let mut row: Vec<String> = vec![
-                self.validation.clone(),
-                self.column.clone(),
-                id.clone(),
-                measured.to_string(),
-                median.clone(),
-            ];
-            if self.predicted.is_scatter_known {
-                row.extend([wide[0], narrow[0], narrow[1], wide[1]].map(|x| x.to_string()));
-                let is_inside = |[low, high]: [f64; 2]| (low..=high).contains(measured);
-                row.extend([narrow, wide].map(|interval| is_inside(interval).to_string()));
-                let scores = [prediction.pit(*measured), prediction.crps(*measured)];
-                row.extend(scores.map(|x| x.to_string()));
+        let row = |(specimen, measured): &(String, f64)| {
+            let (validation, quantity) = (&*self.validation, &*self.column);
+            let prediction = &self.predicted.prediction;
+            let measured = *measured;
+            let value = HeldOutValue { validation, quantity, specimen, measured, prediction };
+            let mut row = value.cells().to_vec();
+            if !self.predicted.is_scatter_known {
+                let is_of_scatter = |column: &&str| {
+                    !["validation", "qoi", "specimen", "measured", "median"].contains(column)
+                };
+                let columns = Self::SPECIMEN_COLUMNS.iter().zip(&mut row);
+                columns.filter(|(column, _)| is_of_scatter(column)).for_each(|(_, cell)| cell.clear());
             }
-            row.resize(Self::SPECIMEN_COLUMNS.len(), String::new());
             row
         };
         self.specimens.iter().map(row).collect()
