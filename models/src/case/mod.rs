@@ -31,6 +31,7 @@ pub(crate) mod schema;
 mod several_tests;
 mod simulation;
 mod simulator;
+pub(crate) mod tables;
 mod target;
 mod template;
 #[cfg(test)]

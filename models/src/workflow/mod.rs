@@ -171,7 +171,7 @@ impl<'a> Workflow<'a> {
         access: &FolderAccess,
     ) -> Result<Self, WorkflowError> {
         check_inputs(source, dir)?;
-        let copies = Copies::of(source, dir)?;
+        let mut copies = Copies::of(source, dir)?;
         let folder = ProductFolder::new(dir, &access.replace);
         if finished_in(dir).is_empty() {
             // a `stages.toml` without records of finished stages can only be a file of the user
@@ -200,6 +200,7 @@ impl<'a> Workflow<'a> {
             let validation_folder = dir.join(folder_of(&name));
             let workflow =
                 Self::open_with(&held_out, &validation_folder, threads, interrupt, &access)?;
+            copies.add_originals_of(&workflow.copies);
             validations.push((name, Self { is_held_out: true, ..workflow }));
         }
         let (path, case) = (dir.join("case.toml"), copies.case.clone());
@@ -396,7 +397,7 @@ impl<'a> Workflow<'a> {
     /// # Errors
     /// Fails if a result is missing or cannot be read.
     pub(crate) fn results(&self) -> Result<Results, WorkflowError> {
-        report::load(&self.inputs())
+        report::load(&self.inputs()).map_err(|error| self.copies.named_by_owner(error))
     }
 
     /// The results folder.
