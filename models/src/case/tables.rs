@@ -100,7 +100,8 @@ impl<'s> Search<'s> {
             let of_key = forms.iter().flat_map(|form| {
                 let named = form["properties"].get(name.get_ref().as_ref());
                 let patterns = form["patternProperties"].as_object().into_iter().flatten();
-                let others = patterns.map(|(_, schema)| schema).chain(form.get("additionalProperties"));
+                let others =
+                    patterns.map(|(_, schema)| schema).chain(form.get("additionalProperties"));
                 // a key with its own schema needs no other schema
                 named.into_iter().chain(others.filter(move |_| named.is_none()))
             });
@@ -152,7 +153,15 @@ impl<'s> Search<'s> {
 fn allows(forms: &[&Value], kind: &str) -> bool {
     /// Keywords that restrict a value or refer to schemas that do.
     const RESTRICTING: [&str; 9] = [
-        "$ref", "allOf", "anyOf", "oneOf", "enum", "const", "properties", "required", "propertyNames",
+        "$ref",
+        "allOf",
+        "anyOf",
+        "oneOf",
+        "enum",
+        "const",
+        "properties",
+        "required",
+        "propertyNames",
     ];
     forms.iter().any(|form| match (form, &form["type"]) {
         (Value::Bool(allowed), _) => *allowed,
@@ -218,7 +227,9 @@ mod tests {
     fn a_list_is_refused_in_the_place_of_every_table() {
         let schema = schema_of::<Case>("case");
         let all = tables(&schema);
-        for known in ["design", "experiments.read", "qoi", "material.matrix", "specimen.scan", "fidelity"] {
+        for known in
+            ["design", "experiments.read", "qoi", "material.matrix", "specimen.scan", "fidelity"]
+        {
             assert!(all.contains(known), "{known}: {all:?}");
         }
         for table in &all {
@@ -235,10 +246,14 @@ mod tests {
                 panic!("{table}: {mistakes:#?}")
             };
             let line = text[..text.find("= []").unwrap()].lines().count();
-            let location = format!("case.toml:{line}: {table} = []: is a list; a table is expected.");
+            let location =
+                format!("case.toml:{line}: {table} = []: is a list; a table is expected.");
             assert!(mistake.starts_with(&location), "{mistake}");
             let last = table.rsplit('.').next().unwrap();
-            assert!(mistake.contains(&format!("help: Write it as a table: {last} = {{")), "{mistake}");
+            assert!(
+                mistake.contains(&format!("help: Write it as a table: {last} = {{")),
+                "{mistake}"
+            );
         }
         assert!(all.len() > 40, "{all:?}");
     }
@@ -250,7 +265,9 @@ mod tests {
         let line = template[..start].lines().count() + 1;
         let found = mistakes(&template.replacen("\n[design]", "\n[[design]]", 1));
         assert_eq!(found.len(), 1, "{found:#?}");
-        for part in [&format!("case.toml:{line}: design: is a list")[..], "single brackets, [design]"] {
+        for part in
+            [&format!("case.toml:{line}: design: is a list")[..], "single brackets, [design]"]
+        {
             assert!(found[0].contains(part), "{part}: {}", found[0]);
         }
         let found = mistakes(&format!("extend = [[9]]\n{template}"));

@@ -457,8 +457,7 @@ mod tests {
     #[test]
     fn texts_name_the_originals_of_copies() {
         let pair = |copy: &str, original: &str| (PathBuf::from(copy), PathBuf::from(original));
-        let originals =
-            [pair("out/case.toml", "bar.toml"), pair("out/simulator/a.sh", "../a.sh")];
+        let originals = [pair("out/case.toml", "bar.toml"), pair("out/simulator/a.sh", "../a.sh")];
         let named = |text: &str| with_originals(text.to_owned(), &originals);
         for (text, expected) in [
             ("out/case.toml: simulator.command", "bar.toml: simulator.command"),
