@@ -241,10 +241,12 @@ fn interfaces(simulation: &SimulationParts, regions: &[String]) -> Vec<fem::Inte
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use fem::CylinderLattice;
 
     use super::*;
-    use crate::case::Case;
+    use crate::case::{Case, CaseFile};
 
     /// A parameter outside the materials gives the same forces as a case file with this value, and other forces than
     /// the original value.

@@ -96,7 +96,7 @@ impl<'a> JointWorkflow<'a> {
         self.whole.check_ready()?;
         self.in_each(Workflow::check_ready)?;
         self.tests.iter().for_each(|(name, test)| {
-            speaking_for(name, || test.report_virtual_specimens());
+            speaking_for(name, || test.report_before_runs());
         });
         let (before, after): (Vec<&Stage>, Vec<&Stage>) =
             STAGES.iter().partition(|stage| BEFORE.contains(&stage.name));

@@ -102,6 +102,7 @@ use crate::progress::{say, speaking_for};
 use crate::report::Results;
 use crate::results_folder::editable::finished_before;
 use crate::results_folder::locks::lock;
+use crate::simulation::without_viscosity::without_viscosity;
 use crate::stages::report;
 use copies::Copies;
 use in_place::check_inputs;
@@ -244,12 +245,13 @@ impl<'a> Workflow<'a> {
     /// The error that ended a stage.
     pub fn run_all(&self) -> Result<(), WorkflowError> {
         self.check_ready()?;
-        self.report_virtual_specimens();
+        self.report_before_runs();
         self.stages().iter().try_for_each(|stage| self.make(stage))
     }
 
-    /// Prints a line if the specimens are virtual.
-    fn report_virtual_specimens(&self) {
+    /// Prints a line if the specimens are virtual, and warns if the runs may not pass their peak.
+    fn report_before_runs(&self) {
+        without_viscosity(&self.file.case).iter().for_each(|warning| say("warning", warning));
         let experiments = self.file.case.experiments.as_ref();
         if let Some(specimens) = experiments.and_then(|e| e.virtual_specimens.as_ref()) {
             let count = specimens.specimens;
