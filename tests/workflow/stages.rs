@@ -23,7 +23,8 @@ fn readers(key: &str) -> &'static [&'static str] {
         ["test", ..] => &["mesh", "experiments", "ensemble", "calibrate", "confirm"],
         // keys of single simulations only
         ["output", ..] => &[],
-        ["qoi", ..] => &["experiments", "ensemble", "confirm"],
+        // a rule of the verdict computes the toe of the simulation at the mode
+        ["qoi", ..] => &["experiments", "ensemble", "confirm", "verdict"],
         // the verdict compares the posterior with the prior
         ["prior", ..] => &["ensemble", "calibrate", "verdict", "next-test"],
         ["design", ..] => &["ensemble"],

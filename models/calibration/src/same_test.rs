@@ -1,23 +1,39 @@
 //! Comparison of curves: whether two files have the readings of the same test.
 
-use crate::experiment::TestCurve;
+mod resolution;
+mod rounded;
 
-/// Share of the readings that may differ, so that a copy with some edited readings is found.
-const DIFFERENT: f64 = 0.02;
-/// Share of the readings that may be outside the displacements of the other curve.
-const OUTSIDE: f64 = 0.2;
+use crate::experiment::TestCurve;
+use rounded::{DIFFERENT, OUTSIDE, is_rounded_copy};
+
 /// Smallest number of readings that are compared.
 const LEAST: usize = 5;
 /// Relative round-off of a conversion of units.
 const ROUND_OFF: f64 = 1e-9;
 
-/// Whether two curves have the readings of the same test, up to a conversion of units, omitted readings, resampling and a few
-/// edited readings. Times are not compared. A copy that is rounded to other digits counts as another test.
-///
-/// The readings of the curve with fewer readings must occur in the other curve, in the same order. A reading occurs if the
-/// other curve has a reading with this displacement and force, or if the force that is interpolated between two readings is
-/// equal.
-pub fn is_same_test(a: &TestCurve, b: &TestCurve) -> bool {
+/// How two curves share the readings of one test.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SameTest {
+    /// The readings are equal, up to a conversion of units, omitted readings, resampling and a few edited readings.
+    Readings,
+    /// The readings are equal up to the rounding of their printed digits, and up to a constant displacement.
+    Rounded,
+}
+
+impl SameTest {
+    /// Compares two curves; `None` if they are the curves of two tests. Times are not compared.
+    pub fn of(a: &TestCurve, b: &TestCurve) -> Option<Self> {
+        if has_same_readings(a, b) {
+            return Some(Self::Readings);
+        }
+        is_rounded_copy(a, b).then_some(Self::Rounded)
+    }
+}
+
+/// Whether the readings of the curve with fewer readings occur in the other curve, in the same order. A reading occurs if
+/// the other curve has a reading with this displacement and force, or if the force that is interpolated between two
+/// readings is equal.
+fn has_same_readings(a: &TestCurve, b: &TestCurve) -> bool {
     let (few, many) = if a.force_n.len() <= b.force_n.len() { (a, b) } else { (b, a) };
     if few.force_n.len() < LEAST {
         return a == b;
@@ -104,6 +120,10 @@ mod tests {
 
     use super::*;
 
+    fn is_same_test(a: &TestCurve, b: &TestCurve) -> bool {
+        SameTest::of(a, b).is_some()
+    }
+
     /// A test with the given peak force, noise in N and number of readings, with all digits.
     fn test(seed: u64, peak_n: f64, noise_n: f64, readings: usize) -> TestCurve {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
@@ -166,7 +186,11 @@ mod tests {
                 ("thinned", every(&curve, 3)),
             ] {
                 for pair in [[&curve, &other], [&other, &curve]] {
-                    assert!(is_same_test(pair[0], pair[1]), "{what}: {readings}, {noise_n} N");
+                    assert_eq!(
+                        SameTest::of(pair[0], pair[1]),
+                        Some(SameTest::Readings),
+                        "{what}: {readings}, {noise_n} N"
+                    );
                 }
             }
         }
@@ -191,6 +215,69 @@ mod tests {
                     assert!(!is_same_test(&a, &b), "{what}");
                     assert!(!is_same_test(&a, &every(&b, 2)), "every second: {what}");
                     assert!(!is_same_test(&every(&a, 3), &b), "every third: {what}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn copies_with_other_digits_or_a_shift_are_recognised() {
+        for (readings, noise_n) in [(45, 0.0), (45, 1.5), (400, 0.3), (4000, 0.0), (4000, 1.5)] {
+            let curve = test(1, 150.0, noise_n, readings);
+            let fine = rounded(&curve, [1e-5, 1e-3]);
+            let shifted = |by_mm: f64| fine.shift_displacement(by_mm);
+            let digits = |curve: &TestCurve, digits: usize| {
+                let print = |x: &f64| format!("{x:.*e}", digits - 1).parse().unwrap();
+                let all = |values: &[f64]| values.iter().map(print).collect();
+                TestCurve::new(all(&curve.displacement_mm), all(&curve.force_n))
+            };
+            let pounds = 4.448_221_615_260_5;
+            let cut = curve.picked(&(1..readings * 9 / 10).collect::<Vec<_>>());
+            let mut edited = rounded(&curve, [1e-4, 0.1]);
+            if readings > 100 {
+                edited.force_n[readings / 2] += 9.0;
+            }
+            for (what, other) in [
+                ("three decimals", rounded(&curve, [1e-3, 0.1])),
+                ("four digits", digits(&curve, 4)),
+                ("pounds", rounded(&curve, [25.4e-4, 0.01 * pounds])),
+                ("nine digits", digits(&curve, 9)),
+                ("shifted", shifted(0.0317)),
+                ("shifted and rounded", rounded(&shifted(0.003_217), [1e-4, 0.1])),
+                ("cut", rounded(&cut, [1e-3, 0.1])),
+                ("edited", edited),
+            ] {
+                for pair in [[&fine, &other], [&other, &fine]] {
+                    let same = SameTest::of(pair[0], pair[1]);
+                    assert_eq!(same, Some(SameTest::Rounded), "{what}: {readings}, {noise_n} N");
+                }
+            }
+            if readings > 100 {
+                let thinned = rounded(&every(&curve, 3), [1e-3, 0.1]);
+                for other in [thinned, rounded(&curve, [1e-3, 0.5])] {
+                    assert_eq!(SameTest::of(&fine, &other), Some(SameTest::Rounded));
+                }
+            }
+        }
+    }
+
+    /// Specimens of a material with little scatter, recorded with little noise and few digits.
+    #[test]
+    fn different_tests_of_a_material_with_little_scatter_are_not_copies() {
+        for readings in [45, 400, 4000] {
+            // peak of the second specimen and noise, N
+            for (peak_n, noise_n) in [(150.6, 0.0), (150.3, 0.1), (150.0, 0.15), (150.1, 0.15)] {
+                let [a, b] = [(1, 150.0), (2, peak_n)]
+                    .map(|(seed, peak_n)| test(seed, peak_n, noise_n, readings));
+                for units in [[1e-5, 1e-3], [1e-4, 0.01], [1e-3, 0.1], [1e-3, 0.2]] {
+                    for other in [[1e-5, 1e-3], units] {
+                        let pair = [rounded(&a, units), rounded(&b, other)];
+                        let what =
+                            format!("{readings}: {peak_n} N ± {noise_n}, {units:?}, {other:?}");
+                        assert_eq!(SameTest::of(&pair[0], &pair[1]), None, "{what}");
+                        let thin = every(&pair[0], 2);
+                        assert_eq!(SameTest::of(&thin, &pair[1]), None, "every second: {what}");
+                    }
                 }
             }
         }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::error::InputError;
 use crate::experiment::{Specimen, SpecimenTable, TestCurve, curve_file};
 use crate::record::{ReadOptions, Record, SpecimenSize, is_time_column};
-use crate::same_test::is_same_test;
+use crate::same_test::SameTest;
 use crate::table::{CsvTable, TableRow};
 use crate::table_format::DetectedTable;
 
@@ -161,11 +161,15 @@ impl SpecimenFiles {
     ) -> Result<(TestCurve, Option<f64>, Option<String>), InputError> {
         let path = recorded_file(table, id)?;
         let (curve, how) = TestCurve::read_as(&path, options, size)?;
-        let is_same = |other: &&Specimen| is_same_test(&other.curve, &curve);
-        if let Some(same) = self.table.specimens.iter().find(is_same) {
-            let problem = match same.curve == curve {
-                true => format!("is equal to the curve of {}", same.id),
-                false => format!("has the readings of {}", same.id),
+        let earlier = self.table.specimens.iter();
+        let mut same = earlier.filter_map(|e| Some((e, SameTest::of(&e.curve, &curve)?)));
+        if let Some((Specimen { id: same, curve: other, .. }, how)) = same.next() {
+            let problem = match how {
+                SameTest::Readings if *other == curve => format!("is equal to the curve of {same}"),
+                SameTest::Readings => format!("has the readings of {same}"),
+                SameTest::Rounded => format!(
+                    "has the readings of {same}, with other digits or a constant shift of the displacement"
+                ),
             };
             let help = "The same test would count twice: replace the wrong file, or remove one of the two \
                         lines from the table.";

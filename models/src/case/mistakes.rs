@@ -7,6 +7,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer, Error};
 
 use super::Case;
+use super::tables::{ListForTable, remove_lists_for_tables};
 use crate::error::{InputError, closest};
 
 /// Mistakes in the order in which they are found.
@@ -34,6 +35,8 @@ pub(super) struct ReadCase {
     pub(super) case: Option<Case>,
     /// Errors of the parser.
     pub(super) errors: Vec<Error>,
+    /// Lists in the place of tables, which were omitted.
+    pub(super) lists: Vec<ListForTable>,
     /// Keys that were omitted because they could not be read.
     omitted: Vec<String>,
 }
@@ -43,9 +46,12 @@ impl ReadCase {
     /// read is omitted.
     pub(super) fn of(text: &str) -> Self {
         let (mut table, errors) = DeTable::parse_recoverable(text);
-        let mut read = Self { case: None, errors, omitted: Vec::new() };
+        let lists = remove_lists_for_tables(table.get_mut());
+        let omitted = lists.iter().map(|list| list.last_key().to_owned()).collect();
+        let mut read = Self { case: None, errors, lists, omitted };
         // a text with syntax errors has no reliable entries
-        while read.errors.len() <= MOST && (read.errors.is_empty() || !read.omitted.is_empty()) {
+        let is_toml = read.errors.is_empty();
+        while is_toml && read.errors.len() <= MOST {
             let error = match Case::deserialize(Deserializer::from(table.clone())) {
                 Ok(case) => {
                     read.case = Some(case);

@@ -32,6 +32,7 @@ pub(crate) mod schema;
 mod several_tests;
 mod simulation;
 mod simulator;
+pub(crate) mod tables;
 mod target;
 mod template;
 mod test_kind;

@@ -57,7 +57,8 @@ impl CaseFile {
         }
         let mut read = ReadCase::of(text);
         let mut mistakes: Vec<InputError> =
-            read.errors.iter().map(|error| explain(error, text, path)).collect();
+            read.lists.iter().map(|list| list.error(text, path)).collect();
+        mistakes.extend(read.errors.iter().map(|error| explain(error, text, path)));
         let Some(mut case) = read.case.take() else { return (None, mistakes) };
         case.complete();
         let mut file = Self { path: path.to_owned(), case, table_files: Vec::new() };

@@ -23,6 +23,7 @@ use crate::pipeline::inputs::Inputs;
 use crate::pipeline::stage::Stage;
 use crate::simulation::setup::Setup;
 use crate::simulation::simulator::Simulator;
+use crate::simulation::without_viscosity::without_viscosity;
 use crate::specimen::build::{import_notes, imported_grains, imported_mesh};
 use crate::specimen::coarse_body::{CoarseCheck, check_on_coarse_body};
 use crate::specimen::mesh::grain_fraction;
@@ -201,6 +202,7 @@ impl CaseCheck {
             let text = format!("{name}: toughness {toughness} N/mm, in a band of {width} mm");
             self.say("interface", text);
         }
+        self.warnings.extend(without_viscosity(case));
         let test = &case.test;
         if let Some(program) = &test.program {
             self.say("test", program_in_words(program, test.steps));

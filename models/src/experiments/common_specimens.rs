@@ -6,7 +6,7 @@ use super::measured_values::read_measured;
 use crate::case::{CaseFile, SingleTest};
 use crate::error::InputError;
 use crate::experiment::Specimen;
-use crate::same_test::is_same_test;
+use crate::same_test::SameTest;
 use crate::specimen_files::SpecimenFiles;
 
 /// Advice if a specimen belongs to two tests.
@@ -52,7 +52,7 @@ pub(crate) fn refuse_counted_twice(tests: &[SingleTest]) -> Result<(), InputErro
 fn common_curve(first: &CaseFile, second: &CaseFile) -> Option<CommonSpecimen> {
     let ((_, earlier), (table, specimens)) = (measured(first)?, measured(second)?);
     specimens.iter().find_map(|specimen| {
-        let is_same = |other: &&Specimen| is_same_test(&other.curve, &specimen.curve);
+        let is_same = |other: &&Specimen| SameTest::of(&other.curve, &specimen.curve).is_some();
         let other = earlier.iter().find(is_same)?;
         Some(CommonSpecimen {
             table: table.clone(),

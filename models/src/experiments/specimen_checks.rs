@@ -95,6 +95,7 @@ pub(crate) fn inspect(
         mistakes.extend(check_programs(inputs.test(), &table, mesh, names.curve, &mut notes));
     }
     let (qoi, preparation) = (inputs.qoi(), Preparation::of(inputs));
+    let is_bent = is_bent_from_start(inputs);
     let mut toes = Vec::new();
     let mut measured: Vec<(String, MeasuredQuantities)> = Vec::new();
     for specimen in &mut table.specimens {
@@ -111,6 +112,8 @@ pub(crate) fn inspect(
                 toes.push(value);
             }
             match weight {
+                // whether this is a soft start is decided by the simulation at the mode: see the rule `toe`
+                Weight::Warning if name == "toe" && is_bent => {}
                 Weight::Error if name == NO_QUANTITIES && may_lack_peak => {
                     if own.missing.is_empty() {
                         notes.warn(name, format!("{} {problem}.", specimen.id));
@@ -171,6 +174,13 @@ pub(crate) fn inspect(
         }
     }
     Ok(InspectedSpecimens { table, notes, mistakes })
+}
+
+/// Whether the curve of a specimen is bent from its start because a material relaxes or yields. The extrapolation by which a toe
+/// is found then finds a toe that is no soft start.
+fn is_bent_from_start(inputs: &Inputs<'_>) -> bool {
+    let mut materials = inputs.material().values();
+    materials.any(|material| material.viscoelastic.is_some() || material.plastic.is_some())
 }
 
 /// Adds warnings about quantities that some curves cannot give, with the reasons.

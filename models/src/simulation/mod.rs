@@ -6,3 +6,4 @@ pub(crate) mod run_values;
 pub(crate) mod setup;
 pub(crate) mod simulator;
 pub(crate) mod stiffness;
+pub(crate) mod without_viscosity;

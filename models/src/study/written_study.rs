@@ -5,8 +5,10 @@ use std::path::{Path, PathBuf};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::Deserialize;
 use toml::Table;
+use toml::de::DeTable;
 
 use super::reference::Reference;
+use crate::case::tables::lists_for_tables;
 use crate::case::{CaseFile, changed_case, schema_of};
 use crate::error::InputError;
 
@@ -110,6 +112,11 @@ impl WrittenStudy {
     pub(super) fn read(path: &Path) -> Result<(String, Self), InputError> {
         let text = fem::read_regular_text(path)
             .map_err(|e| InputError::unreadable(path, &e, "Check its name and folder."))?;
+        let (mut table, errors) = DeTable::parse_recoverable(&text);
+        let lists = lists_for_tables(table.get_mut(), &study_schema());
+        if let (Some(list), true) = (lists.first(), errors.is_empty()) {
+            return Err(list.error(&text, path));
+        }
         let written: Self = toml::from_str(&text).map_err(|e| {
             if CaseFile::parse(&text, path).is_ok() {
                 let help = format!("Run it with: breccia run {}", path.display());

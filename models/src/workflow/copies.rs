@@ -3,6 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
+use fem::EnsembleError;
 use serde::{Deserialize, Serialize};
 
 use super::in_place::is_case_of_folder;
@@ -339,10 +340,17 @@ impl Copies {
         }
     }
 
+    /// Adds the copies in the folder of a test or a validation, so that errors about these copies name the user's
+    /// files, too.
+    pub(super) fn add_originals_of(&mut self, inner: &Self) {
+        self.originals.extend(inner.originals.iter().cloned());
+    }
+
     /// Replaces the paths of copies in an error by the paths of the user's original files.
     pub(super) fn named_by_owner(&self, error: WorkflowError) -> WorkflowError {
         use WorkflowError as E;
         let user_path = |path: PathBuf| self.original(&path).unwrap_or(path);
+        let user_text = |text: String| with_originals(text, &self.originals);
         match error {
             E::Input(e) => {
                 let file = user_path(PathBuf::from(&e.file)).display().to_string();
@@ -356,6 +364,11 @@ impl Copies {
             E::Scan { file, source } => E::Scan { file: user_path(file), source },
             E::Packing { file, source } => E::Packing { file: user_path(file), source },
             E::Test { file, source } => E::Test { file: user_path(file), source },
+            E::Unusable(text) => E::Unusable(user_text(text)),
+            E::Rank { rank, message } => E::Rank { rank, message: user_text(message) },
+            E::Ensemble(EnsembleError::FailsInEveryRun { message }) => {
+                E::Ensemble(EnsembleError::FailsInEveryRun { message: user_text(message) })
+            }
             other => other,
         }
     }
@@ -371,6 +384,32 @@ impl Copies {
             })
         })
     }
+}
+
+/// Replaces the paths of copies in a text by the paths of the original files. `originals` has pairs of the copy and the
+/// original. A longer path that contains the path of a copy is not changed.
+fn with_originals(text: String, originals: &[(PathBuf, PathBuf)]) -> String {
+    let is_of_path = |c: char| c.is_alphanumeric() || "/\\-_.".contains(c);
+    // a full stop after a path ends the sentence
+    let continues = |rest: &str| {
+        let rest = rest.strip_prefix('.').unwrap_or(rest);
+        rest.starts_with(is_of_path)
+    };
+    let mut text = text;
+    for (copy, original) in originals {
+        let copy = copy.display().to_string();
+        let mut start = 0;
+        while let Some(found) = text[start..].find(&copy).map(|at| start + at) {
+            let end = found + copy.len();
+            start = end;
+            if !text[..found].ends_with(is_of_path) && !continues(&text[end..]) {
+                let original = original.display().to_string();
+                text.replace_range(found..end, &original);
+                start = found + original.len();
+            }
+        }
+    }
+    text
 }
 
 /// Returns the path by which the copied case in `dir` names a file that is not copied: an absolute path, or a relative
@@ -409,4 +448,27 @@ fn copy_of(name: &str, original: &Path) -> Result<CopiedFile, WorkflowError> {
 /// Returns the canonical path of the case file, which identifies the case.
 fn name_of(source: &CaseFile) -> PathBuf {
     source.path.canonicalize().unwrap_or_else(|_| source.path.clone())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn texts_name_the_originals_of_copies() {
+        let pair = |copy: &str, original: &str| (PathBuf::from(copy), PathBuf::from(original));
+        let originals = [pair("out/case.toml", "bar.toml"), pair("out/simulator/a.sh", "../a.sh")];
+        let named = |text: &str| with_originals(text.to_owned(), &originals);
+        for (text, expected) in [
+            ("out/case.toml: simulator.command", "bar.toml: simulator.command"),
+            (
+                "see out/simulator/a.sh and (out/case.toml), or out/case.toml.",
+                "see ../a.sh and (bar.toml), or bar.toml.",
+            ),
+            ("/home/out/case.toml: x", "/home/out/case.toml: x"),
+            ("out/case.toml.old, out/case.tomls", "out/case.toml.old, out/case.tomls"),
+        ] {
+            assert_eq!(named(text), expected);
+        }
+    }
 }

@@ -59,7 +59,7 @@ impl<'a> JointWorkflow<'a> {
         }
         refuse_counted_twice(&singles)?;
         refuse_calibrated_by_others(&singles)?;
-        let whole = Workflow::open_with(source, dir, threads, interrupt, access)?;
+        let mut whole = Workflow::open_with(source, dir, threads, interrupt, access)?;
         let cases = singles.iter().map(|test| folders::of_test(&test.name)).collect();
         let folder = ProductFolder::new(dir, &access.replace);
         Together { laboratories: Vec::new(), cases }.write(dir, &folder)?;
@@ -71,6 +71,7 @@ impl<'a> JointWorkflow<'a> {
             // the folders of the tests belong to the folder of the case, whose owner has been checked
             let access = FolderAccess { reuse: true, replace: access.replace.clone() };
             let workflow = Workflow::open_with(&file, &test_folder, threads, interrupt, &access)?;
+            whole.copies.add_originals_of(&workflow.copies);
             tests.push((name, workflow.among(&cores, rank)));
         }
         Ok(Self { whole: whole.among(&cores, 0), tests })
@@ -95,7 +96,7 @@ impl<'a> JointWorkflow<'a> {
         self.whole.check_ready()?;
         self.in_each(Workflow::check_ready)?;
         self.tests.iter().for_each(|(name, test)| {
-            speaking_for(name, || test.report_virtual_specimens());
+            speaking_for(name, || test.report_before_runs());
         });
         let (before, after): (Vec<&Stage>, Vec<&Stage>) =
             STAGES.iter().partition(|stage| BEFORE.contains(&stage.name));

@@ -102,6 +102,7 @@ use crate::progress::{say, speaking_for};
 use crate::report::Results;
 use crate::results_folder::editable::finished_before;
 use crate::results_folder::locks::lock;
+use crate::simulation::without_viscosity::without_viscosity;
 use crate::stages::report;
 use copies::Copies;
 use in_place::check_inputs;
@@ -171,7 +172,7 @@ impl<'a> Workflow<'a> {
         access: &FolderAccess,
     ) -> Result<Self, WorkflowError> {
         check_inputs(source, dir)?;
-        let copies = Copies::of(source, dir)?;
+        let mut copies = Copies::of(source, dir)?;
         let folder = ProductFolder::new(dir, &access.replace);
         if finished_in(dir).is_empty() {
             // a `stages.toml` without records of finished stages can only be a file of the user
@@ -200,6 +201,7 @@ impl<'a> Workflow<'a> {
             let validation_folder = dir.join(folder_of(&name));
             let workflow =
                 Self::open_with(&held_out, &validation_folder, threads, interrupt, &access)?;
+            copies.add_originals_of(&workflow.copies);
             validations.push((name, Self { is_held_out: true, ..workflow }));
         }
         let (path, case) = (dir.join("case.toml"), copies.case.clone());
@@ -243,12 +245,13 @@ impl<'a> Workflow<'a> {
     /// The error that ended a stage.
     pub fn run_all(&self) -> Result<(), WorkflowError> {
         self.check_ready()?;
-        self.report_virtual_specimens();
+        self.report_before_runs();
         self.stages().iter().try_for_each(|stage| self.make(stage))
     }
 
-    /// Prints a line if the specimens are virtual.
-    fn report_virtual_specimens(&self) {
+    /// Prints a line if the specimens are virtual, and warns if the runs may not pass their peak.
+    fn report_before_runs(&self) {
+        without_viscosity(&self.file.case).iter().for_each(|warning| say("warning", warning));
         let experiments = self.file.case.experiments.as_ref();
         if let Some(specimens) = experiments.and_then(|e| e.virtual_specimens.as_ref()) {
             let count = specimens.specimens;
@@ -396,7 +399,7 @@ impl<'a> Workflow<'a> {
     /// # Errors
     /// Fails if a result is missing or cannot be read.
     pub(crate) fn results(&self) -> Result<Results, WorkflowError> {
-        report::load(&self.inputs())
+        report::load(&self.inputs()).map_err(|error| self.copies.named_by_owner(error))
     }
 
     /// The results folder.

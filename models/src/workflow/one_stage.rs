@@ -36,7 +36,8 @@ impl Workflow<'_> {
     fn report_so_far(&self, stages: &[StageStatus]) -> Result<(), WorkflowError> {
         let is_done =
             |name: &str| stages.iter().any(|status| status.stage == name && status.is_done());
-        let mut results = report::load_done(&self.inputs(), &is_done)?;
+        let mut results = report::load_done(&self.inputs(), &is_done)
+            .map_err(|error| self.copies.named_by_owner(error))?;
         let row = |status: &StageStatus| {
             let (state, progress) = status.words();
             [status.stage.to_owned(), state.to_owned(), progress]

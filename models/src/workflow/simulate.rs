@@ -18,6 +18,7 @@ use crate::results_folder::error::WorkflowError;
 use crate::results_folder::product_folder::{FolderAccess, ProductFolder};
 use crate::runs::quadrature::quadrature_note;
 use crate::simulation::resolution::resolution_note;
+use crate::simulation::without_viscosity::without_viscosity;
 use crate::simulation::run_values::failure;
 use crate::simulation::setup::Setup;
 use crate::simulation::simulator::Simulator;
@@ -100,6 +101,7 @@ pub fn simulate(
     if ranks.is_first() {
         resolution_note(&setup, &mesh).iter().for_each(|note| say("note", note));
         quadrature_note(&file.case, &mesh).iter().for_each(|note| say("note", note));
+        without_viscosity(&file.case).iter().for_each(|warning| say("warning", warning));
     }
     let simulator = agreed(ranks, Simulator::new(&setup, mesh, Vec::new()))?;
     if !ranks.is_first() {

@@ -150,11 +150,15 @@ fn a_program_that_fails_in_all_of_its_first_runs_ends_the_ensemble() {
     let arguments = ["run", "bar.toml", "--out", "results", "--threads", "1"];
     let (code, _, err) = breccia(dir.path(), &arguments);
     assert_eq!(code, Some(1), "{err}");
-    for part in
-        ["simulator.command: ", "all of the first 5 runs have failed", "no licence", "work/run-00"]
-    {
+    for part in [
+        "error: bar.toml: simulator.command: ",
+        "all of the first 5 runs have failed",
+        "no licence",
+        "work/run-00",
+    ] {
         assert!(err.contains(part), "{part:?} is not in {err}");
     }
+    assert!(!err.contains("results/case.toml"), "{err}");
     let tries = std::fs::read_to_string(dir.path().join("marks/tries")).unwrap();
     assert_eq!(tries.lines().count(), 10, "two attempts for each of five of the ten runs");
 }

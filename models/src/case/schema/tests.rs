@@ -1,6 +1,5 @@
 //! The schema and the reader of cases accept the same keys, names and ranges.
 
-use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::OnceLock;
@@ -12,20 +11,11 @@ use super::super::{Case, CaseFile};
 use super::validator::check;
 use super::{CHANGES, DEFINITIONS, schema_of};
 
-thread_local! {
-    /// Whether the cases of this thread are checked. The reader takes an empty list for a table, and the schema does not; only
-    /// random cases contain such lists.
-    pub(crate) static IS_CHECKED: Cell<bool> = const { Cell::new(true) };
-}
-
 /// Checks the text of a case with the schema.
 ///
 /// # Errors
 /// What does not conform to the schema.
 pub(crate) fn check_case(text: &str) -> Result<(), String> {
-    if !IS_CHECKED.get() {
-        return Ok(());
-    }
     static SCHEMA: OnceLock<Value> = OnceLock::new();
     let schema = SCHEMA.get_or_init(|| schema_of::<Case>("case"));
     let table: toml::Table = text.parse().map_err(|e: toml::de::Error| e.to_string())?;
