@@ -23,7 +23,13 @@ const THIN: usize = 8;
 fn rate_factor<S: Scalar>(log10_c: S, rate_per_s: f64) -> S {
     let c = (log10_c * LN_10).exp();
     let one = c * 0.0 + 1.0;
-    let law = VoceJohnsonCook { yield_mpa: one, saturation_mpa: one, rate: one, c, reference_per_s: 1e-5 };
+    let law = VoceJohnsonCook {
+        yield_mpa: one,
+        saturation_mpa: one,
+        rate: one,
+        c,
+        reference_per_s: 1e-5,
+    };
     law.rate_factor(rate_per_s)
 }
 
@@ -61,13 +67,16 @@ fn main() -> Result<(), Error> {
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/matcal_304L_rate_yield.csv");
     let tests = read_rate_tests(&data)?;
     let mut rates: Vec<f64> = tests.iter().map(|test| test.rate_per_s).collect();
+    rates.sort_by(f64::total_cmp);
     rates.dedup();
     let mut predictions = Vec::new();
     for &rate in &rates {
         let (new, seen): (Vec<_>, Vec<_>) = tests.iter().partition(|test| test.rate_per_s == rate);
         predictions.push((format!("{rate} 1/s"), new, predicted(&seen, rate)?));
     }
-    println!("\nthe rate that was not seen: tests inside 50 % and 90 %, CRPS, difference of the means");
+    println!(
+        "\nthe rate that was not seen: tests inside 50 % and 90 %, CRPS, difference of the means"
+    );
     let ids: Vec<String> = (1..=tests.len()).map(|k| k.to_string()).collect();
     let mut all = Vec::new();
     for (name, new, prediction) in &predictions {

@@ -80,7 +80,8 @@ pub fn branches(
 ) -> Vec<Branch> {
     let count = displacement.values.len();
     let ascends = time_s.windows(2).all(|pair| pair[0] <= pair[1]);
-    let has_all = |f: ControlledForce<'_>| [f.force.values.len(), f.is_controlled.len()] == [count; 2];
+    let has_all =
+        |f: ControlledForce<'_>| [f.force.values.len(), f.is_controlled.len()] == [count; 2];
     if count < 2 || time_s.len() != count || !force.is_none_or(has_all) || !ascends {
         return Vec::new();
     }
@@ -285,7 +286,10 @@ mod tests {
             kinds[1]
         };
         // the force is controlled from the start, or during the hold only, or never
-        assert_eq!([0.0, 1.0, 9.0].map(hold), [BranchKind::ForceHold, BranchKind::ForceHold, BranchKind::Hold]);
+        assert_eq!(
+            [0.0, 1.0, 9.0].map(hold),
+            [BranchKind::ForceHold, BranchKind::ForceHold, BranchKind::Hold]
+        );
     }
 
     const PROGRAM: [(f64, f64); 5] =

@@ -14,8 +14,8 @@ use ppl::prelude::*;
 use thiserror::Error;
 
 pub use coverage::Coverage;
-pub use held_out_value::{HeldOutScores, HeldOutValue, LEVELS};
 use coverage::binomial_tail;
+pub use held_out_value::{HeldOutScores, HeldOutValue, LEVELS};
 
 /// Number of values at which probabilities are integrated over the shared error.
 const SHARED_VALUES: usize = 97;

@@ -220,8 +220,9 @@ impl CaseCheck {
             let duration_s = test.duration_s();
             let kind = test.kind.map(|kind| kind.kind().in_words());
             let kind = kind.as_deref().unwrap_or("compression");
-            let text =
-                format!("{kind} by {displacement_mm} mm in {duration_s} s ({rate:.4} mm/s), {steps}");
+            let text = format!(
+                "{kind} by {displacement_mm} mm in {duration_s} s ({rate:.4} mm/s), {steps}"
+            );
             self.say("test", text);
         }
         if case.prior.is_none() || case.experiments.is_none() {
@@ -280,10 +281,7 @@ impl CaseCheck {
                 );
                 self.say("specimen", text);
                 let radius_mm = 0.5 * length.hypot(*width);
-                Some(MeshSize {
-                    is_cylinder: false,
-                    ..MeshSize::of_cylinder([*depth, radius_mm])
-                })
+                Some(MeshSize { is_cylinder: false, ..MeshSize::of_cylinder([*depth, radius_mm]) })
             }
             SpecimenGeometry::Mesh { file: mesh_file, regions, surfaces } => {
                 match imported_mesh(mesh_file, regions, surfaces) {

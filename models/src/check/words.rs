@@ -1,6 +1,8 @@
 //! Load program and conditions of a case in words, as `breccia check` prints them.
 
-use crate::case::{ConditionsCase, LineCase, MeasureCase, PressureKind, ProgramPointCase, TimeTable};
+use crate::case::{
+    ConditionsCase, LineCase, MeasureCase, PressureKind, ProgramPointCase, TimeTable,
+};
 
 /// Largest number of points of a load program or a table that are printed.
 const MOST_POINTS: usize = 8;

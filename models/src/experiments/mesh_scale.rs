@@ -103,9 +103,9 @@ impl MeshScale {
             MeasuredOver::FixedLength => 1.0,
         };
         let force = match mesh.is_cylinder {
-            true if mesh.measured_over == MeasuredOver::Diameter => factor(
-                mesh.radius_mm * mesh.height_mm / (specimen.radius_mm * specimen.height_mm),
-            ),
+            true if mesh.measured_over == MeasuredOver::Diameter => {
+                factor(mesh.radius_mm * mesh.height_mm / (specimen.radius_mm * specimen.height_mm))
+            }
             true => factor(mesh.radius_mm / specimen.radius_mm).powi(2),
             false => 1.0,
         };

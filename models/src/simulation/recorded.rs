@@ -72,8 +72,10 @@ mod tests {
             recorded(points).branches.iter().map(|branch| branch.kind).collect()
         };
         assert_eq!(kinds(&points), [BranchKind::Loading, BranchKind::ForceHold]);
-        let by_displacement: Vec<CurvePoint> =
-            points.iter().map(|point| CurvePoint { force_is_prescribed: false, ..*point }).collect();
+        let by_displacement: Vec<CurvePoint> = points
+            .iter()
+            .map(|point| CurvePoint { force_is_prescribed: false, ..*point })
+            .collect();
         assert_eq!(kinds(&by_displacement), [BranchKind::Loading, BranchKind::Hold]);
     }
 }

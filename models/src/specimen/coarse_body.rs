@@ -58,7 +58,8 @@ pub(crate) fn check_on_coarse_body(
         return Ok(CoarseCheck::default());
     };
     let regions = file.regions(geometry);
-    let coarse = |is_mixed| set_up_cylinder(file, [radius_mm, height_mm], &regions, meshing, is_mixed);
+    let coarse =
+        |is_mixed| set_up_cylinder(file, [radius_mm, height_mm], &regions, meshing, is_mixed);
     let has_grains = regions.len() > 1;
     match meshing.mode {
         GrainMode::Fraction => coarse(has_grains),

@@ -137,7 +137,8 @@ mod tests {
         let phi = 0.841_344_746_068_543;
         let density = (-0.5_f64).exp() / (2.0 * std::f64::consts::PI).sqrt();
         let crps = 2.0 * phi - 1.0 + 2.0 * density - 1.0 / std::f64::consts::PI.sqrt();
-        let expected = [0.0, -1.644_853_627, -0.674_489_750, 0.674_489_750, 1.644_853_627, phi, crps];
+        let expected =
+            [0.0, -1.644_853_627, -0.674_489_750, 0.674_489_750, 1.644_853_627, phi, crps];
         for (number, expected) in numbers.iter().zip(expected) {
             assert!((number - expected).abs() < 1e-8, "{number} {expected}");
         }
@@ -148,6 +149,9 @@ mod tests {
         assert_eq!((scores.inside90.total, scores.mean_crps), (3, mean));
         let text = HeldOutValue::csv(&values);
         assert_eq!(text.lines().count(), 4);
-        assert!(text.starts_with("validation,qoi,specimen,measured,median,q05,") && text.contains("\nv,q,b,1,"));
+        assert!(
+            text.starts_with("validation,qoi,specimen,measured,median,q05,")
+                && text.contains("\nv,q,b,1,")
+        );
     }
 }

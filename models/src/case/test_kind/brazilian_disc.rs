@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::super::conditions::{ConditionsCase, MeasureCase, Similarity};
-use super::{TestKind, TestSetting, WrongKey, prescribed};
+use super::definition::{TestKind, TestSetting, WrongKey, prescribed};
 
 /// Surfaces under the jaws, with the sign of x.
 const JAWS: [(&str, f64); 2] = [("jaw-left", -1.0), ("jaw-right", 1.0)];
@@ -74,8 +74,7 @@ impl TestKind for BrazilianDisc {
             face.iter().map(|&node| mesh.nodes[node as usize][axis]).sum::<f64>() / 3.0
         };
         let jaws = JAWS.map(|(name, sign)| {
-            let angle =
-                |face: &[u32; 3]| (centre(face, 1) - y).atan2(sign * (centre(face, 0) - x));
+            let angle = |face: &[u32; 3]| (centre(face, 1) - y).atan2(sign * (centre(face, 0) - x));
             let touched = side.iter().filter(|face| angle(face).abs() <= half).copied();
             (name, touched.collect::<Vec<_>>())
         });

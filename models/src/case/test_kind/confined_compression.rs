@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::super::conditions::{
     ConditionsCase, MeasureCase, PrescribeCase, PressureCase, PressureKind, Similarity, TimeTable,
 };
-use super::{TestKind, TestSetting, WrongKey, prescribed};
+use super::definition::{TestKind, TestSetting, WrongKey, prescribed};
 
 /// Largest pressure in MPa.
 const MOST_MPA: f64 = 1e6;

@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::super::conditions::{ConditionsCase, LineCase, MeasureCase, Similarity};
-use super::{TestKind, TestSetting, WrongKey, prescribed};
+use super::definition::{TestKind, TestSetting, WrongKey, prescribed};
 
 /// Lines of the two supports and of the load.
 const SUPPORTS: [(&str, f64); 2] = [("support-left", -0.5), ("support-right", 0.5)];
@@ -42,8 +42,7 @@ impl TestKind for NotchedBeam {
             problem: "is missing: test.kind = notched-beam needs it".to_owned(),
             help,
         };
-        let help =
-            "Give length, width and depth of the beam in mm: block_mm = [48.0, 10.0, 10.0].";
+        let help = "Give length, width and depth of the beam in mm: block_mm = [48.0, 10.0, 10.0].";
         let [length_mm, ..] = setting.block_mm.ok_or_else(|| missing("block_mm", help))?;
         let help = "Add the notch: notch = { depth_mm = 3.0, width_mm = 0.5 }.";
         let notch = setting.notch.ok_or_else(|| missing("notch", help))?;

@@ -1,7 +1,7 @@
 //! Tension of a bar whose ends are gripped.
 
 use super::super::conditions::{ConditionsCase, MeasureCase, Similarity};
-use super::{TestKind, TestSetting, WrongKey, prescribed};
+use super::definition::{TestKind, TestSetting, WrongKey, prescribed};
 
 /// `test.kind = "tension-bar"`: all displacement components of both end faces are prescribed.
 #[derive(Clone, Copy, Debug)]

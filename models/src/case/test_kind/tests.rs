@@ -20,8 +20,7 @@ fn parse(text: &str) -> CaseFile {
 }
 
 fn run(file: &CaseFile) -> (Simulator, Outcome) {
-    let simulator =
-        Simulator::new(&Setup::from(file), mesh_of(file).unwrap(), Vec::new()).unwrap();
+    let simulator = Simulator::new(&Setup::from(file), mesh_of(file).unwrap(), Vec::new()).unwrap();
     let outcome = simulator.run(&[], &mut ()).unwrap();
     (simulator, outcome)
 }
@@ -109,13 +108,12 @@ fn a_notched_beam_has_its_published_compliance() {
     let mut file = beam("", 1.7, "displacement_mm = 1e-3\nsteps = 1");
     let at_load_line = 1.0 / stiffness(&run(&file).1);
     let middle = 0.5 * depth;
-    let gauge =
-        ExtensometerCase { from_mm: [-0.5 * span, 0.0, middle], to_mm: [0.0, 0.0, middle] };
+    let gauge = ExtensometerCase { from_mm: [-0.5 * span, 0.0, middle], to_mm: [0.0, 0.0, middle] };
     file.case.conditions.as_mut().unwrap().extensometer = Some(gauge);
     let measured = 1.0 / stiffness(&run(&file).1);
     let ratio = depth / span;
-    let bending = 0.25 / (E * width * ratio.powi(3))
-        * (1.0 + 2.85 * ratio.powi(2) - 0.84 * ratio.powi(3));
+    let bending =
+        0.25 / (E * width * ratio.powi(3)) * (1.0 + 2.85 * ratio.powi(2) - 0.84 * ratio.powi(3));
     let a = 3.0 / depth;
     let v = (a / (1.0 - a)).powi(2)
         * (5.58 - 19.57 * a + 36.82 * a.powi(2) - 34.94 * a.powi(3) + 12.77 * a.powi(4));
@@ -193,7 +191,8 @@ fn wrong_keys_of_a_kind_are_refused() {
     let notched = format!("{block}{notch}");
     let disc = "kind = { brazilian-disc = { contact_deg = 10.0 } }\n";
     let beam = "kind = { notched-beam = { span_mm = 40.0 } }\n";
-    let confined = "kind = { confined-compression = { pressure_mpa = 0.5, confinement_s = 0.5 } }\n";
+    let confined =
+        "kind = { confined-compression = { pressure_mpa = 0.5, confinement_s = 0.5 } }\n";
     let moved = "displacement_mm = 0.1\n";
     let mistake = |specimen: &str, test: &str| {
         let text = format!("[specimen]\n{specimen}{}[test]\n{test}steps = 4\n", material(0.3));
@@ -242,7 +241,11 @@ fn wrong_keys_of_a_kind_are_refused() {
         ),
         (notch, String::new(), ["specimen.spacing_mm", "is missing"]),
         (&*format!("{cylinder}{notch}"), moved.to_owned(), ["specimen.notch", "block_mm"]),
-        (&*format!("{block}radius_mm = 1.0\n"), moved.to_owned(), ["specimen.radius_mm", "block_mm"]),
+        (
+            &*format!("{block}radius_mm = 1.0\n"),
+            moved.to_owned(),
+            ["specimen.radius_mm", "block_mm"],
+        ),
         (
             &*notched.replacen("3.0", "10.0", 1),
             format!("{beam}{moved}"),

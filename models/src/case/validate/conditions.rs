@@ -55,7 +55,12 @@ impl CaseFile {
             if from_mm == to_mm {
                 let key = format!("conditions.lines.{name}.to_mm");
                 let help = "Give the two ends of the line.";
-                return Err(self.error(&key, format!("{to_mm:?}"), "is the same point as from_mm", help));
+                return Err(self.error(
+                    &key,
+                    format!("{to_mm:?}"),
+                    "is the same point as from_mm",
+                    help,
+                ));
             }
         }
         finite("conditions.measure.direction".into(), &conditions.measure.direction, "")?;

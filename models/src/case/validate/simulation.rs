@@ -2,9 +2,7 @@
 
 use fem::{FemError, Packing, PhaseField, Platens, Segmentation, Unsupported};
 
-use super::super::{
-    Case, CaseFile, MaterialCase, Mistakes, NotchCase, Property, SpecimenGeometry,
-};
+use super::super::{Case, CaseFile, MaterialCase, Mistakes, NotchCase, Property, SpecimenGeometry};
 use super::program::check_program;
 use super::test_kind::check_kind;
 use crate::error::InputError;
@@ -93,11 +91,7 @@ impl CaseFile {
         }
     }
 
-    fn check_block(
-        &self,
-        size_mm: [f64; 3],
-        notch: Option<NotchCase>,
-    ) -> Result<(), InputError> {
+    fn check_block(&self, size_mm: [f64; 3], notch: Option<NotchCase>) -> Result<(), InputError> {
         let help = "block_mm = [length along x, width along y, depth along z], in mm.";
         for size in size_mm {
             self.within("specimen.block_mm", size, 1e-3, 1e4, "mm", help)?;
@@ -125,7 +119,8 @@ impl CaseFile {
         planes_mm: &[f64],
         spacing_mm: f64,
     ) -> Result<(), InputError> {
-        let help = "It is the longest edge of the hexahedra of which each is split into six tetrahedra.";
+        let help =
+            "It is the longest edge of the hexahedra of which each is split into six tetrahedra.";
         let least = size_mm.into_iter().fold(f64::INFINITY, f64::min);
         self.within(key, spacing_mm, 1e-6, least.max(1e-6), "mm", help)?;
         // each plane adds at most one cell to the length

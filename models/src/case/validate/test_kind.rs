@@ -50,7 +50,9 @@ pub(super) fn check_kind(file: &CaseFile, kind: TestKindCase, mistakes: &mut Mis
     if let Some(surface) = kind.surfaces().iter().find(|surface| !has(surface)) {
         let problem = format!("needs the surface {surface:?}, which the specimen does not have");
         let help = match specimen.mesh {
-            Some(_) => format!("Name the physical surface: specimen.surfaces = {{ {surface} = 11 }}."),
+            Some(_) => {
+                format!("Name the physical surface: specimen.surfaces = {{ {surface} = 11 }}.")
+            }
             None => "Give radius_mm and height_mm of a cylinder in place of block_mm.".to_owned(),
         };
         mistakes.note(Err(file.error("test.kind", name, problem, help)));

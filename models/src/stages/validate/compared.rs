@@ -60,7 +60,9 @@ impl Compared {
                     !["validation", "qoi", "specimen", "measured", "median"].contains(column)
                 };
                 let columns = Self::SPECIMEN_COLUMNS.iter().zip(&mut row);
-                columns.filter(|(column, _)| is_of_scatter(column)).for_each(|(_, cell)| cell.clear());
+                columns
+                    .filter(|(column, _)| is_of_scatter(column))
+                    .for_each(|(_, cell)| cell.clear());
             }
             row
         };
