@@ -16,6 +16,7 @@ mod load_program;
 mod own_data;
 mod quadrature;
 mod quantities;
+mod relaxing;
 mod sequential;
 mod several_tests;
 mod sharing;
