@@ -136,7 +136,10 @@ mod tests {
             let force = |u: &f64| {
                 let v = (u - soft_mm).max(0.0);
                 let x = v / 0.12;
-                150.0 * x * ((1.0 - x.powi(3)) / 3.0).exp() * (1.0 - relaxed * (1.0 - (-v / 0.02).exp()))
+                150.0
+                    * x
+                    * ((1.0 - x.powi(3)) / 3.0).exp()
+                    * (1.0 - relaxed * (1.0 - (-v / 0.02).exp()))
             };
             let force_n = u.iter().map(force).collect();
             toe_percent(&TestCurve::new(u, force_n), 0.3)

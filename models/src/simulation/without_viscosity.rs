@@ -18,9 +18,8 @@ pub(crate) fn without_viscosity(case: &Case) -> Option<String> {
         return None;
     }
     let prior = case.whole_prior();
-    let is_calibrated = |key: &str| {
-        prior.iter().flat_map(|prior| prior.names()).any(|name| name == key)
-    };
+    let is_calibrated =
+        |key: &str| prior.iter().flat_map(|prior| prior.names()).any(|name| name == key);
     let key = |region: &str| format!("{region}.{}", Property::Viscosity.key());
     let (region, material) = case.material.iter().find(|(region, material)| {
         let breaks = material.toughness_n_per_mm.is_some();

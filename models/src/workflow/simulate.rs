@@ -18,10 +18,10 @@ use crate::results_folder::error::WorkflowError;
 use crate::results_folder::product_folder::{FolderAccess, ProductFolder};
 use crate::runs::quadrature::quadrature_note;
 use crate::simulation::resolution::resolution_note;
-use crate::simulation::without_viscosity::without_viscosity;
 use crate::simulation::run_values::failure;
 use crate::simulation::setup::Setup;
 use crate::simulation::simulator::Simulator;
+use crate::simulation::without_viscosity::without_viscosity;
 use crate::specimen::build::mesh_of;
 use crate::specimen::damage_of::damage_of;
 
