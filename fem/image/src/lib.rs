@@ -29,7 +29,7 @@
 //! The modules in the order of their layers. A module imports from lower layers only, and no two files import each
 //! other.
 //!
-//! 1. `error`: errors of reading, writing and segmenting images; `listing`: lists of examples in messages
+//! 1. `error`, `listing`: errors of reading, writing and segmenting images; lists of examples in messages
 //! 2. `volume`: voxels, filters, distances, connected components
 //! 3. `slices`: order of slices, types of values, voxel sizes, continuity
 //! 4. `tiff`: stacks in TIFF files

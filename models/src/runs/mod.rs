@@ -1,5 +1,10 @@
-//! The simulations of an ensemble: where the runs come from, on which meshes and microstructures they are made, and what
-//! meshes and quadratures change.
+//! The simulations of an ensemble.
+//!
+//! 1. `ensemble_runs`, `made_on`, `unusable_runs`: folders and records of runs, their specimens, runs without quantities
+//! 2. `first_runs`: comparison of the first runs with the specimens
+//! 3. `microstructures`, `run_source`, `run_sources`: packings or images of the runs, and where the runs come from
+//! 4. `level_runs`, `fidelity`, `quadrature`: runs on several meshes, and what meshes and quadratures change
+//! 5. `mesh_error`, `map_fields`: error of the mesh and fields at the posterior mode
 
 pub(crate) mod ensemble_runs;
 pub(crate) mod fidelity;

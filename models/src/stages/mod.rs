@@ -1,5 +1,10 @@
 //! The stages of a case. A stage reads results of earlier stages, calls functions of the other modules, and writes its
-//! products. `table` lists all stages in order; the stages `segment` and `mesh` are files of the module `specimen`.
+//! products. The stages `segment` and `mesh` are files of the module `specimen`.
+//!
+//! 1. `experiments`, `sequential`, `ensemble`, `surrogate`, `calibrate`, `confirm`, `validate`: from specimens to predictions
+//! 2. `next_test`, `report`, `verdict`: further tests, the report, and the verdict on each parameter
+//! 3. `joint`: the stages of several tests together
+//! 4. `table`: all stages in order
 
 pub(crate) mod calibrate;
 pub(crate) mod confirm;
