@@ -73,7 +73,7 @@ fn unusable_mesh_files_are_refused_before_any_step() {
     let foreign = msh(&sound, |k| 1 + u32::from(k == 9));
     assert_refused(
         foreign.as_bytes(),
-        &["1 tetrahedron belongs", "[2]", "list their physical group"],
+        &["1 tetrahedron belongs", "physical volume 2", "list their physical group"],
     );
 
     let mut thick = sound.clone();

@@ -155,6 +155,9 @@ fn a_bar_with_an_extensometer_is_calibrated_on_a_mesh_file() {
         assert_ne!(code, Some(0), "{key}");
         format!("{out}{err}")
     };
-    assert!(with("spacing_mm = 1.0").contains("cannot change the elements of specimen.mesh"));
+    assert!(
+        with("spacing_mm = 1.0")
+            .contains("cannot change the elements of a block or of specimen.mesh")
+    );
     assert!(with("scans = true").contains("experiments.virtual.scans"));
 }

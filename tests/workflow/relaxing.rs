@@ -15,10 +15,10 @@ fn a_curve_bent_by_relaxation_is_no_toe() {
     let (code, _, err) = breccia(dir.path(), &["run", "case.toml", "--out", "out"]);
     assert_eq!(code, Some(0), "{err}");
     let out = dir.path().join("out");
-    let checks = table(&out.join("curve_checks.csv"));
-    let toes: Vec<&String> =
-        checks.iter().filter(|row| row["finding"] == "toe").map(|row| &row["help"]).collect();
-    assert_eq!(toes.len(), 3, "{checks:?}");
+    // the texts of this table contain commas
+    let checks = std::fs::read_to_string(out.join("curve_checks.csv")).unwrap();
+    let toes: Vec<&str> = checks.lines().filter(|line| line.contains(",toe,")).collect();
+    assert_eq!(toes.len(), 3, "{checks}");
     assert!(toes.iter().all(|text| text.contains("-2.") || text.contains("-3.")), "{toes:?}");
     let warnings = std::fs::read_to_string(out.join("warnings.txt")).unwrap();
     assert!(!warnings.contains("toe") && !err.contains("include a toe"), "{warnings}{err}");

@@ -25,7 +25,7 @@ fn assert_same_posterior_in_python(results: &Path) {
         writeln!(std::io::stderr(), "{note}").expect("stderr is open");
         return;
     }
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("python/two_tests.py");
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/python/two_tests.py");
     let files = ["joint_model.json", "summary.csv"].map(|name| results.join(name));
     let output = Command::new(python).arg(script).args(files).output().expect("starts");
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();

@@ -245,7 +245,10 @@ mod tests {
             let [mistake] = &mistakes.iter().filter(of_key).collect::<Vec<_>>()[..] else {
                 panic!("{table}: {mistakes:#?}")
             };
-            let line = text[..text.find("= []").unwrap()].lines().count();
+            let line = match table.contains('.') {
+                true => text.lines().count(),
+                false => 1,
+            };
             let location =
                 format!("case.toml:{line}: {table} = []: is a list; a table is expected.");
             assert!(mistake.starts_with(&location), "{mistake}");

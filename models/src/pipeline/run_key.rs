@@ -92,7 +92,7 @@ mod tests {
         assert_ne!(key(Case::TEMPLATE, "another mesh", false), plain);
         for (old, new, is_same) in [
             ("poisson = 0.25", "poisson = 0.3", false),
-            ("friction = 0.0", "friction = 0.1", false),
+            ("displacement_mm = 0.22", "displacement_mm = 0.2", false),
             ("chains = 4", "chains = 5", true),
         ] {
             let text = Case::TEMPLATE.replacen(old, new, 1);

@@ -24,8 +24,8 @@ use crate::table::CsvTable;
 /// Description of the runs in the progress bar.
 const LABEL: &str = "runs at the mode and at draws";
 
-/// Keys and files on which the points of the simulations depend.
-const KEYS_OF_POINTS: [&str; 2] = ["prior", "confirm.draws"];
+/// Key and files on which the points of the simulations depend.
+const KEYS_OF_POINTS: [&str; 1] = ["confirm.draws"];
 const FILES_OF_POINTS: [&str; 2] = ["map.csv", "posterior.csv"];
 
 pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {

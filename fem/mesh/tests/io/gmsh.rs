@@ -313,7 +313,7 @@ fn errors_state_position_value_and_remedy() {
     let only_matrix = GmshNames::new([("matrix", 1)], [("bottom", 11)]);
     let message = fault(&text, &only_matrix);
     assert_contains(&message, &["30 tetrahedra belong to no named region"]);
-    assert_contains(&message, &["30 of volume 52 (physical volume(s) 2)"]);
+    assert_contains(&message, &["30 of volume 52 (physical volume 2)"]);
     let ungrouped = text.replace(" 4 2 2 52 ", " 4 2 0 52 ");
     assert_contains(&fault(&ungrouped, &only_matrix), &["30 of volume 52 (no physical volume)"]);
 

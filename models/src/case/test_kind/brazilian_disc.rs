@@ -1,6 +1,9 @@
 //! Brazilian test: a disc is compressed across its diameter, and splits under the tension along the other diameter.
 
+use std::ops::RangeInclusive;
+
 use fem::TetMesh;
+use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -9,6 +12,8 @@ use super::definition::{TestKind, TestSetting, WrongKey, prescribed};
 
 /// Surfaces under the jaws, with the sign of x.
 const JAWS: [(&str, f64); 2] = [("jaw-left", -1.0), ("jaw-right", 1.0)];
+/// Accepted area of the faces under a jaw, in units of the area of the stated arc.
+const COVERED: RangeInclusive<f64> = 0.5..=2.0;
 /// Largest angle of contact. Jaws of the ISRM have about 10°, flattened discs about 20 to 30°.
 const MOST_DEG: f64 = 90.0;
 
@@ -64,11 +69,12 @@ impl TestKind for BrazilianDisc {
         let Some(side) = mesh.surfaces.get("side") else {
             return Err("the mesh has no surface \"side\" for the jaws".to_owned());
         };
-        let middle = |axis: usize| {
+        let ends = |axis: usize| {
             let all = || mesh.nodes.iter().map(|node| node[axis]);
-            0.5 * (all().fold(f64::INFINITY, f64::min) + all().fold(f64::NEG_INFINITY, f64::max))
+            [all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max)]
         };
-        let [x, y] = [middle(0), middle(1)];
+        let [[left, right], [front, back], [bottom, top]] = [0, 1, 2].map(ends);
+        let [x, y] = [0.5 * (left + right), 0.5 * (front + back)];
         let half = 0.5 * self.contact_deg.to_radians();
         let centre = |face: &[u32; 3], axis: usize| {
             face.iter().map(|&node| mesh.nodes[node as usize][axis]).sum::<f64>() / 3.0
@@ -78,16 +84,29 @@ impl TestKind for BrazilianDisc {
             let touched = side.iter().filter(|face| angle(face).abs() <= half).copied();
             (name, touched.collect::<Vec<_>>())
         });
-        for (name, faces) in jaws {
-            if faces.is_empty() {
+        let stated = (right - left) * half * (top - bottom);
+        for (name, faces) in &jaws {
+            let covered = faces.iter().map(|face| area(mesh, face)).sum::<f64>() / stated;
+            if !COVERED.contains(&covered) {
                 return Err(format!(
-                    "no face of the mesh has its centre under {name}: the arc of test.kind.brazilian-disc.contact_deg = {} is \
-                     narrower than an element; reduce specimen.spacing_mm to a third of the arc, or increase contact_deg",
+                    "the faces of the mesh under {name} cover {covered:.1} times the arc of \
+                     test.kind.brazilian-disc.contact_deg = {}; reduce specimen.spacing_mm to a third of the arc, or \
+                     increase contact_deg",
                     self.contact_deg
                 ));
             }
-            mesh.surfaces.insert(name.to_owned(), faces);
         }
+        // a face belongs to one surface
+        let free = |face: &[u32; 3]| !jaws.iter().any(|(_, faces)| faces.contains(face));
+        let side = side.iter().filter(|face| free(face)).copied().collect();
+        mesh.surfaces.insert("side".to_owned(), side);
+        mesh.surfaces.extend(jaws.map(|(name, faces)| (name.to_owned(), faces)));
         Ok(())
     }
+}
+
+/// Area of a face in mm².
+fn area(mesh: &TetMesh, face: &[u32; 3]) -> f64 {
+    let [a, b, c] = face.map(|node| Vector3::from(mesh.nodes[node as usize]));
+    0.5 * (b - a).cross(&(c - a)).norm()
 }

@@ -37,7 +37,7 @@ fn stiffness(outcome: &Outcome) -> f64 {
 fn a_tension_bar_has_its_slope() {
     let bar = |poisson: f64| {
         let text = format!(
-            "[specimen]\nradius_mm = 1.0\nheight_mm = 8.0\nspacing_mm = 0.7\n{}[test]\nkind = \"tension-bar\"\n\
+            "[specimen]\nradius_mm = 1.0\nheight_mm = 8.0\nspacing_mm = 0.5\n{}[test]\nkind = \"tension-bar\"\n\
              displacement_mm = 1e-4\nsteps = 1\n",
             material(poisson)
         );
@@ -129,7 +129,7 @@ fn a_notched_beam_has_its_published_compliance() {
 fn the_crack_of_a_notched_beam_starts_at_the_notch() {
     let damage = "toughness_n_per_mm = 0.05\nviscosity_mpa_s = 0.01\n[phase_field]\nmodel = \"at1\"\n\
                   length_mm = 0.8\nsplit = \"spectral\"\n";
-    let test = "displacement_mm = 0.2\nsteps = 20\nstop_below_peak = 0.1";
+    let test = "displacement_mm = 0.8\nsteps = 40\nstop_below_peak = 0.1";
     let mut file = beam(damage, 1.2, test);
     file.case.specimen.order = fem::Order::Linear;
     let (simulator, outcome) = run(&file);

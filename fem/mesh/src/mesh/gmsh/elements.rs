@@ -377,7 +377,8 @@ fn without_region(unnamed: &BTreeMap<(i32, &[i32]), usize>) -> String {
     let count: usize = unnamed.values().sum();
     let volume = |((entity, groups), count): (&(i32, &[i32]), &usize)| match groups {
         [] => format!("{count} of volume {entity} (no physical volume)"),
-        _ => format!("{count} of volume {entity} (physical volume(s) {})", numbers(groups)),
+        [group] => format!("{count} of volume {entity} (physical volume {group})"),
+        _ => format!("{count} of volume {entity} (physical volumes {})", numbers(groups)),
     };
     let volumes = listed(unnamed.iter().map(volume), ", ");
     let who = match count {
