@@ -272,6 +272,26 @@ ppl::model! {
         x
     }
 
+    /// A submodel whose statements differ only where draws from the prior hardly ever are.
+    fn one_of_two_beyond_six(x: Real, ys: &[f64], zs: &[f64]) -> Real {
+        if x < 6.0 {
+            for y in ys {
+                y ~ Normal(x, 1.0);
+            }
+        } else {
+            for z in zs {
+                z ~ Normal(2.0 * x, 0.5);
+            }
+        }
+        x
+    }
+
+    fn with_a_rarely_varying_submodel(ys: &[f64], zs: &[f64]) {
+        let x ~ Normal(0.0, 1.0);
+        let same ~ one_of_two_beyond_six(x, ys, zs);
+        factor(-0.1 * same.square());
+    }
+
     fn with_a_varying_submodel(ys: &[f64], zs: &[f64]) {
         let x ~ Normal(0.0, 1.0);
         let same ~ one_of_two(x, ys, zs);
@@ -306,6 +326,23 @@ fn a_varying_submodel_is_evaluated_at_every_point() {
         let expected = ln_normal(x, 0.0, 1.0) + data - 0.1 * x * x;
         let found = gradient(&model, &[x]).0;
         assert!((found - expected).abs() < 1e-12, "{found} instead of {expected} at {x}");
+    }
+}
+
+/// Draws from the prior do not show that the statements vary: the code of the submodel does.
+#[test]
+fn a_submodel_that_varies_where_no_draw_is_has_no_precomputed_sums() {
+    let (ys, zs) = ([0.3, 1.2], [0.1, 0.9, -0.4]);
+    let model = with_a_rarely_varying_submodel(&ys, &zs);
+    let ln_normal = |x: f64, mean: f64, sd: f64| -> f64 { Normal(mean, sd).ln_density(&x) };
+    for x in [0.8, 6.5] {
+        let data: f64 = match x < 6.0 {
+            true => ys.iter().map(|y| ln_normal(*y, x, 1.0)).sum(),
+            false => zs.iter().map(|z| ln_normal(*z, 2.0 * x, 0.5)).sum(),
+        };
+        let expected = ln_normal(x, 0.0, 1.0) + data - 0.1 * x * x;
+        let found = gradient(&model, &[x]).0;
+        assert!((found / expected - 1.0).abs() < 1e-12, "{found} instead of {expected} at {x}");
     }
 }
 
