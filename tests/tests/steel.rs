@@ -11,7 +11,7 @@ use ppl::rand_xoshiro::Xoshiro256PlusPlus;
 use surrogate::{Dataset, DesignMethod, FitOptions, Input, Pce, Scales};
 
 #[path = "../../models/examples/steel_304l.rs"]
-#[allow(dead_code, unreachable_pub)]
+#[allow(dead_code, unreachable_pub)] // the test uses only the model and the law of the example
 mod steel_304l;
 
 use steel_304l::{M, NAMES, RANGES, STRAINS, law, steel};

@@ -38,11 +38,11 @@ pub(crate) trait RunSource: Sync {
         0
     }
 
-    /// Adds to a key what identifies the runs of this source.
-    ///
-    /// # Errors
-    /// Fails for a specimen with wrong values.
-    fn identified(&self, key: RunKey, inputs: &Inputs<'_>) -> Result<RunKey, WorkflowError>;
+    /// Adds to a key the keys of the case and the files of this source.
+    fn identified(&self, key: RunKey, inputs: &Inputs<'_>) -> RunKey {
+        let _ = inputs;
+        key
+    }
 
     /// Returns notes about the runs for the user.
     fn notes(&self) -> Vec<String> {
@@ -77,7 +77,13 @@ pub(crate) fn key_of_runs(
         (images::FIRST..).take(meshes).map(|image| images::mesh_file(image, "msh")).collect();
     files.iter().try_for_each(|name| inputs.file(name).map(drop))?;
     let files: Vec<&str> = files.iter().map(String::as_str).collect();
-    source.identified(RunKey::of_simulations(inputs, &["prior", "design"], &files), inputs)
+    let key =
+        source.identified(RunKey::of_simulations(inputs, &["prior", "design"], &files), inputs);
+    match specimens {
+        // packings have no mesh files: they are made from the specimen of the case
+        Some(specimens) if specimens.meshes() == 0 => key.and_specimen(inputs),
+        _ => Ok(key),
+    }
 }
 
 /// Runs that a source returns.

@@ -68,7 +68,7 @@ fn confirm_outside(task: &Task<'_>) -> Result<String, WorkflowError> {
     }
     let Points { names, runs } = Points::read(task)?;
     let key = RunKey::new(&task.inputs, &KEYS_OF_POINTS, &FILES_OF_POINTS);
-    let key = source.identified(key, &task.inputs)?;
+    let key = source.identified(key, &task.inputs);
     let named = NamedRuns {
         folder: "confirm",
         label: LABEL,

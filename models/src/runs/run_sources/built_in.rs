@@ -4,9 +4,7 @@ use std::borrow::Cow;
 
 use fem::RunRecord;
 
-use crate::case::Microstructure;
 use crate::pipeline::inputs::Inputs;
-use crate::pipeline::run_key::RunKey;
 use crate::results_folder::error::WorkflowError;
 use crate::runs::ensemble_runs::run_named;
 use crate::runs::microstructures::Microstructures;
@@ -33,14 +31,6 @@ impl RunSource for BuiltIn {
 
     fn meshes(&self) -> usize {
         1
-    }
-
-    fn identified(&self, key: RunKey, inputs: &Inputs<'_>) -> Result<RunKey, WorkflowError> {
-        // the mesh files identify the specimen that all runs share
-        match *inputs.microstructure() {
-            Microstructure::One => Ok(key),
-            Microstructure::PerRun => key.and_specimen(inputs),
-        }
     }
 
     fn records(&self, requested: &RequestedRuns<'_>) -> Result<Vec<RunRecord>, WorkflowError> {

@@ -79,10 +79,10 @@ fn name_of(path: &Path) -> String {
 }
 
 impl RunSource for Program {
-    fn identified(&self, key: RunKey, inputs: &Inputs<'_>) -> Result<RunKey, WorkflowError> {
+    fn identified(&self, key: RunKey, inputs: &Inputs<'_>) -> RunKey {
         let named = self.case.input.iter().chain(&self.case.files);
         let files: Vec<_> = named.map(|path| path.to_string_lossy()).collect();
-        Ok(key.and(inputs, &KEYS_OF_RUNS, &files.iter().map(|name| &**name).collect::<Vec<_>>()))
+        key.and(inputs, &KEYS_OF_RUNS, &files.iter().map(|name| &**name).collect::<Vec<_>>())
     }
 
     fn read_rest(&self, inputs: &Inputs<'_>) {

@@ -6,7 +6,6 @@ use fem::{RunEnd, RunRecord, RunStatus, Sensitivities};
 
 use crate::error::InputError;
 use crate::pipeline::inputs::Inputs;
-use crate::pipeline::run_key::RunKey;
 use crate::qoi::Quantity;
 use crate::results_folder::error::WorkflowError;
 use crate::runs::run_source::{RequestedRuns, RunSource};
@@ -134,11 +133,6 @@ impl RunSource for ImportedRuns {
             self.outside
         );
         (self.outside > 0).then_some(text).into_iter().collect()
-    }
-
-    fn identified(&self, key: RunKey, _: &Inputs<'_>) -> Result<RunKey, WorkflowError> {
-        // finished runs are not stored again
-        Ok(key)
     }
 
     fn records(&self, requested: &RequestedRuns<'_>) -> Result<Vec<RunRecord>, WorkflowError> {
