@@ -84,6 +84,40 @@ impl Fracture {
     pub fn new(toughness_n_per_mm: f64) -> Self {
         Self { toughness_n_per_mm, viscosity_mpa_s: 0.0, residual_stiffness: 0.0 }
     }
+
+    /// Checks that the constants are in plausible units.
+    ///
+    /// # Errors
+    /// [`FemError::OutOfRange`] with the name of the constant.
+    pub fn validate(&self, region: &str) -> Result<(), FemError> {
+        let Self { toughness_n_per_mm, viscosity_mpa_s, residual_stiffness } = *self;
+        let requirements = [
+            (
+                (1e-9..=1e3).contains(&toughness_n_per_mm),
+                "toughness_n_per_mm",
+                toughness_n_per_mm,
+                "a positive toughness in N/mm, from 1e-9 to 1e3; leave it out for an elastic region",
+            ),
+            (
+                (0.0..=1e4).contains(&viscosity_mpa_s),
+                "viscosity_mpa_s",
+                viscosity_mpa_s,
+                "zero (rate independent) or positive, in MPa s, at most 1e4",
+            ),
+            (
+                (0.0..1.0).contains(&residual_stiffness),
+                "residual_stiffness",
+                residual_stiffness,
+                "in [0, 1), usually 0.01",
+            ),
+        ];
+        match requirements.into_iter().find(|(holds, ..)| !holds) {
+            None => Ok(()),
+            Some((_, field, value, requirement)) => {
+                Err(FemError::parameter(&format!("material.{region}"), field, value, requirement))
+            }
+        }
+    }
 }
 
 impl Material {
@@ -194,36 +228,12 @@ impl Material {
     /// [`FemError::OutOfRange`] with the name of the parameter; [`FemError::Unsupported`] for an unsupported split.
     pub fn validate(&self, region: &str, phase_field: Option<&PhaseField>) -> Result<(), FemError> {
         let entity = format!("material.{region}");
-        let check = |holds: bool, field: &'static str, value: f64, requirement: &'static str| {
-            if holds {
-                Ok(())
-            } else {
-                Err(FemError::parameter(&entity, field, value, requirement))
-            }
-        };
         check_moduli(&entity, self.elasticity.young_mpa(), self.elasticity.poisson())?;
         self.validate_inelasticity(&entity, phase_field)?;
         let Some(fracture) = &self.fracture else {
             return self.validate_strength(&entity, phase_field);
         };
-        check(
-            (1e-9..=1e3).contains(&fracture.toughness_n_per_mm),
-            "toughness_n_per_mm",
-            fracture.toughness_n_per_mm,
-            "a positive toughness in N/mm, from 1e-9 to 1e3; leave it out for an elastic region",
-        )?;
-        check(
-            (0.0..=1e4).contains(&fracture.viscosity_mpa_s),
-            "viscosity_mpa_s",
-            fracture.viscosity_mpa_s,
-            "zero (rate independent) or positive, in MPa s, at most 1e4",
-        )?;
-        check(
-            (0.0..1.0).contains(&fracture.residual_stiffness),
-            "residual_stiffness",
-            fracture.residual_stiffness,
-            "in [0, 1), usually 0.01",
-        )?;
+        fracture.validate(region)?;
         self.validate_strength(&entity, phase_field)?;
         phase_field.map_or(Ok(()), |field| self.validate_split(entity, field))
     }

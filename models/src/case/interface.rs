@@ -15,10 +15,10 @@ use super::MaterialCase;
 #[schemars(!try_from, deny_unknown_fields)]
 pub struct InterfaceCase {
     /// Effective critical energy release rate of the interface in N/mm.
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(range(min = 1e-9, max = 1e3))]
     pub toughness_n_per_mm: f64,
     /// Total width in mm of the band of elements to which the toughness of the interface applies.
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(range(min = 1e-9, max = 1e3))]
     pub width_mm: f64,
 }
 

@@ -1,6 +1,6 @@
 //! Checks of specimen, materials, test and solver.
 
-use fem::{FemError, Packing, PhaseField, Platens, Segmentation, Unsupported};
+use fem::{FemError, Fracture, Packing, PhaseField, Platens, Segmentation, Unsupported};
 
 use super::super::{Case, CaseFile, MaterialCase, Mistakes, NotchCase, Property, SpecimenGeometry};
 use super::program::check_program;
@@ -12,6 +12,7 @@ const MOST_TETS: f64 = 2e7;
 
 impl CaseFile {
     pub(super) fn check_specimen(&self, geometry: &SpecimenGeometry, mistakes: &mut Mistakes) {
+        self.check_voxels(mistakes);
         let (size, meshing) = match geometry {
             SpecimenGeometry::Mesh { .. } | SpecimenGeometry::Absent => return,
             SpecimenGeometry::Cylinder { radius_mm, height_mm, grains, scan, meshing } => {
@@ -38,22 +39,7 @@ impl CaseFile {
                 ));
                 return;
             }
-            SpecimenGeometry::Image {
-                options,
-                segmentation,
-                radius_mm,
-                height_mm,
-                meshing,
-                ..
-            } => {
-                if let Some(voxel_mm) = options.voxel_mm {
-                    let help = "It is the edge of a voxel; remove it if the tags of the file state the edge.";
-                    let key = "specimen.image.voxel_mm";
-                    mistakes.note(self.within(key, voxel_mm, 1e-9, 1e2, "mm", help));
-                }
-                let help = "It averages blocks of bin × bin × bin voxels; 1 means no averaging.";
-                let bin = options.bin as f64;
-                mistakes.note(self.within("specimen.image.bin", bin, 1.0, 1000.0, "voxels", help));
+            SpecimenGeometry::Image { segmentation, radius_mm, height_mm, meshing, .. } => {
                 mistakes.note(self.check_segmentation(segmentation));
                 let size = [*radius_mm, *height_mm];
                 self.check_size(size, mistakes);
@@ -149,6 +135,20 @@ impl CaseFile {
         packing.validate(radius_mm, height_mm).map_err(|e| self.refused("specimen.grains", &e))
     }
 
+    /// Checks the keys of `[specimen.image]` about voxels, also where a virtual scan leaves them unused.
+    fn check_voxels(&self, mistakes: &mut Mistakes) {
+        let Some(image) = &self.case.specimen.image else { return };
+        if let Some(voxel_mm) = image.voxel_mm {
+            let help =
+                "It is the edge of a voxel; remove it if the tags of the file state the edge.";
+            let key = "specimen.image.voxel_mm";
+            mistakes.note(self.within(key, voxel_mm, 1e-9, 1e2, "mm", help));
+        }
+        let help = "It averages blocks of bin × bin × bin voxels; 1 means no averaging.";
+        let bin = image.bin as f64;
+        mistakes.note(self.within("specimen.image.bin", bin, 1.0, 1000.0, "voxels", help));
+    }
+
     fn check_segmentation(&self, segmentation: &Segmentation) -> Result<(), InputError> {
         segmentation.check().map_err(|e| self.refused("specimen.image", &e))
     }
@@ -225,25 +225,18 @@ impl CaseFile {
             mistakes.note(self.check_shift(region, &shift));
         }
         if is_complete {
-            mistakes.note(self.check_in_fem(region, m));
+            let checked = self.in_fem(region, m);
+            mistakes.note(checked.map_err(|error| self.material_error(region, error)));
         }
-        // without a toughness, `fem` does not read these constants
+        // `fem` does not check these constants of a region without a toughness
         if m.toughness_n_per_mm.is_none() {
-            for (property, value, range) in [
-                (Property::Viscosity, m.viscosity_mpa_s, 0.0..f64::INFINITY),
-                (Property::ResidualStiffness, m.residual_stiffness, 0.0..1.0),
-            ] {
-                if !range.contains(&value) {
-                    let key = format!("material.{region}.{}", property.key());
-                    let problem = "is not a number in its range";
-                    mistakes.note(Err(self.error(
-                        &key,
-                        value.to_string(),
-                        problem,
-                        property.help(),
-                    )));
-                }
-            }
+            let checked = Fracture {
+                toughness_n_per_mm: 1.0,
+                viscosity_mpa_s: m.viscosity_mpa_s,
+                residual_stiffness: m.residual_stiffness,
+            };
+            mistakes
+                .note(checked.validate(region).map_err(|error| self.material_error(region, error)));
         }
     }
 
@@ -258,7 +251,7 @@ impl CaseFile {
             ));
         };
         match shift.validate("test", celsius) {
-            // `check_in_fem` reports the reference temperature with its key
+            // the check of the material reports the reference temperature with its key
             Ok(()) | Err(FemError::OutOfRange { field: "reference_celsius", .. }) => Ok(()),
             Err(error) => {
                 let key = format!("material.{region}.viscoelastic.shift");
@@ -273,9 +266,8 @@ impl CaseFile {
         material.in_fem()?.validate(region, self.case.phase_field.as_ref())
     }
 
-    /// Checks a material with the checks of `fem`; an error names the key of the case.
-    fn check_in_fem(&self, region: &str, material: &MaterialCase) -> Result<(), InputError> {
-        let Err(error) = self.in_fem(region, material) else { return Ok(()) };
+    /// Returns an error of `fem` about a material with the key of the case.
+    fn material_error(&self, region: &str, error: FemError) -> InputError {
         match error {
             FemError::OutOfRange { entity, field, value, requirement }
                 if entity.starts_with(&format!("material.{region}.")) =>
@@ -285,14 +277,14 @@ impl CaseFile {
                 let is_strength = entity.ends_with(".strength");
                 let page = if is_strength { "strength" } else { "memory" };
                 let help = format!("See docs/how-to/{page}.md.");
-                Err(self.error(&key, value.to_string(), problem, help))
+                self.error(&key, value.to_string(), problem, help)
             }
             FemError::OutOfRange { field, value, requirement, .. } => {
                 let property = Property::ALL.into_iter().find(|p| p.key() == field);
                 let table = if property.is_some() { "" } else { "law.ogden.terms." };
                 let help = property.map_or("Leave the term out.", Property::help);
                 let key = format!("material.{region}.{table}{field}");
-                Err(self.error(&key, value.to_string(), format!("must be {requirement}"), help))
+                self.error(&key, value.to_string(), format!("must be {requirement}"), help)
             }
             FemError::Unsupported { reason, .. } => {
                 let key = match reason {
@@ -305,14 +297,12 @@ impl CaseFile {
                     _ => "law",
                 };
                 let key = format!("material.{region}.{key}");
-                Err(self.error(&key, "", reason.to_string(), sentence(reason.help())))
+                self.error(&key, "", reason.to_string(), sentence(reason.help()))
             }
-            other => Err(self.error(
-                &format!("material.{region}"),
-                "",
-                other.to_string(),
-                "Check its numbers.",
-            )),
+            other => {
+                let key = format!("material.{region}");
+                self.error(&key, "", other.to_string(), "Check its numbers.")
+            }
         }
     }
 
