@@ -7,7 +7,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer, Error};
 
 use super::Case;
-use super::tables::{ListForTable, remove_lists_for_tables};
+use super::tables::{WrongList, remove_wrong_lists};
 use crate::error::{InputError, closest};
 
 /// Mistakes in the order in which they are found.
@@ -35,8 +35,8 @@ pub(super) struct ReadCase {
     pub(super) case: Option<Case>,
     /// Errors of the parser.
     pub(super) errors: Vec<Error>,
-    /// Lists in the place of tables, which were omitted.
-    pub(super) lists: Vec<ListForTable>,
+    /// Lists that the schema does not allow, which were omitted.
+    pub(super) lists: Vec<WrongList>,
     /// Keys that were omitted because they could not be read.
     omitted: Vec<String>,
 }
@@ -46,7 +46,7 @@ impl ReadCase {
     /// read is omitted.
     pub(super) fn of(text: &str) -> Self {
         let (mut table, errors) = DeTable::parse_recoverable(text);
-        let lists = remove_lists_for_tables(table.get_mut());
+        let lists = remove_wrong_lists(table.get_mut());
         let omitted = lists.iter().map(|list| list.last_key().to_owned()).collect();
         let mut read = Self { case: None, errors, lists, omitted };
         // a text with syntax errors has no reliable entries

@@ -1,7 +1,10 @@
-//! Finds lists where the schema has a table: `design = []` or `[[design]]` in place of `[design]`.
+//! Finds lists that the deserialiser accepts and the schema does not.
 //!
-//! The deserialiser of a struct also accepts a list with the values in the order of the fields. Such a list would set keys
-//! without their names, and an empty list would silently select all defaults.
+//! - A list in the place of a table: `design = []` or `[[design]]` in place of `[design]`. The deserialiser of a struct
+//!   accepts a list with the values in the order of the fields. Such a list would set keys without their names, and an
+//!   empty list would silently select all defaults.
+//! - A list with too many values: `lean = [0.0, 0.1, 0.2]` in place of two values. The deserialiser of an array with a
+//!   fixed length ignores further values.
 
 use std::ops::Range;
 use std::path::Path;
@@ -15,15 +18,24 @@ use super::excerpt::excerpt;
 use super::schema::schema_of;
 use crate::error::InputError;
 
-/// A list in the place of a table.
-pub(crate) struct ListForTable {
+/// A list that the schema does not allow.
+pub(crate) struct WrongList {
     /// Dotted path of the key.
     key: String,
     /// Range of the value, or of the header `[[key]]`.
     span: Range<usize>,
+    fault: Fault,
 }
 
-impl ListForTable {
+/// Reason why a list is wrong.
+enum Fault {
+    /// The schema has a table in its place.
+    ForTable,
+    /// It has `length` values. The schema allows at most `most`.
+    TooLong { length: usize, most: usize },
+}
+
+impl WrongList {
     /// Last part of the key, without the index of an item.
     pub(super) fn last_key(&self) -> &str {
         let last = self.key.rsplit('.').next().unwrap_or_default();
@@ -32,8 +44,14 @@ impl ListForTable {
 
     /// Creates the error of a list in the `text` of the file `path`.
     pub(crate) fn error(&self, text: &str, path: &Path) -> InputError {
-        let Self { key, span } = self;
+        let Self { key, span, fault } = self;
         let written = text.get(span.clone()).unwrap_or_default();
+        let excerpt = Some(Box::new(excerpt(text, span.clone())));
+        if let Fault::TooLong { length, most } = fault {
+            let problem = format!("has {length} values; at most {most} are expected");
+            let help = format!("Leave {most} values.");
+            return InputError { excerpt, ..InputError::new(path, key, written, problem, help) };
+        }
         let is_header = written.starts_with("[[");
         let is_item = key.ends_with(']');
         let (value, help) = match (is_header, is_item) {
@@ -48,20 +66,19 @@ impl ListForTable {
             }
         };
         let problem = "is a list; a table is expected";
-        let error = InputError::new(path, key, value, problem, help);
-        InputError { excerpt: Some(Box::new(excerpt(text, span.clone()))), ..error }
+        InputError { excerpt, ..InputError::new(path, key, value, problem, help) }
     }
 }
 
-/// Removes all lists in the place of a table from a case, and returns them.
-pub(super) fn remove_lists_for_tables(case: &mut DeTable<'_>) -> Vec<ListForTable> {
+/// Removes all wrong lists from a case, and returns them.
+pub(super) fn remove_wrong_lists(case: &mut DeTable<'_>) -> Vec<WrongList> {
     static SCHEMA: OnceLock<Value> = OnceLock::new();
     let schema = SCHEMA.get_or_init(|| schema_of::<Case>("Breccia case"));
-    lists_for_tables(case, schema)
+    wrong_lists(case, schema)
 }
 
-/// Removes all lists in the place of a table from a file with a schema, and returns them.
-pub(crate) fn lists_for_tables(file: &mut DeTable<'_>, schema: &Value) -> Vec<ListForTable> {
+/// Removes all wrong lists from a file with a schema, and returns them.
+pub(crate) fn wrong_lists(file: &mut DeTable<'_>, schema: &Value) -> Vec<WrongList> {
     let mut search = Search { root: schema, found: Vec::new() };
     let forms = search.forms([schema]);
     search.table(file, &forms, "");
@@ -70,7 +87,7 @@ pub(crate) fn lists_for_tables(file: &mut DeTable<'_>, schema: &Value) -> Vec<Li
 
 struct Search<'s> {
     root: &'s Value,
-    found: Vec<ListForTable>,
+    found: Vec<WrongList>,
 }
 
 impl<'s> Search<'s> {
@@ -108,23 +125,31 @@ impl<'s> Search<'s> {
             let of_key = self.forms(of_key);
             let key = format!("{before}{}", name.get_ref());
             let span = value.span();
-            if self.is_wrong(value.get_mut(), &of_key, &key) {
-                self.found.push(ListForTable { key, span });
+            if let Some(fault) = self.fault(value.get_mut(), &of_key, &key) {
+                self.found.push(WrongList { key, span, fault });
                 wrong.push(name.clone());
             }
         }
         wrong.iter().for_each(|name| drop(table.remove(name)));
     }
 
-    /// Whether a value is a list in the place of a table. Otherwise searches the value.
-    fn is_wrong(&mut self, value: &mut DeValue<'_>, forms: &[&'s Value], key: &str) -> bool {
+    /// Returns why a value is a wrong list. If it is none, searches the value.
+    fn fault(&mut self, value: &mut DeValue<'_>, forms: &[&'s Value], key: &str) -> Option<Fault> {
         match value {
             DeValue::Table(inner) => self.table(inner, forms, &format!("{key}.")),
-            DeValue::Array(_) if !allows(forms, "array") => return allows(forms, "object"),
-            DeValue::Array(list) => self.items(list, forms, key),
+            DeValue::Array(_) if !allows(forms, "array") => {
+                return allows(forms, "object").then_some(Fault::ForTable);
+            }
+            DeValue::Array(list) => {
+                let length = list.len();
+                if let Some(most) = most_items(forms).filter(|most| length > *most) {
+                    return Some(Fault::TooLong { length, most });
+                }
+                self.items(list, forms, key);
+            }
             _ => {}
         }
-        false
+        None
     }
 
     fn items(&mut self, list: &mut DeArray<'_>, forms: &[&'s Value], key: &str) {
@@ -140,13 +165,20 @@ impl<'s> Search<'s> {
         let mut right = DeArray::new();
         for (index, mut item) in std::mem::replace(list, DeArray::new()).into_iter().enumerate() {
             let (key, span) = (format!("{key}[{index}]"), item.span());
-            match self.is_wrong(item.get_mut(), &of_items, &key) {
-                true => self.found.push(ListForTable { key, span }),
-                false => right.push(item),
+            match self.fault(item.get_mut(), &of_items, &key) {
+                Some(fault) => self.found.push(WrongList { key, span, fault }),
+                None => right.push(item),
             }
         }
         *list = right;
     }
+}
+
+/// Returns the largest number of items of a list, if all schemas of lists limit it.
+fn most_items(forms: &[&Value]) -> Option<usize> {
+    let of_lists = forms.iter().filter(|form| allows(&[form], "array"));
+    let most = of_lists.map(|form| form["maxItems"].as_u64().map(|most| most as usize));
+    most.collect::<Option<Vec<_>>>()?.into_iter().max()
 }
 
 /// Whether one of the schemas allows a value of a type.
@@ -259,6 +291,29 @@ mod tests {
             );
         }
         assert!(all.len() > 40, "{all:?}");
+    }
+
+    #[test]
+    fn lists_with_too_many_values_are_refused() {
+        let case = Case::TEMPLATE;
+        for (right, wrong, key) in [
+            (
+                "percentiles = [0.1, 99.9]",
+                "percentiles = [0.1, 99.9, 100.0]",
+                "specimen.image.percentiles",
+            ),
+            (
+                "matrix.young_mpa = [250.0, 300.0]",
+                "matrix.young_mpa = [250.0, 275.0, 300.0]",
+                "prior.matrix.young_mpa",
+            ),
+            ("lean = [0.0, 0.0]", "lean = [0.0, 0.0, 0.2]", "specimen.scan.lean"),
+        ] {
+            assert!(case.contains(right), "{right}");
+            let found = mistakes(&case.replacen(right, wrong, 1));
+            assert_eq!(found.len(), 1, "{found:#?}");
+            assert!(found[0].contains(key) && found[0].contains("3"), "{found:#?}");
+        }
     }
 
     #[test]

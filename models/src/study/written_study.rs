@@ -8,7 +8,7 @@ use toml::Table;
 use toml::de::DeTable;
 
 use super::reference::Reference;
-use crate::case::tables::lists_for_tables;
+use crate::case::tables::wrong_lists;
 use crate::case::{CaseFile, changed_case, schema_of};
 use crate::error::InputError;
 
@@ -113,7 +113,7 @@ impl WrittenStudy {
         let text = fem::read_regular_text(path)
             .map_err(|e| InputError::unreadable(path, &e, "Check its name and folder."))?;
         let (mut table, errors) = DeTable::parse_recoverable(&text);
-        let lists = lists_for_tables(table.get_mut(), &study_schema());
+        let lists = wrong_lists(table.get_mut(), &study_schema());
         if let (Some(list), true) = (lists.first(), errors.is_empty()) {
             return Err(list.error(&text, path));
         }
