@@ -80,6 +80,8 @@ pub enum SpecimenGeometry {
         regions: BTreeMap<String, PhysicalGroups>,
         /// Physical surfaces of each named surface.
         surfaces: BTreeMap<String, PhysicalGroups>,
+        /// Order of the elements; elements of order 1 have straight edges.
+        order: Order,
     },
 }
 
@@ -348,7 +350,7 @@ impl CaseFile {
             }
         }
         let (regions, surfaces) = (s.regions.clone(), s.surfaces.clone());
-        Ok(SpecimenGeometry::Mesh { file, regions, surfaces })
+        Ok(SpecimenGeometry::Mesh { file, regions, surfaces, order: s.order })
     }
 
     /// Returns the path of a file named by a key of `[specimen]`; fails if the file does not exist.

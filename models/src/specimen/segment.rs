@@ -276,6 +276,7 @@ fn quantities(result: &SpecimenGrains, fractions: &[(String, f64)]) -> Vec<(Stri
         rows.push(("void_fraction", number(result.void_fraction)));
         rows.push(("rim_over_centre", number(result.rim_over_centre)));
         rows.push(("top_over_bottom", number(result.top_over_bottom)));
+        rows.extend(result.blur_voxels.map(|blur| ("blur_voxels", number(blur))));
         rows.extend(result.void_threshold.map(|grey| ("void_threshold", number(grey))));
     }
     let mut rows: Vec<(String, String)> =

@@ -19,11 +19,11 @@ use crate::grains::statistics::SpecimenStatistics;
 use crate::locate::region::masked;
 use crate::locate::specimen::{Locating, Specimen};
 use crate::segment::even::{CorrectedImage, GreyCorrection};
-use crate::segment::plausibility::{empty_end_in_words, skin_in_words};
+use crate::segment::plausibility::{Layers, empty_end_in_words};
 use crate::segment::settings::{SeedRule, Segmentation};
 use crate::segment::warnings::{
-    exchanged_in_words, fractions_in_words, small_in_words, thin_in_words, unfitted_in_words,
-    void_in_words,
+    exchanged_in_words, fractions_in_words, small_in_words, thin_in_words, uneven_in_words,
+    unfitted_in_words, void_in_words,
 };
 use crate::volume::components::fill_holes;
 use crate::volume::contrast::Contrast;
@@ -57,6 +57,8 @@ pub struct Segmented {
     pub rim_over_centre: f64,
     /// Ratio of the brightness of a material at the top to its brightness at the bottom, before the correction.
     pub top_over_bottom: f64,
+    /// Standard deviation of the fitted blur (voxels), at most 1.2; `None` without a model of the blur.
+    pub blur_voxels: Option<f64>,
     /// Share of the specimen's voxels that are as dark as air, e.g. cracks, pores or a chipped edge.
     pub void_fraction: f64,
     /// Messages about doubtful results, which the user should check.
@@ -145,8 +147,10 @@ impl Segmentation {
             voids,
             rim_over_centre,
             top_over_bottom,
+            axial_residual,
         } = correction.run(grey, smooth, scale, known.as_ref());
 
+        warnings.extend(uneven_in_words(axial_residual));
         progress("threshold");
         self.check_threshold(void_threshold, found_contrast)?;
         let level = self.grain_level(&smooth, &grey, [&solid, &sample], scale, &mut warnings)?;
@@ -161,6 +165,7 @@ impl Segmentation {
             .collect();
         fill_holes(grey.shape, &mut grain, self.fill_holes_voxels);
 
+        let blur_voxels = level.model.as_ref().map(|model| model.blur);
         progress("distances");
         let distance = fixed_point(&squared_distance(grey.shape, &grain));
         progress("watershed");
@@ -204,11 +209,15 @@ impl Segmentation {
         let follows = located.fit.is_none_or(|fit| !fit.is_off_axis());
         warnings.extend(void_in_words(void_fraction, self.contrast).filter(|_| follows));
         if let Some(fit) = &located.fit {
-            warnings.extend(skin_in_words(&labels, &inside, fit));
+            let layers = Layers::of(&labels, &grey.values, &inside, fit);
+            warnings.extend(layers.skin_in_words());
+            if found_contrast == Contrast::Dark {
+                warnings.extend(layers.bright_skin_in_words(level.materials));
+            }
             warnings.extend(thin_in_words(fit.radius));
             warnings.extend(empty_end_in_words(&labels, grains, fit));
         }
-        warnings.extend(small_in_words(&regions, grey.voxel_mm));
+        warnings.extend(small_in_words(&regions, grey.voxel_mm, blur_voxels));
         warnings.extend(self.one_for_all(&regions, &inside, scale.to_image(level.by_hand)));
         let voxel_mm = grey.voxel_mm;
         let (cylinder, volume_mm3) = match located.fit {
@@ -228,6 +237,7 @@ impl Segmentation {
             void_threshold,
             rim_over_centre,
             top_over_bottom,
+            blur_voxels,
             void_fraction,
             warnings,
         })
