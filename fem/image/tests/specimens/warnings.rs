@@ -291,12 +291,8 @@ fn grains_that_are_small_in_comparison_with_the_blur_are_reported() {
     for gap in [0.0] {
         let scene = touching(3.0, 0.2, gap);
         let found = run(&scene.image(), &Segmentation::default());
-        let sizes: Vec<(f64, [f64; 3])> = found
-            .regions
-            .iter()
-            .map(|r| (r.volume_mm3 / 1e-6, r.axes_mm))
-            .take(60)
-            .collect();
+        let sizes: Vec<(f64, [f64; 3])> =
+            found.regions.iter().map(|r| (r.volume_mm3 / 1e-6, r.axes_mm)).take(60).collect();
         println!("touching {} of {} {sizes:?}", found.regions.len(), scene.volumes.len());
     }
     panic!();
@@ -313,7 +309,8 @@ fn touching(radius: f64, fraction: f64, _gap: f64) -> Scene {
 fn a_brightness_that_is_not_quadratic_along_the_axis_is_reported() {
     let scene = balls(6.0, 0.2, [MATRIX, GRAIN]);
     let area = SHAPE[0] * SHAPE[1];
-    for (rise, waves) in [(0.0, 1.0), (0.1, 0.25), (0.05, 1.0), (0.1, 1.0), (0.3, 1.0), (0.1, 3.0)] {
+    for (rise, waves) in [(0.0, 1.0), (0.1, 0.25), (0.05, 1.0), (0.1, 1.0), (0.3, 1.0), (0.1, 3.0)]
+    {
         let mut uneven = scene.clone();
         for (at, grey) in uneven.grey.iter_mut().enumerate() {
             let height = (at / area) as f32 / SHAPE[2] as f32;
