@@ -183,6 +183,50 @@ fn segment_and_mesh_report_the_same_grain_fraction() {
     }
 }
 
+/// Voids of an image of grey values are removed from the mesh if the case asks for it.
+#[test]
+fn voids_of_an_image_are_removed_from_the_mesh() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("scan.tif");
+    scan(&path);
+    // a pore with a radius of 8 voxels between the balls; the grey value of the corner is air
+    let mut image = tiff::read_labels(&path, None).unwrap();
+    let ([nx, ny, _], air) = (image.shape, image.values[0]);
+    let middle = image.shape.map(|side| side as f64 / 2.0);
+    for (n, value) in image.values.iter_mut().enumerate() {
+        let at = [n % nx, n / nx % ny, n / (nx * ny)].map(|c| c as f64 + 0.5);
+        let square: f64 = (0..3).map(|k| (at[k] - middle[k]).powi(2)).sum();
+        *value = if square < 64.0 { air } else { *value };
+    }
+    tiff::write_labels(&path, &image).unwrap();
+    let pore = 4.0 / 3.0 * std::f64::consts::PI * (8.0 * VOXEL).powi(3);
+    let removed = CASE.replace("stack =", "voids = \"removed\"\nstack =");
+    for (name, case) in [("matrix", CASE), ("removed", removed.as_str())] {
+        std::fs::write(dir.path().join("case.toml"), case).unwrap();
+        for command in ["segment", "mesh"] {
+            let (code, _, err) = said(&breccia(dir.path(), &[command, "case.toml", "--out", name]));
+            assert_eq!(code, Some(0), "{name}, {command}: {err}");
+        }
+        let table = |file: &str| quantities(&dir.path().join(name).join(file));
+        let (found, mesh) = (table("segment.csv"), table("mesh.csv"));
+        let cylinder = std::f64::consts::PI * found["radius_mm"].powi(2) * found["height_mm"];
+        assert_eq!((found["grains"], mesh["grains"]), (4.0, 4.0), "{name}");
+        let missing = cylinder - mesh["volume_mm3"];
+        if name == "matrix" {
+            // straight edges make the volume of the mesh smaller
+            assert!(missing < 0.3 * pore && !found.contains_key("fraction_void"), "{missing}");
+            continue;
+        }
+        assert!((found["fraction_void"] * cylinder / pore - 1.0).abs() < 0.1, "{found:?}");
+        assert!((mesh["asked_volume_void_mm3"] / pore - 1.0).abs() < 0.1, "{mesh:?}");
+        assert!(mesh["void_tets"] > 0.0 && missing > 0.6 * pore, "{missing} of {pore}");
+        let phases = rows(&dir.path().join(name).join("grains.csv"));
+        let column = phases[0].iter().position(|name| name == "phase").unwrap();
+        let of_voids = phases.iter().filter(|row| row[column] == "void").count();
+        assert_eq!(of_voids, 1, "{phases:?}");
+    }
+}
+
 /// Labels of the user, and grey values, of a specimen that is smaller than the given size are refused: the volume outside
 /// the image would be meshed as matrix.
 #[test]

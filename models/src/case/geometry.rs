@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use fem::gmsh::{PhysicalGroup, PhysicalGroups};
 use fem::{
     Contrast, LabelRules, Meshing, Order, Packing, ReadOptions, Scanner, Segmentation,
-    SpecimenRegion, SurfaceImport,
+    SpecimenRegion, SurfaceImport, VoidTreatment,
 };
 
 use super::{CaseFile, ImageCase, NotchCase, SpecimenCase};
@@ -392,6 +392,7 @@ fn for_grey_values(given: &Segmentation) -> Option<&'static str> {
     let is_set = [
         ("region.mask", given.region.mask.is_some()),
         ("contrast", given.contrast != Contrast::default()),
+        ("voids", given.voids != VoidTreatment::default()),
         ("void_threshold", given.void_threshold.is_some()),
         ("grain_threshold", given.grain_threshold.is_some()),
     ];

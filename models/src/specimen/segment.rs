@@ -281,7 +281,7 @@ fn quantities(result: &SpecimenGrains, fractions: &[(String, f64)]) -> Vec<(Stri
     }
     let mut rows: Vec<(String, String)> =
         rows.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
-    if let SpecimenGrains::Labels(_) = result {
+    if matches!(result, SpecimenGrains::Labels(_)) || fractions.len() > 1 {
         let of_phase = |(name, part): &(String, f64)| (format!("fraction_{name}"), number(*part));
         rows.extend(fractions.iter().map(of_phase));
     }

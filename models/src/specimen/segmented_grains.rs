@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use fem::{Cylinder, LabelRules, ReadOptions, StackHeader, Volume, tiff};
+use fem::{Cylinder, ReadOptions, StackHeader, Volume, tiff};
 
 use super::build::{Measured, Scanned, Source};
 use super::image_inputs;
@@ -46,8 +46,15 @@ impl SegmentedGrains {
             check_edited(inputs, image, scanned, &labels)?;
         }
         let phases = match &scanned.source {
-            Source::Labels { rules, .. } => phases(inputs, image, rules, &labels)?,
-            Source::Stack { .. } | Source::Scan(..) => GrainPhases::default(),
+            Source::Labels { rules, .. } => {
+                let phases = phases(inputs, image, rules.grain_phases())?;
+                check_phases(image, &phases, &labels)?;
+                phases
+            }
+            // a grain that the user has added is a grain of the first phase
+            Source::Stack { .. } | Source::Scan(..) => {
+                phases(inputs, image, scanned.segmentation.phases())?
+            }
         };
         let (solid, volumes_mm3) = match &scanned.source {
             Source::Labels { .. } => (None, Vec::new()),
@@ -69,16 +76,11 @@ impl SegmentedGrains {
 }
 
 /// Phase of each grain, as the segmentation recorded it in `grains.csv`.
-///
-/// # Errors
-/// With several phases, fails if edited labels contain a grain without a row in `grains.csv`.
 fn phases(
     inputs: &Inputs<'_>,
     image: usize,
-    rules: &LabelRules,
-    labels: &Volume<u32>,
+    names: Vec<String>,
 ) -> Result<GrainPhases, WorkflowError> {
-    let names = rules.grain_phases();
     if names.len() == 1 {
         return Ok(GrainPhases { names, of_grains: Vec::new() });
     }
@@ -92,6 +94,19 @@ fn phases(
         };
         of_grains.push((row.number("id")? as u32, phase));
     }
+    Ok(GrainPhases { names, of_grains })
+}
+
+/// Returns an error if edited labels of several phases contain a grain without a row in `grains.csv`.
+fn check_phases(
+    image: usize,
+    phases: &GrainPhases,
+    labels: &Volume<u32>,
+) -> Result<(), WorkflowError> {
+    let GrainPhases { names, of_grains } = phases;
+    if names.len() == 1 {
+        return Ok(());
+    }
     let listed: BTreeSet<u32> = of_grains.iter().map(|(grain, _)| *grain).collect();
     let unknown = labels.values.iter().find(|label| **label > 0 && !listed.contains(label));
     if let Some(label) = unknown {
@@ -102,7 +117,7 @@ fn phases(
         );
         return Err(WorkflowError::Unusable(message));
     }
-    Ok(GrainPhases { names, of_grains })
+    Ok(())
 }
 
 /// Whether the user has edited the labels file since the stage `segment` wrote it.

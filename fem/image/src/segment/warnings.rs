@@ -2,7 +2,7 @@
 
 use crate::classify::exchanged::Shapes;
 use crate::grains::statistics::SpecimenStatistics;
-use crate::{Contrast, Region};
+use crate::{Contrast, Region, VoidTreatment};
 
 /// Share of the specimen's volume above which voids cause a warning about the mesh.
 const VOIDS: f64 = 0.02;
@@ -24,7 +24,11 @@ const SMALL_SHARE: f64 = 0.05;
 const FRACTION_DIFFERENCE: f64 = 0.05;
 
 /// Returns a warning about voids in the specimen.
-pub(super) fn void_in_words(fraction: f64, contrast: Contrast) -> Option<String> {
+pub(super) fn void_in_words(
+    fraction: f64,
+    contrast: Contrast,
+    treatment: VoidTreatment,
+) -> Option<String> {
     let beside = match contrast {
         Contrast::Bright => {
             "blur mixes air into grains beside thin voids, so that the grain fraction may be too small by several times the share of voids"
@@ -34,9 +38,15 @@ pub(super) fn void_in_words(fraction: f64, contrast: Contrast) -> Option<String>
         }
     };
     let percent = 100.0 * fraction;
+    let treatment = match treatment {
+        VoidTreatment::Matrix => {
+            "is meshed as matrix (voids = \"removed\" in [specimen.image] removes it from the mesh)"
+        }
+        VoidTreatment::Removed => "is removed from the mesh",
+    };
     if fraction > VOIDS {
         return Some(format!(
-            "{percent:.1} % of the specimen is as dark as air (cracks, pores, a chipped edge) and is meshed as matrix: the grain fraction refers to the cylinder including its voids (share of voids: void_fraction in segment.csv); {beside}",
+            "{percent:.1} % of the specimen is as dark as air (cracks, pores, a chipped edge) and {treatment}: the grain fraction refers to the cylinder including its voids (share of voids: void_fraction in segment.csv); {beside}",
         ));
     }
     (fraction > THIN_VOIDS).then(|| {
