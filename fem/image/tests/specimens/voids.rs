@@ -18,7 +18,7 @@ fn voids_are_regions_with_their_volumes() {
         let lower = Pillar { ends: [8.0, 44.0], ..pillar };
         scene.add_balls(&lower, 5.0, 0.15, grain);
         let grains = scene.volumes.len();
-        for (centre, radius) in [([30.0, 40.0, 58.0], 7.0), ([52.0, 44.0, 56.0], 5.0)] {
+        for (centre, radius) in [([30.0, 40.0, 58.0], 7.0), ([52.0, 44.0, 60.0], 5.0)] {
             scene.add_ball(centre, radius, AIR);
         }
         let image = scene.image();
