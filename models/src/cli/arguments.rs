@@ -1,6 +1,6 @@
 //! Commands and arguments of the command line.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
@@ -8,7 +8,7 @@ use super::cluster::Jobs;
 use super::interrupt::INTERRUPT;
 use super::replace::replaceable;
 use crate::workflow::{DeviceChoice, missing_case};
-use crate::{CaseFile, FolderAccess, InputError, JointWorkflow, Workflow, WorkflowError};
+use crate::{CaseFile, FolderAccess, InputError, JointWorkflow, Stage, Workflow, WorkflowError};
 
 /// Calibrates the fracture of bonded granular materials, with uncertainty.
 ///
