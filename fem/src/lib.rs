@@ -112,8 +112,9 @@ pub use fem_file::{open_regular, read_regular, read_regular_text, write_atomical
 pub use fem_image::{
     Contrast, Cylinder, ImageError, LabelPhase, LabelRules, LabelledSpecimen, MATRIX, ReadOptions,
     Reading, Region, RgbSlice, Score, SeedRule, Segmentation, Segmented, SpecimenForm,
-    SpecimenRegion, SpecimenStatistics, StackHeader, VOID, Volume, files_of as image_files,
-    outlined_slice, read as read_image, read_label_values, read_labels, score, tiff,
+    SpecimenRegion, SpecimenStatistics, StackHeader, VOID, VoidTreatment, Volume,
+    files_of as image_files, outlined_slice, read as read_image, read_label_values, read_labels,
+    score, tiff,
 };
 #[doc(inline)]
 pub use fem_mesh::{

@@ -170,7 +170,7 @@ fn run(request: Request, threads: usize, ranks: &Ranks) -> Result<ExitCode, Fail
         }
         Request::Command(Command::Status { dir }) => return status(&dir),
         Request::Stage(stage, target, sharing) => {
-            let file = target.case_file().map_err(WorkflowError::from)?;
+            let file = target.case_for(stage).map_err(WorkflowError::from)?;
             if NEED_RESULTS.contains(&stage.name) {
                 check_begun(&target.out, stage)?;
             }

@@ -22,6 +22,9 @@ pub struct CaseFile {
     pub table_files: Vec<(String, PathBuf)>,
 }
 
+/// Key of the displacement of the platens.
+const DISPLACEMENT: &str = "test.displacement_mm";
+
 impl CaseFile {
     /// Reads and validates a case.
     ///
@@ -38,6 +41,26 @@ impl CaseFile {
     /// The errors of [`CaseFile::read`].
     pub fn parse(text: &str, path: &Path) -> Result<Self, InputError> {
         let (file, mistakes) = Self::parse_all(text, path);
+        Self::without_mistakes(file, mistakes, path)
+    }
+
+    /// Reads a case like [`CaseFile::read`] for the segmentation of its image. The segmentation does not need the
+    /// displacement of the platens, so that a case without this key is accepted.
+    ///
+    /// # Errors
+    /// The other errors of [`CaseFile::read`].
+    pub(crate) fn read_for_segmentation(path: &Path) -> Result<Self, InputError> {
+        let (file, mut mistakes) = Self::parse_all(&Self::text(path)?, path);
+        mistakes.retain(|mistake| mistake.place != DISPLACEMENT || !mistake.value.is_empty());
+        Self::without_mistakes(file, mistakes, path)
+    }
+
+    /// Returns the case, or the first mistake.
+    fn without_mistakes(
+        file: Option<Self>,
+        mistakes: Vec<InputError>,
+        path: &Path,
+    ) -> Result<Self, InputError> {
         match (file, mistakes.into_iter().next()) {
             (Some(file), None) => Ok(file),
             (_, Some(mistake)) => Err(mistake),
@@ -256,9 +279,11 @@ fn in_plain_words(message: &str) -> String {
     let Some((given, expected)) = message.rsplit_once("expected ") else {
         return message.replace('\n', "; ");
     };
+    let is_out_of_range = given.starts_with("invalid value: integer");
     let expected = match expected {
         "f64" => "a number",
         "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number, not below 0",
+        "i64" if is_out_of_range => "a whole number from −2⁶³ to 2⁶³ − 1",
         "i32" | "i64" => "a whole number",
         "a boolean" => "true or false",
         "path string" => "a path",
@@ -548,6 +573,8 @@ mod tests {
         assert!(text.contains("expected a number"), "{text}");
         let part = message(&with("steps = 44", "steps = 8.5"));
         assert!(part.contains("expected a whole number"), "{part}");
+        let large = message(&with("# background = 255", "background = 9223372036854775808"));
+        assert!(large.contains("expected a whole number from −2⁶³ to 2⁶³ − 1"), "{large}");
         let three = message(&with("[250.0, 300.0]", "[250.0, 300.0, 1.0]"));
         assert!(three.contains("young_mpa") && three.contains("at most 2"), "{three}");
         assert!(message("").contains("specimen: is missing"), "{}", message(""));

@@ -283,8 +283,8 @@ impl CaseCheck {
                 let radius_mm = 0.5 * length.hypot(*width);
                 Some(MeshSize { is_cylinder: false, ..MeshSize::of_cylinder([*depth, radius_mm]) })
             }
-            SpecimenGeometry::Mesh { file: mesh_file, regions, surfaces } => {
-                match imported_mesh(mesh_file, regions, surfaces) {
+            SpecimenGeometry::Mesh { file: mesh_file, regions, surfaces, order } => {
+                match imported_mesh(mesh_file, regions, surfaces, *order) {
                     Ok(imported) => {
                         for note in import_notes(mesh_file, &imported.notes) {
                             self.say("mesh", note);

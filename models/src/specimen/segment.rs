@@ -276,11 +276,12 @@ fn quantities(result: &SpecimenGrains, fractions: &[(String, f64)]) -> Vec<(Stri
         rows.push(("void_fraction", number(result.void_fraction)));
         rows.push(("rim_over_centre", number(result.rim_over_centre)));
         rows.push(("top_over_bottom", number(result.top_over_bottom)));
+        rows.extend(result.blur_voxels.map(|blur| ("blur_voxels", number(blur))));
         rows.extend(result.void_threshold.map(|grey| ("void_threshold", number(grey))));
     }
     let mut rows: Vec<(String, String)> =
         rows.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
-    if let SpecimenGrains::Labels(_) = result {
+    if matches!(result, SpecimenGrains::Labels(_)) || fractions.len() > 1 {
         let of_phase = |(name, part): &(String, f64)| (format!("fraction_{name}"), number(*part));
         rows.extend(fractions.iter().map(of_phase));
     }

@@ -55,6 +55,7 @@ pub(crate) const BUILT_IN: [Stage; 11] = [
             "mesh.png",
             "mesh_quality.svg",
             "mesh.csv",
+            "folded_tets.csv",
             "meshes/#.msh",
             "meshes/#.csv",
             "warnings/mesh.txt",

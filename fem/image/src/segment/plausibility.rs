@@ -14,48 +14,114 @@ const END: f64 = 6.0;
 const SKIN: f64 = 0.75;
 /// Smallest ratio of the share of grain in a skin to the share of grain in the interior.
 const SKIN_RATIO: f64 = 1.4;
+/// Smallest difference of the grey values of the matrix below the wall and in the interior that counts as a bright skin,
+/// as a share of the contrast between matrix and grains.
+const BRIGHT_SKIN: f64 = 0.3;
 /// Share of the height above which an end without grains is reported.
 const EMPTY: f64 = 0.1;
 /// An end without grains is reported only if its probability is below this value for grains at random positions.
 const CHANCE: f64 = 0.01;
 
-/// Returns a warning if a layer below the wall consists mainly of grain and the interior does not, as in an image of a
-/// specimen with a bright skin (for dark grains: with a dark skin).
-pub(super) fn skin_in_words(labels: &Volume<u32>, inside: &[u8], fit: &Fit) -> Option<String> {
-    let area = labels.shape[0] * labels.shape[1];
-    // numbers of voxels and of grain voxels for each depth below the wall; the last entry is the interior
-    let of_slice = |z: usize| {
-        let mut counts = [[0_u64; 2]; LAYERS + 1];
-        for at in (area * z..area * (z + 1)).filter(|&at| inside[at] != 0) {
-            let [square, height] = fit.radius_squared_and_height(voxel_at(labels.shape, at));
-            if (height - fit.bottom).min(fit.top - height) < END {
-                continue;
-            }
-            let depth = (fit.radius - square.sqrt()).max(0.0) as usize;
-            let count = &mut counts[depth.min(LAYERS)];
-            count[0] += 1;
-            count[1] += u64::from(labels.values[at] != 0);
+/// Voxels at one depth below the wall.
+#[derive(Clone, Copy, Default)]
+struct Layer {
+    voxels: u64,
+    grain: u64,
+    /// Sum of the grey values of the voxels that are not grain.
+    matrix_grey: u64,
+}
+
+impl Layer {
+    fn plus(self, other: Self) -> Self {
+        Layer {
+            voxels: self.voxels + other.voxels,
+            grain: self.grain + other.grain,
+            matrix_grey: self.matrix_grey + other.matrix_grey,
         }
-        counts
-    };
-    let counts = (0..labels.shape[2]).into_par_iter().map(of_slice).reduce(
-        || [[0; 2]; LAYERS + 1],
-        |a, b| std::array::from_fn(|n| [a[n][0] + b[n][0], a[n][1] + b[n][1]]),
-    );
-    let share = |[all, grain]: [u64; 2]| grain as f64 / all.max(1) as f64;
-    let interior = share(counts[LAYERS]);
-    let (depth, skin) = (counts[..LAYERS].iter().map(|&count| share(count)).enumerate())
-        .max_by(|a, b| a.1.total_cmp(&b.1))?;
-    (skin > SKIN && skin > SKIN_RATIO * interior).then(|| {
-        format!(
-            "the grain fraction is too large if the specimen has a skin: {:.0} % of the layer {} to {} voxels below the wall \
-             counts as grain, but {:.0} % of the interior: exclude the skin by radius_px in [specimen.image.region]",
-            100.0 * skin,
-            depth,
-            depth + 1,
-            100.0 * interior
-        )
-    })
+    }
+
+    /// Returns the share of grain.
+    fn share(&self) -> f64 {
+        self.grain as f64 / self.voxels.max(1) as f64
+    }
+
+    /// Returns the mean grey value of the voxels that are not grain.
+    fn matrix(&self) -> f64 {
+        self.matrix_grey as f64 / (self.voxels - self.grain).max(1) as f64
+    }
+}
+
+/// Layers of voxels by their depth below the wall; the last entry is the interior.
+pub(super) struct Layers([Layer; LAYERS + 1]);
+
+impl Layers {
+    /// Sums up the voxels of the specimen at each depth below the wall of a cylinder.
+    pub(super) fn of(labels: &Volume<u32>, grey: &[u16], inside: &[u8], fit: &Fit) -> Self {
+        let area = labels.shape[0] * labels.shape[1];
+        let of_slice = |z: usize| {
+            let mut layers = [Layer::default(); LAYERS + 1];
+            for at in (area * z..area * (z + 1)).filter(|&at| inside[at] != 0) {
+                let [square, height] = fit.radius_squared_and_height(voxel_at(labels.shape, at));
+                if (height - fit.bottom).min(fit.top - height) < END {
+                    continue;
+                }
+                let depth = (fit.radius - square.sqrt()).max(0.0) as usize;
+                let is_grain = u64::from(labels.values[at] != 0);
+                let voxel = Layer {
+                    voxels: 1,
+                    grain: is_grain,
+                    matrix_grey: (1 - is_grain) * u64::from(grey[at]),
+                };
+                let layer = &mut layers[depth.min(LAYERS)];
+                *layer = layer.plus(voxel);
+            }
+            layers
+        };
+        let slices = (0..labels.shape[2]).into_par_iter().map(of_slice);
+        Layers(slices.reduce(
+            || [Layer::default(); LAYERS + 1],
+            |a, b| std::array::from_fn(|n| a[n].plus(b[n])),
+        ))
+    }
+
+    /// Returns a warning if a layer below the wall consists mainly of grain and the interior does not, as in an image
+    /// of a specimen with a bright skin (for dark grains: with a dark skin).
+    pub(super) fn skin_in_words(&self) -> Option<String> {
+        let interior = self.0[LAYERS].share();
+        let (depth, skin) = (self.0[..LAYERS].iter().map(Layer::share).enumerate())
+            .max_by(|a, b| a.1.total_cmp(&b.1))?;
+        (skin > SKIN && skin > SKIN_RATIO * interior).then(|| {
+            format!(
+                "the grain fraction is too large if the specimen has a skin: {:.0} % of the layer {} to {} voxels below the wall \
+                 counts as grain, but {:.0} % of the interior: exclude the skin by radius_px in [specimen.image.region]",
+                100.0 * skin,
+                depth,
+                depth + 1,
+                100.0 * interior
+            )
+        })
+    }
+
+    /// Returns a warning if the matrix below the wall of an image of dark grains is brighter than the matrix of the
+    /// interior. The image is inverted, so that grains are brighter than the matrix; `materials` are the grey values of
+    /// matrix and grains.
+    pub(super) fn bright_skin_in_words(&self, [matrix, grain]: [f64; 2]) -> Option<String> {
+        let interior = self.0[LAYERS].matrix();
+        let excess = |layer: &Layer| (interior - layer.matrix()) / (grain - matrix).max(1.0);
+        let (depth, skin) = (self.0.iter().map(excess).enumerate().take(LAYERS))
+            .max_by(|a, b| a.1.total_cmp(&b.1))?;
+        (skin > BRIGHT_SKIN).then(|| {
+            format!(
+                "the grain fraction is too large if the specimen has a bright skin: the matrix {} to {} voxels below the wall is \
+                 brighter than the matrix of the interior by {:.0} % of the contrast of the grains; blurred voxels between such a \
+                 skin and air have the grey value of dark grains, and matrix below the skin may count as grain: exclude the skin \
+                 by radius_px and slices in [specimen.image.region]",
+                depth,
+                depth + 1,
+                100.0 * skin
+            )
+        })
+    }
 }
 
 /// Returns a warning if an end of the cylinder has no grains, as a pedestal with the radius and the grey value of the

@@ -2,7 +2,7 @@
 
 use crate::classify::exchanged::Shapes;
 use crate::grains::statistics::SpecimenStatistics;
-use crate::{Contrast, Region};
+use crate::{Contrast, Region, VoidTreatment};
 
 /// Share of the specimen's volume above which voids cause a warning about the mesh.
 const VOIDS: f64 = 0.02;
@@ -11,16 +11,24 @@ const VOIDS: f64 = 0.02;
 const THIN_VOIDS: f64 = 0.001;
 /// Radius of a cylinder (voxels) below which the error of the grain fraction exceeds 3 % in some synthetic specimens.
 const THIN: f64 = 12.0;
-/// The measured volume of a grain below this volume (voxels) is uncertain.
-const SMALL: f64 = 65.0;
-/// A warning is added if grains smaller than [`SMALL`] have more than this share of the volume of all grains.
+/// The measured volume of a grain whose radius is below this radius (voxels) is uncertain.
+const SMALL_RADIUS: f64 = 2.7;
+/// The measured volume of a grain whose radius is below this multiple of the blur's standard deviation is uncertain.
+const SMALL_BLURS: f64 = 3.4;
+/// Largest relative difference between the brightness along the axis and the fitted profile that causes no warning.
+const UNEVEN: f64 = 0.04;
+/// A warning is added if small grains have more than this share of the volume of all grains.
 const SMALL_SHARE: f64 = 0.05;
 /// Difference between the grain fractions from grey values and from voxels above which a warning is added, as a share
 /// of the fraction from grey values.
 const FRACTION_DIFFERENCE: f64 = 0.05;
 
 /// Returns a warning about voids in the specimen.
-pub(super) fn void_in_words(fraction: f64, contrast: Contrast) -> Option<String> {
+pub(super) fn void_in_words(
+    fraction: f64,
+    contrast: Contrast,
+    treatment: VoidTreatment,
+) -> Option<String> {
     let beside = match contrast {
         Contrast::Bright => {
             "blur mixes air into grains beside thin voids, so that the grain fraction may be too small by several times the share of voids"
@@ -30,9 +38,15 @@ pub(super) fn void_in_words(fraction: f64, contrast: Contrast) -> Option<String>
         }
     };
     let percent = 100.0 * fraction;
+    let treatment = match treatment {
+        VoidTreatment::Matrix => {
+            "is meshed as matrix (voids = \"removed\" in [specimen.image] removes it from the mesh)"
+        }
+        VoidTreatment::Removed => "is removed from the mesh",
+    };
     if fraction > VOIDS {
         return Some(format!(
-            "{percent:.1} % of the specimen is as dark as air (cracks, pores, a chipped edge) and is meshed as matrix: the grain fraction refers to the cylinder including its voids (share of voids: void_fraction in segment.csv); {beside}",
+            "{percent:.1} % of the specimen is as dark as air (cracks, pores, a chipped edge) and {treatment}: the grain fraction refers to the cylinder including its voids (share of voids: void_fraction in segment.csv); {beside}",
         ));
     }
     (fraction > THIN_VOIDS).then(|| {
@@ -91,18 +105,44 @@ pub(super) fn thin_in_words(radius: f64) -> Option<String> {
     })
 }
 
-/// Returns a warning about grains that are too small for an accurate volume.
-pub(super) fn small_in_words(regions: &[Region], voxel_mm: f64) -> Option<String> {
+/// Returns a warning about grains that are too small for an accurate volume. `blur` is the standard deviation of the
+/// fitted blur (voxels).
+pub(super) fn small_in_words(
+    regions: &[Region],
+    voxel_mm: f64,
+    blur: Option<f64>,
+) -> Option<String> {
+    let radius = SMALL_RADIUS.max(blur.map_or(0.0, |blur| SMALL_BLURS * blur));
+    let limit = 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
     let volume = |region: &Region| region.volume_mm3 / voxel_mm.powi(3);
-    let small: Vec<f64> = regions.iter().map(volume).filter(|&volume| volume < SMALL).collect();
+    let small: Vec<f64> = regions.iter().map(volume).filter(|&volume| volume < limit).collect();
     let all: f64 = regions.iter().map(volume).sum();
     let share = small.iter().sum::<f64>() / all;
+    let cause = match blur.filter(|_| radius > SMALL_RADIUS) {
+        Some(blur) => format!(", {SMALL_BLURS} times the fitted blur of {blur:.2} voxels"),
+        None => String::new(),
+    };
     (share > SMALL_SHARE).then(|| {
         format!(
-            "{} of {} grains, {:.0} % of the grains' volume, are smaller than {SMALL} voxels (2.5 voxels in radius): their volumes and numbers are uncertain by more than 10 %",
+            "volumes of small grains and the grain fraction are uncertain: {} of {} grains, {:.0} % of the grains' volume, are \
+             smaller than {limit:.0} voxels ({radius:.1} voxels in radius{cause}): their volumes and numbers are uncertain by more \
+             than 10 %",
             small.len(),
             regions.len(),
             100.0 * share
+        )
+    })
+}
+
+/// Returns a warning if the brightness along the axis is not the quadratic profile that is corrected. `residual` is the
+/// largest relative difference.
+pub(super) fn uneven_in_words(residual: f64) -> Option<String> {
+    (residual > UNEVEN).then(|| {
+        format!(
+            "the grain fraction and the volumes of grains depend on the height: the brightness along the axis differs by up to \
+             {:.0} % from the quadratic profile that is corrected; divide each slice by its mean brightness in the program of \
+             the scanner, or segment parts of the height by slices in [specimen.image.region]",
+            100.0 * residual
         )
     })
 }

@@ -9,6 +9,7 @@ pub(crate) mod distance;
 pub(crate) mod filter;
 pub(crate) mod frame;
 pub(crate) mod grey;
+pub(crate) mod phases;
 pub(crate) mod threshold;
 
 use crate::ImageError;

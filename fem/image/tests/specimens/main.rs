@@ -7,4 +7,5 @@ mod location;
 mod scene;
 mod small_grains;
 mod uneven;
+mod voids;
 mod warnings;

@@ -254,6 +254,94 @@ fn specimens_without_voids_have_no_voids() {
     }
 }
 
+const SMALL: &str = "volumes of small grains";
+
+/// Volumes are wrong if the blur is wide in comparison with the grains.
+#[test]
+fn grains_that_are_small_in_comparison_with_the_blur_are_reported() {
+    for (radius, fraction, blur) in [
+        (2.5, 0.1, 0.7),
+        (3.0, 0.02, 0.3),
+        (3.0, 0.1, 0.7),
+        (3.0, 0.3, 0.7),
+        (3.0, 0.02, 1.0),
+        (3.0, 0.1, 1.0),
+        (3.0, 0.02, 1.2),
+        (3.0, 0.1, 1.2),
+        (4.0, 0.05, 0.7),
+        (4.0, 0.05, 1.0),
+        (4.0, 0.02, 1.2),
+        (4.0, 0.1, 1.2),
+        (5.0, 0.1, 1.2),
+        (6.0, 0.1, 1.2),
+        (9.0, 0.1, 1.5),
+    ] {
+        let scene = balls(radius, fraction, [MATRIX, GRAIN]);
+        let found = run(&scene.image_with(blur, 1_400.0), &Segmentation::default());
+        let truth = scene.fraction(pillar().volume());
+        let ratio = found.statistics.grain_fraction / truth;
+        println!(
+            "radius {radius}, fraction {truth:.3}, blur {blur}: {:.3}, {ratio:.3}, {} of {}, {:?}",
+            found.blur_voxels.unwrap_or(0.0),
+            found.regions.len(),
+            scene.volumes.len(),
+            found.warnings
+        );
+    }
+    for gap in [0.0] {
+        let scene = touching(3.0, 0.2, gap);
+        let found = run(&scene.image(), &Segmentation::default());
+        let sizes: Vec<(f64, [f64; 3])> =
+            found.regions.iter().map(|r| (r.volume_mm3 / 1e-6, r.axes_mm)).take(60).collect();
+        println!("touching {} of {} {sizes:?}", found.regions.len(), scene.volumes.len());
+    }
+    panic!();
+}
+
+fn touching(radius: f64, fraction: f64, _gap: f64) -> Scene {
+    let mut scene = Scene::filled(SHAPE, AIR);
+    scene.paint(|p| pillar().distance(p), MATRIX);
+    scene.add_balls_apart(&pillar(), [radius, 0.0], fraction, GRAIN);
+    scene
+}
+
+#[test]
+fn a_brightness_that_is_not_quadratic_along_the_axis_is_reported() {
+    let scene = balls(6.0, 0.2, [MATRIX, GRAIN]);
+    let area = SHAPE[0] * SHAPE[1];
+    for (rise, waves) in [(0.0, 1.0), (0.1, 0.25), (0.05, 1.0), (0.1, 1.0), (0.3, 1.0), (0.1, 3.0)]
+    {
+        let mut uneven = scene.clone();
+        for (at, grey) in uneven.grey.iter_mut().enumerate() {
+            let height = (at / area) as f32 / SHAPE[2] as f32;
+            let sine = (std::f32::consts::TAU * waves * height).sin();
+            *grey = AIR + (*grey - AIR) * (1.0 + rise * sine);
+        }
+        let found = run(&uneven.image(), &Segmentation::default());
+        let ratio = found.statistics.grain_fraction / scene.fraction(pillar().volume());
+        println!("{rise} {waves}: {ratio:.4} {:?}", found.warnings);
+    }
+    panic!();
+}
+
+/// Dark grains in a specimen with a bright skin, as in neutron tomography.
+#[test]
+fn a_bright_skin_of_dark_grains_is_reported() {
+    let plain = balls(5.0, 0.2, [GRAIN, MATRIX]);
+    let [x0, y0] = pillar().centre;
+    for (skin, thickness) in [(60_000.0, 4.0), (52_000.0, 4.0), (52_000.0, 2.5)] {
+        let mut with_skin = plain.clone();
+        let inner = 32.0 - thickness;
+        with_skin.paint(|p| pillar().distance(p).max(inner - (p[0] - x0).hypot(p[1] - y0)), skin);
+        let found = run(&with_skin.image(), &contrast(Contrast::Dark));
+        let ratio = found.statistics.grain_fraction / plain.fraction(pillar().volume());
+        println!("{skin} {thickness}: {ratio} {:?}", found.warnings);
+    }
+    let found = run(&plain.image(), &contrast(Contrast::Dark));
+    println!("{:?}", found.warnings);
+    panic!();
+}
+
 #[test]
 fn grains_without_a_model_of_the_blur_are_reported() {
     // one ball has fewer voxels than the model needs
