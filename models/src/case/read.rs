@@ -178,8 +178,16 @@ impl Case {
 fn explain(error: &toml::de::Error, text: &str, path: &Path) -> InputError {
     let span = error.span();
     let (location, value) = span.clone().map_or_else(Default::default, |span| locate(text, span));
+    let is_key = span.as_ref().is_some_and(|span| {
+        text.get(span.end..).is_some_and(|rest| rest.trim_start().starts_with(['=', '.']))
+    });
     let excerpt = span.map(|span| Box::new(excerpt(text, span)));
-    InputError { excerpt, ..explain_at(error, location, value, path) }
+    let mut error = explain_at(error, location, value, path);
+    // the keys of some tables are read as names
+    if let Some(name) = error.problem.strip_prefix("unknown name ").filter(|_| is_key) {
+        error.problem = format!("unknown key {name}");
+    }
+    InputError { excerpt, ..error }
 }
 
 /// Converts an error of the TOML parser about the key `location` and its `value` into an error with help.
@@ -280,12 +288,7 @@ fn locate(text: &str, span: Range<usize>) -> (String, String) {
     let line_start = text[..start].rfind('\n').map_or(0, |i| i + 1);
     let line = text[line_start..].lines().next().unwrap_or("");
     let is_header = |line: &str| line.trim_start().starts_with('[');
-    let table = text[..line_start + line.len()]
-        .lines()
-        .rev()
-        .find(|line| is_header(line))
-        .and_then(|line| line.trim().strip_prefix('[')?.split(']').next())
-        .unwrap_or("");
+    let table = table_of(&text[..line_start + line.len()]);
     match line.split_once('=') {
         Some((key, value)) if !is_header(line) => {
             let dot = if table.is_empty() { "" } else { "." };
@@ -295,6 +298,22 @@ fn locate(text: &str, span: Range<usize>) -> (String, String) {
         _ if table.is_empty() => Default::default(),
         _ => (format!("[{table}]"), String::new()),
     }
+}
+
+/// Returns the table of the last line of a text: the last header, as in `test`, or `tests[1]` for the second `[[tests]]`.
+fn table_of(text: &str) -> String {
+    let header = |line: &str| {
+        let line = line.trim();
+        let name = line.trim_start_matches('[').split(']').next().unwrap_or_default();
+        line.starts_with('[').then(|| (line.starts_with("[["), name.trim().to_owned()))
+    };
+    let Some((is_list, name)) = text.lines().rev().find_map(header) else { return String::new() };
+    if !is_list {
+        return name;
+    }
+    let same = text.lines().filter_map(header).filter(|other| *other == (true, name.clone()));
+    let index = same.count() - 1;
+    format!("{name}[{index}]")
 }
 
 #[cfg(test)]
@@ -536,6 +555,24 @@ mod tests {
         }
     }
 
+    /// Marks stand under the unknown key, not under an equal word before it.
+    #[test]
+    fn unknown_keys_of_a_prior_are_marked() {
+        let line =
+            "matrix.young_mpa = { distribution = \"beta\", alpha = 2.0, beta = 3.0, a = 2.0, b = 3.0 }";
+        let text = with("matrix.young_mpa = [250.0, 300.0]", &format!("{line}#"));
+        let found = CaseFile::parse_all(&text, Path::new("case.toml")).1;
+        for key in ["alpha", "beta"] {
+            let problem = format!("unknown key {key:?}");
+            let mistake = found.iter().find(|mistake| mistake.problem == problem);
+            let excerpt = mistake.and_then(|mistake| mistake.excerpt.as_deref());
+            let picture = &excerpt.unwrap_or_else(|| panic!("{found:#?}")).picture;
+            let mut lines = picture.lines().skip(1);
+            let (shown, marks) = (lines.next().unwrap(), lines.next().unwrap());
+            assert_eq!(marks.find('^'), shown.find(&format!("{key} = ")), "{picture}");
+        }
+    }
+
     #[test]
     fn missing_keys_wrong_types_and_broken_syntax_are_placed() {
         let missing = message(&with("length_mm = 0.06", ""));
@@ -551,6 +588,11 @@ mod tests {
         let three = message(&with("[250.0, 300.0]", "[250.0, 300.0, 1.0]"));
         assert!(three.contains("young_mpa") && three.contains("[lower, upper]"), "{three}");
         assert!(message("").contains("specimen: is missing"), "{}", message(""));
+        let file = Path::new("case.toml");
+        let levels = "[fidelity]\n[[fidelity.levels]]\nrepeats = 4\n[[fidelity.levels]]\nrepeats = 4.5\n";
+        let text = Case::TEMPLATE.replacen("[fidelity]", &format!("{levels}#"), 1);
+        let found = CaseFile::parse_all(&text, file).1;
+        assert!(found.iter().any(|m| m.place == "fidelity.levels[1].repeats"), "{found:#?}");
         let broken = message(&with("radius_mm = 2.5", "radius_mm = 2,5"));
         assert!(broken.contains("specimen.radius_mm"), "{broken}");
     }

@@ -3,6 +3,7 @@
 use ::surrogate::OrderRule;
 
 use super::super::{CaseFile, DesignCase, DiscrepancyCase, Likelihood, Mistakes, SequentialCase};
+use super::corners::check_corners;
 use super::program::check_branches;
 use crate::error::InputError;
 use crate::qoi::{Extent, Quantity, RelativeForce};
@@ -28,8 +29,7 @@ impl CaseFile {
             self.check_prior(prior, &mut of_prior);
             let of_prior = of_prior.into_vec();
             if of_prior.is_empty() {
-                mistakes.note(self.check_fractions());
-                mistakes.note(self.check_strengths());
+                mistakes.note(check_corners(self));
             }
             of_prior.into_iter().for_each(|mistake| mistakes.note(Err(mistake)));
         }

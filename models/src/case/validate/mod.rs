@@ -2,9 +2,11 @@
 
 mod calibration;
 mod conditions;
+mod corners;
 mod experiments;
 mod interface;
 mod machine;
+mod material;
 mod microstructure;
 mod outside;
 mod prior;
