@@ -14,7 +14,9 @@ fn examples(page: &str) -> Vec<String> {
 
 /// A case with a specimen and a value of `test.kind`.
 fn case(specimen: &str, kind: &str) -> String {
-    format!("[specimen]\n{specimen}spacing_mm = 1.0\n[test]\nkind = {kind}\ndisplacement_mm = 0.1\nsteps = 4\n")
+    format!(
+        "[specimen]\n{specimen}spacing_mm = 1.0\n[test]\nkind = {kind}\ndisplacement_mm = 0.1\nsteps = 4\n"
+    )
 }
 
 #[test]

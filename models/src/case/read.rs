@@ -558,8 +558,7 @@ mod tests {
     /// Marks stand under the unknown key, not under an equal word before it.
     #[test]
     fn unknown_keys_of_a_prior_are_marked() {
-        let line =
-            "matrix.young_mpa = { distribution = \"beta\", alpha = 2.0, beta = 3.0, a = 2.0, b = 3.0 }";
+        let line = "matrix.young_mpa = { distribution = \"beta\", alpha = 2.0, beta = 3.0, a = 2.0, b = 3.0 }";
         let text = with("matrix.young_mpa = [250.0, 300.0]", &format!("{line}#"));
         let found = CaseFile::parse_all(&text, Path::new("case.toml")).1;
         for key in ["alpha", "beta"] {
@@ -589,7 +588,8 @@ mod tests {
         assert!(three.contains("young_mpa") && three.contains("[lower, upper]"), "{three}");
         assert!(message("").contains("specimen: is missing"), "{}", message(""));
         let file = Path::new("case.toml");
-        let levels = "[fidelity]\n[[fidelity.levels]]\nrepeats = 4\n[[fidelity.levels]]\nrepeats = 4.5\n";
+        let levels =
+            "[fidelity]\n[[fidelity.levels]]\nrepeats = 4\n[[fidelity.levels]]\nrepeats = 4.5\n";
         let text = Case::TEMPLATE.replacen("[fidelity]", &format!("{levels}#"), 1);
         let found = CaseFile::parse_all(&text, file).1;
         assert!(found.iter().any(|m| m.place == "fidelity.levels[1].repeats"), "{found:#?}");

@@ -135,8 +135,7 @@ fn is_name(name: &str) -> bool {
     let is_path = name.contains('.');
     let is_part = |(index, part): (usize, &str)| {
         let is_letter = |c: char| c.is_ascii_alphanumeric() || c == '_' || (is_path && c == '-');
-        let starts_as_word =
-            part.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
+        let starts_as_word = part.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
         let is_index = index > 0 && !part.is_empty() && part.bytes().all(|c| c.is_ascii_digit());
         is_index || (starts_as_word && part.chars().all(is_letter))
     };

@@ -23,7 +23,7 @@ use crate::pipeline::inputs::Inputs;
 use crate::pipeline::stage::Stage;
 use crate::simulation::setup::Setup;
 use crate::simulation::simulator::Simulator;
-use crate::simulation::without_viscosity::without_viscosity;
+use crate::simulation::without_viscosity::{refuse_without_peak, without_viscosity};
 use crate::specimen::build::{import_notes, imported_grains, imported_mesh};
 use crate::specimen::coarse_body::{CoarseCheck, check_on_coarse_body};
 use crate::specimen::mesh::grain_fraction;
@@ -202,7 +202,8 @@ impl CaseCheck {
             let text = format!("{name}: toughness {toughness} N/mm, in a band of {width} mm");
             self.say("interface", text);
         }
-        self.warnings.extend(without_viscosity(case));
+        self.warnings.extend(without_viscosity(file));
+        refuse_without_peak(file).err().into_iter().for_each(|mistake| self.fail(mistake));
         let test = &case.test;
         if let Some(program) = &test.program {
             self.say("test", program_in_words(program, test.steps));

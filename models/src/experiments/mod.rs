@@ -13,5 +13,6 @@ pub(crate) mod simulated_displacement;
 pub(crate) mod specimen_checks;
 pub(crate) mod specimen_notes;
 pub(crate) mod specimen_quantities;
+pub(crate) mod unit_slip;
 pub(crate) mod validation_folders;
 pub(crate) mod virtual_inputs;

@@ -98,11 +98,7 @@ fn set_up_cylinder(
 }
 
 /// Sets up the test on a coarse mesh. `refinement` is the ratio of the spacing of the case to the spacing of this mesh.
-fn set_up(
-    file: &CaseFile,
-    mesh: TetMesh,
-    refinement: f64,
-) -> Result<CoarseCheck, WorkflowError> {
+fn set_up(file: &CaseFile, mesh: TetMesh, refinement: f64) -> Result<CoarseCheck, WorkflowError> {
     // elements of this mesh may be larger than a surface of the test
     let mut test = file.case.test.clone();
     test.kind = test.kind.map(TestKindCase::on_few_elements);

@@ -229,7 +229,11 @@ mod tests {
             ("fraction = 0.2", "fraction = 0.8", "material.matrix.viscoelastic.shear.fraction"),
             ("time_s = 0.1", "time_s = 0.0", "material.matrix.viscoelastic.shear[0].time_s = 0"),
             ("time_s = 1 }", "time_s = -2 }", "material.matrix.viscoelastic.shear[1].time_s = -2"),
-            ("fraction = 0.2", "fraction = 1.5", "material.matrix.viscoelastic.shear[1].fraction = 1.5"),
+            (
+                "fraction = 0.2",
+                "fraction = 1.5",
+                "material.matrix.viscoelastic.shear[1].fraction = 1.5",
+            ),
             (
                 "voce = { saturation_mpa = 1101.0, rate = 1.95 }",
                 "table = [{ plastic_strain = 0, yield_mpa = 233.2 }, { plastic_strain = 0.1, yield_mpa = 234 }, \

@@ -89,8 +89,7 @@ fn check_group(file: &CaseFile, region: &str, group: &[Bounded<'_>]) -> Result<(
             }
         }
         let Impossible { field, problem } = found;
-        let is_named =
-            |path: &str| field.is_some_and(|field| path.ends_with(&format!(".{field}")));
+        let is_named = |path: &str| field.is_some_and(|field| path.ends_with(&format!(".{field}")));
         let named = members.iter().find(|(parameter, _)| is_named(&parameter.path()));
         let Some((parameter, _)) = named.or(members.first()) else { continue };
         let bounds = group.iter().find(|(other, _)| other == parameter).map(|(_, bounds)| bounds);
@@ -127,10 +126,9 @@ fn impossible(file: &CaseFile, region: &str, parts: &SimulationParts) -> Option<
         .and_then(|material| material.validate(region, parts.phase_field.as_ref()));
     if let Some(error) = checked.err().or_else(|| shift_error(material, parts)) {
         return Some(match error {
-            FemError::OutOfRange { field, requirement, .. } => Impossible {
-                field: Some(field),
-                problem: format!("{field} must be {requirement}"),
-            },
+            FemError::OutOfRange { field, requirement, .. } => {
+                Impossible { field: Some(field), problem: format!("{field} must be {requirement}") }
+            }
             other => Impossible { field: None, problem: other.to_string() },
         });
     }
@@ -208,7 +206,9 @@ mod tests {
         assert_eq!(found.len(), 1, "{found:?}");
         for part in [
             format!("prior.{ANGLES}.dilatancy_deg = [10.0, 20.0]: is not possible in a corner"),
-            format!("priors, {ANGLES}.dilatancy_deg = 20, {ANGLES}.friction_deg = 12: dilatancy_deg"),
+            format!(
+                "priors, {ANGLES}.dilatancy_deg = 20, {ANGLES}.friction_deg = 12: dilatancy_deg"
+            ),
             "must be at most friction_deg".to_owned(),
         ] {
             assert!(found[0].contains(&part), "{part:?} is not in {}", found[0]);

@@ -148,7 +148,9 @@ fn key_and_value(
         return (format!("{entity}{index}.{field}"), value);
     }
     let rows = match material.plastic.as_ref().and_then(|plastic| plastic.hardening.as_ref()) {
-        Some(HardeningCase::Table(HardeningTable::Rows(rows))) if entity.ends_with(".hardening") => {
+        Some(HardeningCase::Table(HardeningTable::Rows(rows)))
+            if entity.ends_with(".hardening") =>
+        {
             rows
         }
         _ => return (format!("{entity}.{field}"), value),
