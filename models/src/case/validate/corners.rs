@@ -5,6 +5,7 @@ use fem::FemError;
 
 use super::super::{CaseFile, MaterialCase, Parameter, SimulationParts};
 use super::interface::check_interface;
+use super::material::check_in_fem;
 use crate::error::InputError;
 
 /// Largest number of parameters of a region whose corners are all checked: 256 corners. Of more parameters, the corners of
@@ -160,7 +161,7 @@ fn check_fractions(
         }
     }
     let Some(material) = parts.material.get(region) else { return Ok(()) };
-    let error = file.in_fem(region, material);
+    let error = check_in_fem(file, region, material);
     if let Err(FemError::OutOfRange { field: "fraction", value, .. }) = error {
         let key = format!("prior.{region}.viscoelastic");
         let problem =

@@ -17,12 +17,14 @@ mod test_kind;
 mod validation;
 
 use fem::VOID;
+use fem_image::listed;
 
 use interface::{WrongInterface, check_interface};
 
 use super::{CaseFile, Mistakes, SpecimenGeometry};
 use crate::error::{InputError, closest};
 use machine::check_machine;
+use material::check_material;
 use several_tests::check_tests;
 use validation::check_validation;
 
@@ -82,7 +84,7 @@ impl CaseFile {
         }
         if self.case.is_built_in() {
             for (region, material) in &self.case.material {
-                self.check_material(region, material, &mut mistakes);
+                check_material(self, region, material, &mut mistakes);
             }
             self.check_test(&mut mistakes);
         }
@@ -145,7 +147,7 @@ impl CaseFile {
                 VOID => "has no region: voids are no part of the mesh",
                 _ => "belongs to no region of the specimen",
             },
-            format!("{hint}The regions are: {}.", regions.join(", ")),
+            format!("{hint}The regions are: {}.", listed(regions, ", ")),
         ))
     }
 

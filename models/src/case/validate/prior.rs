@@ -7,6 +7,7 @@ use super::super::{Case, CaseFile, Mistakes, Parameter, PriorCase, SimulationPar
 use super::corners::shift_error;
 use super::interface::{WrongInterface, check_interface};
 use super::machine::check_machine;
+use super::material::check_in_fem;
 use crate::error::InputError;
 use crate::prior::{Prior, PriorBounds};
 
@@ -150,10 +151,10 @@ impl CaseFile {
         };
         for (region, material) in self.case.material.iter().filter(changed) {
             // the check of the material reports a mistake that does not depend on the parameter
-            if self.in_fem(region, material).is_err() {
+            if check_in_fem(self, region, material).is_err() {
                 continue;
             }
-            match self.in_fem(region, &simulation.material[region]) {
+            match check_in_fem(self, region, &simulation.material[region]) {
                 Ok(()) => {}
                 Err(FemError::OutOfRange { entity, field, value, requirement }) => {
                     let is_parameter = parameter.path().ends_with(&format!(".{field}"));
