@@ -155,6 +155,14 @@ impl CaseFile {
         ))
     }
 
+    /// Adds the line of the case file to an error about a key of this case.
+    pub(crate) fn with_line(&self, error: InputError) -> InputError {
+        match Self::text(&self.path) {
+            Ok(text) => with_excerpt(error, &text, &self.path),
+            Err(_) => error,
+        }
+    }
+
     /// Creates an error about a key of this case.
     pub(crate) fn error(
         &self,
