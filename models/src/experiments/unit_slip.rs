@@ -24,39 +24,30 @@ const UNEXPLAINED: f64 = 3.0;
 struct Slip {
     /// Factor of the slope that the slip causes.
     factor: f64,
-    text: String,
+    /// The slip, with the key of `[experiments.read]` that states the unit.
+    text: &'static str,
 }
 
 /// Slips of units for a specimen of this size.
 fn slips(mesh: MeshSize) -> [Slip; 6] {
     let area_mm2 = std::f64::consts::PI * mesh.radius_mm.powi(2);
     let height_mm = mesh.height_mm;
-    let slip = |factor: f64, text: String| Slip { factor, text };
     [
-        slip(1.0 / 4.448, "forces in lbf (1 lbf = 4.448 N: force_factor = 4.448)".into()),
-        slip(1.0 / 9.807, "forces in kgf (1 kgf = 9.807 N: force_factor = 9.807)".into()),
-        slip(
-            1.0 / area_mm2,
-            format!(
-                "stresses in MPa in place of forces (the cross-section is {area_mm2:.4} mm²: force_factor = \
-                 {area_mm2:.4})"
-            ),
-        ),
-        slip(
-            height_mm,
-            format!(
-                "strains in place of displacements (the height is {height_mm:.4} mm: displacement_factor = \
-                 {height_mm:.4})"
-            ),
-        ),
-        slip(
-            0.01 * height_mm,
-            format!(
-                "strains in percent in place of displacements (displacement_factor = {:.6})",
-                0.01 * height_mm
-            ),
-        ),
-        slip(25.4, "displacements in inches (displacement_factor = 25.4)".into()),
+        Slip { factor: 1.0 / 4.448_222, text: "forces in lbf (force_unit = \"lbf\")" },
+        Slip { factor: 1.0 / 9.806_65, text: "forces in kgf (force_unit = \"kgf\")" },
+        Slip {
+            factor: 1.0 / area_mm2,
+            text: "stresses in MPa in place of forces (force_unit = \"MPa\")",
+        },
+        Slip {
+            factor: height_mm,
+            text: "strains in place of displacements (displacement_unit = \"1\")",
+        },
+        Slip {
+            factor: 0.01 * height_mm,
+            text: "strains in % in place of displacements (displacement_unit = \"%\")",
+        },
+        Slip { factor: 25.4, text: "displacements in inches (displacement_unit = \"in\")" },
     ]
 }
 
@@ -110,14 +101,14 @@ fn warning(slope: f64, range: [f64; 2], mesh: MeshSize) -> Option<String> {
         return None;
     }
     let explains = |slip: &Slip| distance_of(slope / slip.factor) <= NEAR;
-    let causes: Vec<String> =
+    let causes: Vec<&str> =
         slips(mesh).into_iter().filter(explains).map(|slip| slip.text).collect();
     if causes.is_empty() && distance_of(slope) < UNEXPLAINED {
         return None;
     }
     let cause = match causes.is_empty() {
         true => "Check the units of curve, sizes and [material], and the compliance of the machine ([machine])".to_owned(),
-        false => format!("Possible causes, with the key of [experiments.read]: {}", causes.join("; ")),
+        false => format!("Possible causes, with the keys of [experiments.read]: {}", causes.join("; ")),
     };
     let [low, high] = range;
     Some(format!(
@@ -145,9 +136,9 @@ mod tests {
         for (factor, part) in [
             (1.0 / 4.448, "forces in lbf"),
             (1.0 / 9.807, "forces in kgf"),
-            (1.0 / 19.635, "stresses in MPa in place of forces (the cross-section is 19.63"),
-            (4.4, "strains in place of displacements (the height is 4.4"),
-            (0.044, "strains in percent"),
+            (1.0 / 19.635, "stresses in MPa"),
+            (4.4, "strains in place of displacements"),
+            (0.044, "strains in %"),
             (25.4, "displacements in inches"),
         ] {
             let text = warned(SLOPE * factor).unwrap_or_else(|| panic!("{factor}"));
