@@ -111,6 +111,26 @@ fn conditions_replace_the_platens() {
     }
 }
 
+/// A message lists at most five names of surfaces, and the number of the others.
+#[test]
+fn long_lists_of_surfaces_are_shortened() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("cube.msh"), "").unwrap();
+    let surfaces: Vec<String> = (1..=8).map(|i| format!("face_{i} = {i}")).collect();
+    let text = format!(
+        "[specimen]\nmesh = \"cube.msh\"\nregions = {{ matrix = 1 }}\nsurfaces = {{ {} }}\n\
+         [material.matrix]\nyoung_mpa = 275\npoisson = 0.25\n[test]\nsteps = 2\n[conditions]\n\
+         prescribe = [{{ surface = \"wall\", x_mm = 0.0, y_mm = 0.0, z_mm = 0.0 }}]\n\
+         measure = {{ surface = \"face_1\", direction = [1, 0, 0] }}\n",
+        surfaces.join(", ")
+    );
+    let message = CaseFile::parse(&text, &dir.path().join("case.toml")).unwrap_err().to_string();
+    for part in ["prescribe = wall", "face_1, face_2, face_3, face_4, face_5 and 3 others"] {
+        assert!(message.contains(part), "{part:?} is not in {message:?}");
+    }
+    assert!(!message.contains("face_6"), "{message}");
+}
+
 #[test]
 fn an_extension_beyond_the_end_of_the_distribution_is_refused() {
     let prior = "matrix.young_mpa = { distribution = \"triangular\", lower = 250.0, mode = 270.0, \
