@@ -1,4 +1,8 @@
 //! Checks of a case: ranges, units and consistency of its keys.
+//!
+//! 1. `conditions`, `interface`, `machine`, `material`, `program`, `test_kind`: single tables
+//! 2. `simulation`, `corners`, `prior`, `calibration`: the simulation of a run, and the box of the priors
+//! 3. `experiments`, `microstructure`, `outside`, `several_tests`, `validation`: specimens, other sources of runs, other tests
 
 mod calibration;
 mod conditions;
