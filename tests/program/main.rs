@@ -14,6 +14,7 @@ mod named_inputs;
 mod pipes;
 mod schema;
 mod surfaces;
+mod test_kinds;
 
 use std::path::Path;
 use std::process::{Command, Output};

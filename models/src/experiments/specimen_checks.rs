@@ -12,6 +12,7 @@ use super::specimen_notes::{Notes, check_machine, check_rates, note_sizes};
 use super::specimen_quantities::{
     MeasuredQuantities, SpecimenNames, check_scatter, compared, missing_quantities,
 };
+use super::unit_slip::unit_slip;
 use crate::curve_check::{Finding, NO_QUANTITIES, Weight};
 use crate::error::InputError;
 use crate::experiment::{Specimen, SpecimenTable};
@@ -162,15 +163,20 @@ pub(crate) fn inspect(
             }
             Some((_, mistake)) => mistakes.push(mistake),
             // a wrong unit can also be the reason for a peak beyond the end, and is reported first
-            None => match early_end(inputs, &table, mesh, names) {
-                Some(EarlyEnd::BeforeAllPeaks(mistake)) if accept_out_of_range => {
-                    let InputError { place, value, problem, help, .. } = mistake;
-                    notes.warn("range", format!("{place} = {value} {problem}. {help}"));
+            None => {
+                if let Some(warning) = unit_slip(inputs, &table, mesh) {
+                    notes.warn("unit", warning);
                 }
-                Some(EarlyEnd::BeforeAllPeaks(mistake)) => mistakes.push(mistake),
-                Some(EarlyEnd::NearPeaks(warning)) => notes.warn("range", warning),
-                None => {}
-            },
+                match early_end(inputs, &table, mesh, names) {
+                    Some(EarlyEnd::BeforeAllPeaks(mistake)) if accept_out_of_range => {
+                        let InputError { place, value, problem, help, .. } = mistake;
+                        notes.warn("range", format!("{place} = {value} {problem}. {help}"));
+                    }
+                    Some(EarlyEnd::BeforeAllPeaks(mistake)) => mistakes.push(mistake),
+                    Some(EarlyEnd::NearPeaks(warning)) => notes.warn("range", warning),
+                    None => {}
+                }
+            }
         }
     }
     Ok(InspectedSpecimens { table, notes, mistakes })

@@ -18,6 +18,7 @@ use crate::prior::Prior;
 use crate::results_folder::error::WorkflowError;
 use crate::results_folder::sources::{Origin, Sources};
 use crate::simulation::setup::Setup;
+use crate::simulation::without_viscosity::refuse_without_peak;
 
 /// Check that returns an error for a file that the stage must not use, given the name of the file.
 type Guard<'a> = &'a dyn Fn(&str) -> Result<(), WorkflowError>;
@@ -355,9 +356,11 @@ impl Inputs<'_> {
         self.file.case.sequential.as_ref().map(|sequential| sequential.share)
     }
 
-    /// Rejects a number of load steps that is too small to read the quantities of interest from the curves.
+    /// Rejects a number of load steps that is too small to read the quantities of interest from the curves, and materials
+    /// with which no curve has the peak that the quantities need.
     pub(crate) fn check_steps(&self) -> Result<(), WorkflowError> {
-        Ok(self.file.check_steps()?)
+        self.file.check_steps()?;
+        Ok(refuse_without_peak(self.file)?)
     }
 
     /// The name of the stage that writes a file of the results.

@@ -70,9 +70,20 @@ fn warned(errors: &[MeshError]) -> Vec<Warning> {
     let entry = |error: &&MeshError| format!("{} = {:.1}", error.quantity, error.percent.abs());
     let words: Vec<String> = large.iter().map(words).collect();
     let entries: Vec<String> = large.iter().map(entry).collect();
+    let stated = large.iter().filter(|error| error.stated_percent > 0.0);
+    let stated: Vec<String> = stated
+        .map(|error| format!("{:.1} % of {}", error.stated_percent, error.quantity))
+        .collect();
+    let included = match stated.is_empty() {
+        true => "this error is not included in the intervals".to_owned(),
+        false => format!(
+            "of this error the intervals include only what calibration.discrepancy.percent states ({})",
+            stated.join(", ")
+        ),
+    };
     let text = format!(
-        "The calibrated values are valid for this mesh only: the mesh is estimated to change {} at the MAP, and this \
-         error is not included in the intervals. Use a smaller specimen.spacing_mm (with [fidelity] few runs need it) or \
+        "The calibrated values are valid for this mesh only: the mesh is estimated to change {} at the MAP, and \
+         {included}. Use a smaller specimen.spacing_mm (with [fidelity] few runs need it) or \
          quadratic elements; or include the error in the intervals: calibration.discrepancy.percent = {{ {} }}.",
         words.join(", "),
         entries.join(", ")
@@ -111,6 +122,14 @@ mod tests {
         {
             assert!(warnings[0].text.contains(part), "{warnings:?}");
         }
+        assert!(warnings[0].text.contains("this error is not included in the intervals"));
         assert!(warned(&[error(-1.9, 0.5, 0.0), error(2.4, 2.5, 0.0)]).is_empty());
+        let warnings = warned(&[error(-10.2, 2.5, 4.0)]);
+        assert!(
+            warnings[0].text.contains(
+                "include only what calibration.discrepancy.percent states (4.0 % of slope)"
+            )
+        );
+        assert!(!warnings[0].text.contains("not included"), "{warnings:?}");
     }
 }

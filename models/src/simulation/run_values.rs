@@ -3,6 +3,7 @@
 use std::iter;
 
 use fem::{End, FemError, RunEnd, RunRecord, RunStatus};
+use fem_image::listed;
 
 use super::recorded::recorded_run;
 use crate::case::QoiComparison;
@@ -55,8 +56,8 @@ fn reported(record: &RunRecord, qoi: &QoiComparison) -> Result<Vec<f64>, String>
     let value = |quantity: &Quantity| {
         let column = quantity.column();
         record.values.get(&*column).copied().ok_or_else(|| {
-            let names: Vec<&str> = record.values.keys().map(String::as_str).collect();
-            format!("unusable: there is no {column} among the results {}", names.join(", "))
+            let names = listed(record.values.keys(), ", ");
+            format!("unusable: there is no {column} among the results {names}")
         })
     };
     qoi.quantities.iter().map(value).collect()

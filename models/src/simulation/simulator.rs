@@ -4,6 +4,7 @@ use fem::{
     ComputeDevice, CurvePoint, FemError, Homogenisation, Order, Outcome, Problem, Ranks, Schedule,
     SolverOptions, TetMesh, Unsupported,
 };
+use fem_image::listed;
 
 use super::setup::Setup;
 use crate::case::{
@@ -58,7 +59,7 @@ impl Simulator {
             })
         };
         if let Some(p) = parameters.iter().find(is_outside) {
-            let region_names = mesh.regions.join(", ");
+            let region_names = listed(&mesh.regions, ", ");
             let message = format!("{p} is calibrated, but the mesh's regions are: {region_names}");
             return Err(WorkflowError::Unusable(message));
         }
@@ -73,7 +74,7 @@ impl Simulator {
         for name in simulation.interface.keys().filter(is_idle) {
             let table = format!("interface.{name}.");
             if let Some(p) = parameters.iter().find(|p| p.path().starts_with(&table)) {
-                let region_names = mesh.regions.join(", ");
+                let region_names = listed(&mesh.regions, ", ");
                 let message =
                     format!("{p} is calibrated, but the mesh's regions are: {region_names}");
                 return Err(WorkflowError::Unusable(message));

@@ -102,7 +102,7 @@ use crate::progress::{say, speaking_for};
 use crate::report::Results;
 use crate::results_folder::editable::finished_before;
 use crate::results_folder::locks::lock;
-use crate::simulation::without_viscosity::without_viscosity;
+use crate::simulation::without_viscosity::{refuse_without_peak, without_viscosity};
 use crate::stages::report;
 use copies::Copies;
 use in_place::check_inputs;
@@ -251,7 +251,7 @@ impl<'a> Workflow<'a> {
 
     /// Prints a line if the specimens are virtual, and warns if the runs may not pass their peak.
     fn report_before_runs(&self) {
-        without_viscosity(&self.file.case).iter().for_each(|warning| say("warning", warning));
+        without_viscosity(&self.file).iter().for_each(|warning| say("warning", warning));
         let experiments = self.file.case.experiments.as_ref();
         if let Some(specimens) = experiments.and_then(|e| e.virtual_specimens.as_ref()) {
             let count = specimens.specimens;
@@ -275,6 +275,7 @@ impl<'a> Workflow<'a> {
     fn check_ready(&self) -> Result<(), WorkflowError> {
         if self.file.case.tests.is_empty() {
             let ready = self.file.table().and_then(|_| self.file.check_steps());
+            let ready = ready.and_then(|()| refuse_without_peak(&self.file));
             ready.map_err(|e| self.copies.named_by_owner(e.into()))?;
         }
         self.validations.iter().try_for_each(|(_, workflow)| workflow.check_ready())?;

@@ -52,6 +52,11 @@ pub(crate) trait TestKind {
         Vec::new()
     }
 
+    /// Returns a warning if elements of this size may be larger than a surface of the test. The specimen is a cylinder.
+    fn too_coarse(&self, _radius_mm: f64, _spacing_mm: f64) -> Option<String> {
+        None
+    }
+
     /// Adds the surfaces of the conditions that the mesh does not have yet.
     ///
     /// # Errors

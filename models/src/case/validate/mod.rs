@@ -1,10 +1,16 @@
 //! Checks of a case: ranges, units and consistency of its keys.
+//!
+//! 1. `conditions`, `interface`, `machine`, `material`, `program`, `test_kind`: single tables
+//! 2. `simulation`, `corners`, `prior`, `calibration`: the simulation of a run, and the box of the priors
+//! 3. `experiments`, `microstructure`, `outside`, `several_tests`, `validation`: specimens, other sources of runs, other tests
 
 mod calibration;
 mod conditions;
+mod corners;
 mod experiments;
 mod interface;
 mod machine;
+mod material;
 mod microstructure;
 mod outside;
 mod prior;
@@ -15,12 +21,14 @@ mod test_kind;
 mod validation;
 
 use fem::VOID;
+use fem_image::listed;
 
 use interface::{WrongInterface, check_interface};
 
 use super::{CaseFile, Mistakes, SpecimenGeometry};
 use crate::error::{InputError, closest};
 use machine::check_machine;
+use material::check_material;
 use several_tests::check_tests;
 use validation::check_validation;
 
@@ -80,7 +88,7 @@ impl CaseFile {
         }
         if self.case.is_built_in() {
             for (region, material) in &self.case.material {
-                self.check_material(region, material, &mut mistakes);
+                check_material(self, region, material, &mut mistakes);
             }
             self.check_test(&mut mistakes);
         }
@@ -143,7 +151,7 @@ impl CaseFile {
                 VOID => "has no region: voids are no part of the mesh",
                 _ => "belongs to no region of the specimen",
             },
-            format!("{hint}The regions are: {}.", regions.join(", ")),
+            format!("{hint}The regions are: {}.", listed(regions, ", ")),
         ))
     }
 

@@ -1,6 +1,8 @@
 //! Checks of a case with several tests: checks of each test, and of the keys that apply to all
 //! tests.
 
+use fem_image::listed;
+
 use super::super::several_tests::{TestMistake, check_name, is_reserved, read_tests};
 use super::super::validation::validation_case;
 use super::super::{
@@ -67,7 +69,7 @@ fn check_entries_of_tests(file: &CaseFile, names: &[&str], mistakes: &mut Mistak
     let candidates = candidates.map(|own| ("further_tests.candidate", &own.name, &own.test));
     for (table, name, test) in validations.chain(candidates) {
         let key = format!("{table} ({name}).test");
-        let help = format!("Write test = \"…\" beside name, with one of: {}.", names.join(", "));
+        let help = format!("Write test = \"…\" beside name, with one of: {}.", listed(names, ", "));
         match test {
             Some(test) if names.contains(&test.as_str()) => {}
             Some(test) => {
@@ -124,7 +126,7 @@ fn in_words(mistakes: Vec<TestMistake>, tests: usize) -> Vec<InputError> {
         if of.len() == tests {
             return error;
         }
-        let place = format!("tests ({})", of.join(", "));
+        let place = format!("tests ({})", listed(&of, ", "));
         let place = match error.place.is_empty() {
             true => place,
             false => format!("{place}.{}", error.place),
