@@ -1,6 +1,7 @@
 //! Rule: the model at the posterior mode must reproduce the means of the specimens.
 
 use super::rule::{Rule, Warning, qualified};
+use crate::case_inputs::CaseInputs;
 use crate::error::InputError;
 use crate::pipeline::inputs::Inputs;
 use crate::qoi::Quantity;

@@ -1,6 +1,7 @@
 //! Rule: the intervals must include the error of the mesh.
 
 use super::rule::{Rule, Warning, qualified};
+use crate::case_inputs::CaseInputs;
 use crate::pipeline::inputs::Inputs;
 use crate::qoi::Quantity;
 use crate::report::Qualifier;

@@ -6,6 +6,7 @@ use std::path::Path;
 use fem::{RunInput, RunRecord, gmsh, write_curve};
 
 use crate::case::Parameter;
+use crate::case_inputs::CaseInputs;
 use crate::error::InputError;
 use crate::forward::fitted::read_experiments;
 use crate::fracture::column_means;
@@ -17,6 +18,7 @@ use crate::runs::map_fields::write_fields;
 use crate::runs::mesh_error::mesh_errors;
 use crate::runs::run_source::RequestedRuns;
 use crate::runs::run_sources::source_of;
+use crate::runs::simulation_key::key_of_simulations;
 use crate::simulation::run_values::quantities;
 use crate::simulation::simulator::Simulator;
 use crate::table::CsvTable;
@@ -41,7 +43,7 @@ pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let named = NamedRuns {
         folder: "confirm",
         label: LABEL,
-        key: &RunKey::of_simulations(inputs, &KEYS_OF_POINTS, &files),
+        key: &key_of_simulations(inputs, &KEYS_OF_POINTS, &files),
         names: &names,
         runs: &runs,
         wait: true,
@@ -114,7 +116,7 @@ fn write_runs(
     names: &[String],
     records: &[RunRecord],
 ) -> Result<Vec<f64>, WorkflowError> {
-    let qoi = task.inputs.qoi();
+    let qoi = &task.inputs.qoi();
     let mut rows = Vec::new();
     for (i, record) in records.iter().enumerate() {
         let label = if i == 0 { "map".to_owned() } else { format!("draw-{i}") };
@@ -177,7 +179,7 @@ fn baseline(task: &Task<'_>) -> Result<(), WorkflowError> {
     let named = NamedRuns {
         folder: "confirm/baseline",
         label: "run of the case without calibration",
-        key: &RunKey::of_simulations(inputs, &[], &["mesh.msh"]),
+        key: &key_of_simulations(inputs, &[], &["mesh.msh"]),
         names: &[],
         runs: &[run],
         wait: true,

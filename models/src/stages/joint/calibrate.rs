@@ -12,6 +12,7 @@ use super::sources::write_uncertainty;
 use crate::case::{
     BetweenTestsCase, CaseFile, SingleTest, TrendCase, TrendValues, TrendVariable, validation_case,
 };
+use crate::case_inputs::CaseInputs;
 use crate::error::InputError;
 use crate::forward::prior_sensitivity::{write_evidence, write_sensitivity};
 use crate::fracture::{BetweenTests, JointCalibration, JointTest, TrendOverTests, calibrate_tests};

@@ -4,6 +4,7 @@ use super::folders;
 use super::parameters::label;
 use super::verdict::parameters_and_warnings;
 use crate::case::CaseFile;
+use crate::case_inputs::CaseInputs;
 use crate::error::InputError;
 use crate::pipeline::inputs::Inputs;
 use crate::pipeline::task::Task;

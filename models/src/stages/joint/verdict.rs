@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use super::folders;
 use super::parameters::{parameters, path_and_test};
 use crate::case::CaseFile;
+use crate::case_inputs::CaseInputs;
 use crate::pipeline::inputs::Inputs;
 use crate::pipeline::task::Task;
 use crate::report::{CalibratedParameter, Qualifier};

@@ -3,6 +3,7 @@
 use surrogate::Dataset;
 
 use crate::case::Case;
+use crate::case_inputs::CaseInputs;
 use crate::experiments::experiment_inputs;
 use crate::forward::specimen_stiffness::{in_words, of_specimens, population};
 use crate::pipeline::inputs::Inputs;

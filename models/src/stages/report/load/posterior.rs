@@ -5,6 +5,7 @@ use ppl::diagnostics::{mcse_mean, mcse_quantile, mcse_sd};
 use surrogate::Dataset;
 
 use crate::case::{Case, Parameter};
+use crate::case_inputs::CaseInputs;
 use crate::error::InputError;
 use crate::pipeline::inputs::Inputs;
 use crate::report::{CalibratedParameter, LeftOut, ParameterSensitivity, Summarised};

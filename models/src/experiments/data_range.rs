@@ -2,10 +2,10 @@
 
 use surrogate::Dataset;
 
-use super::inputs::Inputs;
-use super::task::Task;
 use crate::error::InputError;
 use crate::fracture::column_means;
+use crate::pipeline::inputs::Inputs;
+use crate::pipeline::task::Task;
 use crate::qoi::{Quantity, Unit};
 use crate::results_folder::error::WorkflowError;
 use crate::results_folder::files::SPECIMENS;
