@@ -313,6 +313,12 @@ impl Dataset {
         described.find(|(column, _)| is_meant(column)).and_then(|(_, cell)| cell.number())
     }
 
+    /// The cost of row `i`, counted from 0.
+    pub fn cost(&self, i: usize) -> Option<f64> {
+        let mut described = self.columns.iter().zip(self.cells(i));
+        described.find(|(column, _)| column.role == Role::Cost).and_then(|(_, cell)| cell.number())
+    }
+
     /// The first whole number of row `i` in the columns with this role.
     fn whole(&self, i: usize, role: Role) -> Option<u64> {
         let described = self.columns.iter().zip(self.cells(i));

@@ -144,6 +144,7 @@ fn columns_that_describe_rows_are_typed() {
     assert_eq!(back.covariate(0, "stiffness_ratio"), Some(1.0 / 3.0));
     // a cost is no covariate, and there is no third row
     assert_eq!((back.covariate(0, "seconds"), back.run(2)), (None, None));
+    assert_eq!((back.cost(1), back.cost(2)), (Some(0.25), None));
 
     for (position, wrong) in
         [(0, Cell::Number(7.0)), (4, Cell::Whole(1)), (4, Cell::Number(f64::NAN))]

@@ -1,13 +1,25 @@
-//! Check that stages read only what they declare.
+//! Stages read only what they declare.
 
 use std::path::Path;
 
 use models::Stage;
 use models::workflow::{JOINT_STAGES, STAGES};
 
+use super::finished_tiny;
+
+#[test]
+fn the_stages_of_a_finished_case_have_read_what_they_declare() {
+    let out = finished_tiny().dir.path().join("results");
+    let text = std::fs::read_to_string(out.join("stages.toml")).unwrap();
+    for stage in STAGES.iter() {
+        assert!(text.contains(&format!("[{}]", stage.name)), "{}", stage.name);
+    }
+    check_reads(&out);
+}
+
 /// Checks the records of all stages in a results folder, and in the folders of its tests and validations: each key of
 /// the case and each product of another stage that a stage has read must be declared.
-pub(super) fn check_reads(out: &Path) {
+fn check_reads(out: &Path) {
     for folder in ["tests", "validation"] {
         let entries = std::fs::read_dir(out.join(folder)).into_iter().flatten().flatten();
         entries.for_each(|entry| check_reads(&entry.path()));

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::folders;
-use super::parameters::{parameters, path_and_test};
+use super::parameters::{joint_parameters, parameters};
 use crate::case::CaseFile;
 use crate::case_inputs::CaseInputs;
 use crate::pipeline::inputs::Inputs;
@@ -68,13 +68,8 @@ fn judged(
     judgements: &[Judgement],
 ) -> Result<Vec<CalibratedParameter>, WorkflowError> {
     let mut all = parameters(inputs)?;
-    for parameter in &mut all {
-        let (_, only) = path_and_test(&parameter.label);
-        // the end of a trend, such as `at 20 °C`, is a parameter of all tests
-        let only = only.filter(|only| judgements.iter().any(|warned| warned.test == *only));
-        let selected =
-            judgements.iter().filter(|warned| only.is_none_or(|only| only == warned.test));
-        for judgement in selected.collect::<Vec<_>>() {
+    for (parameter, joint) in all.iter_mut().zip(joint_parameters(inputs)?) {
+        for judgement in judgements.iter().filter(|warned| joint.parameter.is_of(&warned.test)) {
             parameter.qualifiers.extend(&judgement.qualifiers);
             parameter.out_of_range |= judgement.is_out_of_range;
         }
