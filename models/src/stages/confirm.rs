@@ -8,6 +8,7 @@ use fem::{RunInput, RunRecord, gmsh, write_curve};
 use crate::case::Parameter;
 use crate::case_inputs::CaseInputs;
 use crate::error::InputError;
+use crate::forward::confirmation::ConfirmedQuantity;
 use crate::forward::fitted::read_experiments;
 use crate::fracture::column_means;
 use crate::pipeline::run_key::RunKey;
@@ -159,14 +160,15 @@ fn write_misfits(
     let errors: Vec<f64> =
         map.iter().zip(&experiments).map(|(map, mean)| 100.0 * (map / mean - 1.0).abs()).collect();
     let worst = errors.iter().copied().fold(0.0, f64::max);
-    let rows = columns.iter().enumerate().map(|(m, column)| {
-        let percentages = [experiments[m], map[m], errors[m]].map(|x| x.to_string());
-        let mesh = mesh_errors.map_or_else(String::new, |errors| errors[m].to_string());
-        [column.clone()].into_iter().chain(percentages).chain([mesh]).collect::<Vec<_>>()
-    });
-    let header =
-        ["qoi", "experiment_mean", "map_simulation", "percent_error", "mesh_error_percent"];
-    task.write_csv("confirm.csv", header, rows.collect::<Vec<_>>())?;
+    let quantity = |(m, column): (usize, String)| ConfirmedQuantity {
+        column,
+        experiment_mean: experiments[m],
+        map_simulation: map[m],
+        percent_error: errors[m],
+        mesh_error_percent: mesh_errors.map(|errors| errors[m]),
+    };
+    let quantities: Vec<_> = columns.into_iter().enumerate().map(quantity).collect();
+    ConfirmedQuantity::write(task, &quantities)?;
     Ok(format!("the simulation at the mode is within {worst:.2} % of the experimental means"))
 }
 

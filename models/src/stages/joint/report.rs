@@ -6,6 +6,7 @@ use super::verdict::parameters_and_warnings;
 use crate::case::CaseFile;
 use crate::case_inputs::CaseInputs;
 use crate::error::InputError;
+use crate::forward::shares_table::{SharesOfParameter, read_shares};
 use crate::pipeline::inputs::Inputs;
 use crate::pipeline::task::Task;
 use crate::report::{JointResults, Results, WithoutTest, joint_page};
@@ -46,23 +47,10 @@ pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     Ok(task.path("report.html").display().to_string())
 }
 
-/// Label of a parameter, with the share of each source in its variance.
-type Shares = (String, Vec<(String, f64)>);
-
-/// Contributions to the uncertainty of each parameter, in the order of the file; empty if there is no file.
-fn budget(inputs: &Inputs<'_>, labels: &Labels) -> Result<Vec<Shares>, WorkflowError> {
-    let Some(path) = inputs.file_if_there("uncertainty.csv") else { return Ok(Vec::new()) };
-    let table = CsvTable::read(&path, &["parameter", "source", "share"])?;
-    let mut budget: Vec<Shares> = Vec::new();
-    for row in table.rows() {
-        let label = labels.of(row.text("parameter"));
-        let part = (row.text("source").to_owned(), row.number("share")?);
-        match budget.last_mut() {
-            Some((parameter, sources)) if *parameter == label => sources.push(part),
-            _ => budget.push((label, vec![part])),
-        }
-    }
-    Ok(budget)
+/// Contributions to the uncertainty of each parameter, with the labels of the parameters; empty if there is no table.
+fn budget(inputs: &Inputs<'_>, labels: &Labels) -> Result<Vec<SharesOfParameter>, WorkflowError> {
+    let parameters = read_shares(inputs)?.into_iter();
+    Ok(parameters.map(|(name, shares)| (labels.of(&name), shares)).collect())
 }
 
 fn without(inputs: &Inputs<'_>, labels: &Labels) -> Result<Vec<WithoutTest>, WorkflowError> {
