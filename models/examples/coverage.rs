@@ -151,7 +151,7 @@ fn world(
 
 /// Returns the stiffness ratio of the packing of each run; `None` if a run has no ratio.
 fn stiffness_ratios(runs: &Dataset) -> Option<Vec<f64>> {
-    (0..runs.len()).map(|i| runs.note(i, "stiffness_ratio")?.parse().ok()).collect()
+    (0..runs.len()).map(|i| runs.covariate(i, "stiffness_ratio")).collect()
 }
 
 fn print(kind: &str, rows: &[CoverageRow]) {

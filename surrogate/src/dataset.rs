@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use serde::{Deserialize, Serialize};
 
+use crate::columns::{Cell, Column, Role};
 use crate::error::SurrogateError;
 
 /// A named input with its lower and upper bound.
@@ -60,9 +61,9 @@ impl Input {
 
 /// Runs of a computer model: `n` rows of named bounded inputs and named outputs.
 ///
-/// Every row is finite and inside the bounds; other rows are rejected. A row may also have notes, such as the number
-/// of the run: columns of text, which a fit ignores. [`Dataset::write_csv`] writes all columns and declarations to
-/// one file that other tools can read.
+/// Every row is finite and inside the bounds; other rows are rejected. Further [columns](Self::with_columns) describe the
+/// rows: the number of the run, its group, its batch, covariates. [`Dataset::write_csv`] writes all columns and
+/// declarations to one file that other tools can read.
 ///
 /// A row may also have the derivatives of every output with respect to all inputs, or with respect to the first few
 /// inputs. A fit then uses the derivatives: see [`Dataset::with_derivatives`].
@@ -81,7 +82,7 @@ pub struct Dataset {
     inputs: Vec<Input>,
     outputs: Vec<String>,
     provenance: String,
-    notes: Vec<String>,
+    columns: Vec<Column>,
     x: Vec<f64>,
     y: Vec<f64>,
     /// Number k such that the rows have derivatives with respect to the first k inputs.
@@ -89,8 +90,8 @@ pub struct Dataset {
     /// Derivatives, with the dimensions rows × outputs × inputs with derivatives; empty if the rows
     /// have no derivatives.
     slopes: Vec<f64>,
-    /// The notes of all rows, row by row; each row has one text per name of a note.
-    noted: Vec<String>,
+    /// The cells that describe the rows, row by row; each row has one cell per column.
+    cells: Vec<Cell>,
 }
 
 impl Dataset {
@@ -122,12 +123,12 @@ impl Dataset {
             inputs,
             outputs,
             provenance,
-            notes: Vec::new(),
+            columns: Vec::new(),
             x: Vec::new(),
             y: Vec::new(),
             differentiated: 0,
             slopes: Vec::new(),
-            noted: Vec::new(),
+            cells: Vec::new(),
         })
     }
 
@@ -161,30 +162,32 @@ impl Dataset {
             check_count("inputs with derivatives", self.inputs.len(), inputs)?;
         }
         self.differentiated = inputs;
-        check_distinct(self.columns().iter())?;
+        check_distinct(self.header().iter())?;
         Ok(self)
     }
 
-    /// Declares columns of text (notes), which replace all previously declared notes. Existing rows get empty cells.
+    /// Declares the columns that describe rows; they replace all columns that were declared before. Existing rows get
+    /// empty cells.
     ///
     /// # Errors
     /// If a name is invalid or repeated.
     ///
     /// ```
-    /// # use surrogate::{Dataset, Input};
+    /// # use surrogate::{Cell, Column, Dataset, Input, Role};
     /// let inputs = vec![Input::new("young_mpa", 250.0, 300.0)?];
-    /// let mut runs = Dataset::new(inputs, vec!["force_n".into()], "")?.with_notes(&["run"])?;
-    /// runs.push_noted(&[275.0], &[147.1], &["17"])?;
-    /// assert_eq!(runs.note(0, "run"), Some("17"));
+    /// let columns = vec![Column::new(Role::Run, "run"), Column::new(Role::Group, "specimen")];
+    /// let mut runs = Dataset::new(inputs, vec!["force_n".into()], "")?.with_columns(columns)?;
+    /// runs.push_described(&[275.0], &[147.1], &[Cell::Whole(17), Cell::Whole(3)])?;
+    /// assert_eq!((runs.run(0), runs.group(0)), (Some(17), Some(3)));
     /// # Ok::<(), surrogate::SurrogateError>(())
     /// ```
-    pub fn with_notes(mut self, names: &[&str]) -> Result<Self, SurrogateError> {
-        self.notes = names.iter().map(|name| (*name).to_owned()).collect();
-        for name in &self.notes {
-            check_name(name)?;
+    pub fn with_columns(mut self, columns: Vec<Column>) -> Result<Self, SurrogateError> {
+        for column in &columns {
+            check_name(&column.name)?;
         }
-        check_distinct(self.columns().iter())?;
-        self.noted = vec![String::new(); self.len() * names.len()];
+        self.cells = vec![Cell::Empty; self.len() * columns.len()];
+        self.columns = columns;
+        check_distinct(self.header().iter())?;
         Ok(self)
     }
 
@@ -193,23 +196,23 @@ impl Dataset {
     /// # Errors
     /// If the number of values is wrong, a value is not finite, or an input is outside its bounds.
     pub fn push(&mut self, x: &[f64], y: &[f64]) -> Result<(), SurrogateError> {
-        self.push_noted(x, y, &vec![""; self.notes.len()])
+        self.push_described(x, y, &vec![Cell::Empty; self.columns.len()])
     }
 
-    /// Adds a row with its notes, in the order of [`Self::notes`].
+    /// Adds a row with the cells that describe it, in the order of [`Self::columns`].
     ///
     /// # Errors
-    /// The errors of [`Self::push`], and an error if the number of notes is wrong.
-    pub fn push_noted(
+    /// The errors of [`Self::push`], and an error if the number of cells or the type of a cell is wrong.
+    pub fn push_described(
         &mut self,
         x: &[f64],
         y: &[f64],
-        notes: &[&str],
+        cells: &[Cell],
     ) -> Result<(), SurrogateError> {
-        self.add(x, y, &[], notes)
+        self.add(x, y, &[], cells)
     }
 
-    /// Adds a row with its derivatives and its notes: `jacobian[m][d]` = ∂y_m/∂x_d in units of output m per
+    /// Adds a row with its derivatives and the cells that describe it: `jacobian[m][d]` = ∂y_m/∂x_d in units of output m per
     /// unit of input d.
     ///
     /// # Errors
@@ -220,14 +223,14 @@ impl Dataset {
         x: &[f64],
         y: &[f64],
         jacobian: &[impl AsRef<[f64]>],
-        notes: &[&str],
+        cells: &[Cell],
     ) -> Result<(), SurrogateError> {
         check_count("outputs with derivatives", self.outputs.len(), jacobian.len())?;
         for row in jacobian {
             check_count("derivatives of an output", self.differentiated, row.as_ref().len())?;
         }
         let slopes: Vec<f64> = jacobian.iter().flat_map(|row| row.as_ref()).copied().collect();
-        self.add(x, y, &slopes, notes)
+        self.add(x, y, &slopes, cells)
     }
 
     /// Adds a row. `slopes` contains the derivatives of the first output with respect to each input, then the
@@ -237,15 +240,16 @@ impl Dataset {
         x: &[f64],
         y: &[f64],
         slopes: &[f64],
-        notes: &[&str],
+        cells: &[Cell],
     ) -> Result<(), SurrogateError> {
-        check_count("notes", self.notes.len(), notes.len())?;
+        check_count("cells that describe the row", self.columns.len(), cells.len())?;
+        self.columns.iter().zip(cells).try_for_each(|(column, cell)| column.check(*cell))?;
         check_count("input values", self.inputs.len(), x.len())?;
         check_count("output values", self.outputs.len(), y.len())?;
         check_count("derivatives", self.slopes_per_row(), slopes.len())?;
         for (index, &value) in x.iter().chain(y).chain(slopes).enumerate() {
             if !value.is_finite() {
-                let column = self.columns().swap_remove(index);
+                let column = self.header().swap_remove(index);
                 return Err(SurrogateError::NotFinite { column, value });
             }
         }
@@ -262,7 +266,7 @@ impl Dataset {
         self.x.extend_from_slice(x);
         self.y.extend_from_slice(y);
         self.slopes.extend_from_slice(slopes);
-        self.noted.extend(notes.iter().map(|note| (*note).to_owned()));
+        self.cells.extend_from_slice(cells);
         Ok(())
     }
 
@@ -276,15 +280,49 @@ impl Dataset {
         &self.outputs
     }
 
-    /// The names of the notes.
-    pub fn notes(&self) -> &[String] {
-        &self.notes
+    /// The columns that describe rows.
+    pub fn columns(&self) -> &[Column] {
+        &self.columns
     }
 
-    /// The text of the note `name` in row `i`, counted from 0.
-    pub fn note(&self, i: usize, name: &str) -> Option<&str> {
-        let position = self.notes.iter().position(|note| note == name)?;
-        self.noted.get(i * self.notes.len() + position).map(String::as_str)
+    /// The cells that describe row `i`, counted from 0, in the order of [`Self::columns`]; empty if there is no such row.
+    pub fn cells(&self, i: usize) -> &[Cell] {
+        let count = self.columns.len();
+        self.cells.get(i * count..(i + 1) * count).unwrap_or_default()
+    }
+
+    /// The number of the run of row `i`, counted from 0.
+    pub fn run(&self, i: usize) -> Option<u64> {
+        self.whole(i, Role::Run)
+    }
+
+    /// The group of row `i`, counted from 0.
+    pub fn group(&self, i: usize) -> Option<u64> {
+        self.whole(i, Role::Group)
+    }
+
+    /// The batch in which row `i`, counted from 0, was added to the design.
+    pub fn batch(&self, i: usize) -> Option<u64> {
+        self.whole(i, Role::Batch)
+    }
+
+    /// The covariate `name` of row `i`, counted from 0.
+    pub fn covariate(&self, i: usize, name: &str) -> Option<f64> {
+        let is_meant = |column: &&Column| column.role == Role::Covariate && column.name == name;
+        let mut described = self.columns.iter().zip(self.cells(i));
+        described.find(|(column, _)| is_meant(column)).and_then(|(_, cell)| cell.number())
+    }
+
+    /// The cost of row `i`, counted from 0.
+    pub fn cost(&self, i: usize) -> Option<f64> {
+        let mut described = self.columns.iter().zip(self.cells(i));
+        described.find(|(column, _)| column.role == Role::Cost).and_then(|(_, cell)| cell.number())
+    }
+
+    /// The first whole number of row `i` in the columns with this role.
+    fn whole(&self, i: usize, role: Role) -> Option<u64> {
+        let described = self.columns.iter().zip(self.cells(i));
+        described.filter(|(column, _)| column.role == role).find_map(|(_, cell)| cell.whole())
     }
 
     /// Returns the number k such that the rows have derivatives with respect to the first k inputs.
@@ -312,13 +350,13 @@ impl Dataset {
         self.differentiated * self.outputs.len()
     }
 
-    /// The names of all columns: inputs, outputs, derivatives, notes.
-    pub(crate) fn columns(&self) -> Vec<String> {
-        let mut columns: Vec<String> = self.inputs.iter().map(|i| i.name.clone()).collect();
-        columns.extend_from_slice(&self.outputs);
-        columns.extend(self.derivative_columns());
-        columns.extend_from_slice(&self.notes);
-        columns
+    /// The names of all columns: inputs, outputs, derivatives, and the columns that describe rows.
+    pub(crate) fn header(&self) -> Vec<String> {
+        let mut names: Vec<String> = self.inputs.iter().map(|i| i.name.clone()).collect();
+        names.extend_from_slice(&self.outputs);
+        names.extend(self.derivative_columns());
+        names.extend(self.columns.iter().map(|column| column.name.clone()));
+        names
     }
 
     /// The provenance of the rows, as free text.

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::columns::{Cell, Column, Role};
 use crate::dataset::{Dataset, Input};
 use crate::error::SurrogateError;
 
@@ -16,7 +17,8 @@ impl Dataset {
     /// young_mpa,force_n
     /// 275.0,147.1
     /// ```
-    /// The columns of derivatives follow the outputs, with names such as `d_force_n_d_young_mpa`. Other tools
+    /// The columns of derivatives follow the outputs, with names such as `d_force_n_d_young_mpa`. Columns that describe
+    /// rows follow; lines such as `# run,run` and `# group,specimen` declare them. Other tools
     /// read the file with their comment option (`comment="#"` in pandas). Each number is the shortest decimal
     /// text that parses to the same 64 bits.
     ///
@@ -44,13 +46,15 @@ impl Dataset {
         for output in self.outputs() {
             writer.write_record(["# output", output])?;
         }
-        writer.write_record(self.columns())?;
+        for Column { name, role } in self.columns() {
+            writer.write_record([&*format!("# {}", role.word()), name.as_str()])?;
+        }
+        writer.write_record(self.header())?;
         for (i, (x, y)) in self.rows().enumerate() {
             for value in x.iter().chain(y).chain(self.derivatives(i).unwrap_or_default()) {
                 writer.write_field(format!("{value:?}"))?;
             }
-            let notes = self.notes().iter().filter_map(|name| self.note(i, name));
-            writer.write_record(notes)?;
+            writer.write_record(self.cells(i).iter().map(|cell| cell.to_text()))?;
         }
         writer.into_inner().map_err(csv::IntoInnerError::into_error)
     }
@@ -58,7 +62,7 @@ impl Dataset {
     /// Reads a file that [`Dataset::write_csv`] wrote.
     ///
     /// Columns are identified by name and may be in any order. The columns of derivatives must be complete or
-    /// absent. Other columns that no `#` line declares are notes.
+    /// absent. Columns that no `#` line declares are ignored.
     ///
     /// # Errors
     /// If the file cannot be read; a declaration is malformed or missing; a declared column is missing or
@@ -87,9 +91,9 @@ fn parse(text: &str) -> Located<Dataset> {
         .from_reader(text.as_bytes());
     let header = reader.headers().map_err(|e| syntax(text, &e))?.clone();
     let header_line = line_at(text, header.position());
-    let dataset = with_derivatives(dataset, &header).map_err(|e| (header_line, e))?;
+    let mut dataset = with_derivatives(dataset, &header).map_err(|e| (header_line, e))?;
     let mut columns = Vec::new();
-    for name in dataset.columns() {
+    for name in dataset.header() {
         let mut positions = header.iter().enumerate().filter(|(_, h)| *h == name).map(|(i, _)| i);
         let position = positions.next().ok_or_else(|| {
             let names = header.iter().collect::<Vec<_>>().join(", ");
@@ -100,10 +104,8 @@ fn parse(text: &str) -> Located<Dataset> {
         }
         columns.push((name, position));
     }
-    let notes: Vec<usize> =
-        (0..header.len()).filter(|i| columns.iter().all(|(_, position)| position != i)).collect();
-    let names: Vec<&str> = notes.iter().map(|&i| &header[i]).collect();
-    let mut dataset = dataset.with_notes(&names).map_err(|e| (header_line, e))?;
+    // the columns that describe rows follow the columns of numbers
+    let described = columns.split_off(columns.len() - dataset.columns().len());
     let inputs = dataset.inputs().len();
     let value_columns = inputs + dataset.outputs().len();
     for record in reader.records() {
@@ -114,10 +116,16 @@ fn parse(text: &str) -> Located<Dataset> {
             .map(|(name, position)| number(name, &record[*position]))
             .collect::<Result<_, _>>()
             .map_err(here)?;
-        let notes: Vec<&str> = notes.iter().map(|&i| &record[i]).collect();
+        let described: Vec<Cell> = dataset
+            .columns()
+            .iter()
+            .zip(&described)
+            .map(|(column, (_, position))| column.read(&record[*position]))
+            .collect::<Result<_, _>>()
+            .map_err(here)?;
         let (x, y, slopes) =
             (&cells[..inputs], &cells[inputs..value_columns], &cells[value_columns..]);
-        dataset.add(x, y, slopes, &notes).map_err(here)?;
+        dataset.add(x, y, slopes, &described).map_err(here)?;
     }
     Ok(dataset)
 }
@@ -143,10 +151,11 @@ fn with_derivatives(
     }
 }
 
-/// Parses the leading `#` lines, which declare inputs and outputs, and returns a dataset with these
+/// Parses the leading `#` lines, which declare inputs, outputs and the columns that describe rows, and returns a dataset with these
 /// columns and without rows.
 fn declarations(text: &str) -> Located<Dataset> {
-    let (mut inputs, mut outputs, mut provenance) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut inputs, mut outputs, mut columns) = (Vec::new(), Vec::new(), Vec::new());
+    let mut provenance = Vec::new();
     let mut line = 0;
     for content in text.lines().map_while(|l| l.strip_prefix('#')) {
         line += 1;
@@ -169,6 +178,8 @@ fn declarations(text: &str) -> Located<Dataset> {
                 let help = "write `# input,NAME,LOWER,UPPER` or `# output,NAME`";
                 return Err((line, SurrogateError::Syntax { problem, help }));
             }
+            // other lines are remarks
+            [word, name] => columns.extend(Role::of_word(word).map(|role| Column::new(role, name))),
             _ => {}
         }
     }
@@ -177,7 +188,8 @@ fn declarations(text: &str) -> Located<Dataset> {
         let help = "begin the file with a line `# input,NAME,LOWER,UPPER` for each input and `# output,NAME` for each output";
         return Err((1, SurrogateError::Syntax { problem, help }));
     }
-    Dataset::new(inputs, outputs, provenance.join("\n")).map_err(|e| (line, e))
+    let dataset = Dataset::new(inputs, outputs, provenance.join("\n"));
+    dataset.and_then(|dataset| dataset.with_columns(columns)).map_err(|e| (line, e))
 }
 
 /// Parses one line as a CSV record.

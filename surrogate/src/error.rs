@@ -48,6 +48,18 @@ pub enum SurrogateError {
         /// The cell's text.
         text: String,
     },
+    /// A cell that describes a row has another type than its column.
+    #[error(
+        "column `{column}`: `{text}` is not {expected}; write {expected}, or leave the cell empty"
+    )]
+    Cell {
+        /// Name of the column.
+        column: String,
+        /// The cell's text.
+        text: String,
+        /// Type of the column's cells.
+        expected: &'static str,
+    },
     /// A declared column is absent.
     #[error("column `{column}` is missing; the header has: {found}")]
     MissingColumn {

@@ -37,7 +37,7 @@
 //!
 //! A module imports only from modules above it in this list, and no two files import each other.
 //!
-//! 1. `error`, `dataset`, `dataset_csv`: errors; runs of the model and their CSV file
+//! 1. `error`, `columns`, `dataset`, `dataset_csv`: errors; runs of the model, columns that describe them, and their CSV file
 //! 2. `sobol_sequence`, `design`: experimental designs, the points at which to run the model
 //! 3. `scale`, `legendre`, `multi_index`: coordinates, one-dimensional polynomials and their products
 //! 4. `dyn_pce`, `kernel`, `pce`: the expansion, with sizes known at run time and at compile time
@@ -49,6 +49,7 @@
 //! 8. `groups`: variance components for runs in groups, such as several runs on one specimen
 
 mod coefficients;
+mod columns;
 mod dataset;
 mod dataset_csv;
 mod design;
@@ -69,6 +70,7 @@ mod sobol_sequence;
 
 pub use coefficients::intervals::SobolIntervals;
 pub use coefficients::posterior::CoefficientPosterior;
+pub use columns::{Cell, Column, Role};
 pub use dataset::{Dataset, Input};
 pub use design::DesignMethod;
 pub use dyn_pce::{BoxPosition, DynPce};

@@ -8,6 +8,7 @@
 
 pub(crate) mod closed_form;
 pub(crate) mod common_specimens;
+pub(crate) mod data_range;
 pub(crate) mod experiment_inputs;
 pub(crate) mod few_specimens;
 pub(crate) mod followed_program;

@@ -13,6 +13,7 @@ use super::specimen_quantities::{
     MeasuredQuantities, SpecimenNames, check_scatter, compared, missing_quantities,
 };
 use super::unit_slip::unit_slip;
+use crate::case_inputs::CaseInputs;
 use crate::curve_check::{Finding, NO_QUANTITIES, Weight};
 use crate::error::InputError;
 use crate::experiment::{Specimen, SpecimenTable};
@@ -95,7 +96,7 @@ pub(crate) fn inspect(
         mistakes.extend(check_machine(machine, &table, names.curve, &mut notes));
         mistakes.extend(check_programs(inputs.test(), &table, mesh, names.curve, &mut notes));
     }
-    let (qoi, preparation) = (inputs.qoi(), Preparation::of(inputs));
+    let (qoi, preparation) = (&inputs.qoi(), Preparation::of(inputs));
     let is_bent = is_bent_from_start(inputs);
     let mut toes = Vec::new();
     let mut measured: Vec<(String, MeasuredQuantities)> = Vec::new();

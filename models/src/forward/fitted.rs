@@ -63,7 +63,7 @@ impl Fitted {
         let fitted_to = with_stiffness.as_ref().unwrap_or(runs);
         let fit = DynPce::fit(fitted_to, &options)?;
         let groups = of_specimens_of_runs(&fit, fitted_to, &made_on)?;
-        let placed = |&i: &usize| runs.note(i, BATCH).is_some_and(|batch| !batch.is_empty());
+        let placed = |&i: &usize| runs.batch(i).is_some();
         let placed: Vec<usize> = (0..runs.len()).filter(placed).collect();
         let report = match placed.len() >= LEAST_LOCAL {
             true => fit.about(&placed)?,

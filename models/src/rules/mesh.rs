@@ -1,6 +1,8 @@
 //! Rule: the intervals must include the error of the mesh.
 
 use super::rule::{Rule, Warning, qualified};
+use crate::case_inputs::CaseInputs;
+use crate::forward::confirmation::ConfirmedQuantity;
 use crate::pipeline::inputs::Inputs;
 use crate::qoi::Quantity;
 use crate::report::Qualifier;
@@ -41,16 +43,15 @@ impl MeshError {
 }
 
 fn errors(inputs: &Inputs<'_>) -> Result<Vec<MeshError>, WorkflowError> {
-    let [confirm, summary] = ["confirm.csv", "summary.csv"].map(|name| inputs.file(name));
-    let (confirm, summary) = (confirm?, summary?);
-    let confirm = CsvTable::read(&confirm, &["qoi", "mesh_error_percent"])?;
+    let confirmed = ConfirmedQuantity::read(inputs)?;
+    let summary = inputs.file("summary.csv")?;
     let summary = CsvTable::read(&summary, &["parameter", "mean", "sd"])?;
     let stated = &inputs.calibration().discrepancy.percent;
     let mut errors = Vec::new();
-    for row in confirm.rows() {
+    for confirmed in confirmed {
         // the error is not estimated for a mesh from a file
-        let Ok(percent) = row.text("mesh_error_percent").parse::<f64>() else { continue };
-        let Some(quantity) = Quantity::of_column(row.text("qoi")) else { continue };
+        let Some(percent) = confirmed.mesh_error_percent else { continue };
+        let Some(quantity) = Quantity::of_column(&confirmed.column) else { continue };
         let mean = summary.named("parameter", &format!("mean[{}]", quantity.column()))?;
         let sd_percent = (100.0 * mean.number("sd")? / mean.number("mean")?).abs();
         let stated_percent = stated.get(&quantity).copied().unwrap_or(0.0);

@@ -4,6 +4,7 @@ use fem::RunRecord;
 
 use super::ensemble_runs::NamedRuns;
 use super::microstructures::Microstructures;
+use super::simulation_key::{key_of_simulations, with_specimen};
 use crate::pipeline::inputs::Inputs;
 use crate::pipeline::run_key::RunKey;
 use crate::pipeline::task::Task;
@@ -77,11 +78,11 @@ pub(crate) fn key_of_runs(
         (images::FIRST..).take(meshes).map(|image| images::mesh_file(image, "msh")).collect();
     files.iter().try_for_each(|name| inputs.file(name).map(drop))?;
     let files: Vec<&str> = files.iter().map(String::as_str).collect();
-    let key =
-        source.identified(RunKey::of_simulations(inputs, &["prior", "design"], &files), inputs);
+    let key = key_of_simulations(inputs, &["prior", "design"], &files);
+    let key = source.identified(key, inputs);
     match specimens {
         // packings have no mesh files: they are made from the specimen of the case
-        Some(specimens) if specimens.meshes() == 0 => key.and_specimen(inputs),
+        Some(specimens) if specimens.meshes() == 0 => with_specimen(&key, inputs),
         _ => Ok(key),
     }
 }

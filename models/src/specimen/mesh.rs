@@ -13,6 +13,7 @@ use super::images::{mesh_file, segmented_file};
 use super::segment::write_picture;
 use super::segmented_grains::SegmentedGrains;
 use crate::case::SpecimenGeometry;
+use crate::case_inputs::CaseInputs;
 use crate::pipeline::inputs::Inputs;
 use crate::pipeline::task::Task;
 use crate::progress::say;

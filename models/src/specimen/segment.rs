@@ -7,6 +7,7 @@ use super::build::{Image, Scanned, resize};
 use super::images::segmented_file;
 use super::specimen_grains::SpecimenGrains;
 use super::{image_inputs, images};
+use crate::case_inputs::CaseInputs;
 use crate::pipeline::task::Task;
 use crate::progress::{Bar, say};
 use crate::report::{Raster, grain_picture, grain_sizes, side_by_side};

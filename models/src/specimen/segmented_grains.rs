@@ -10,8 +10,8 @@ use super::image_inputs;
 use super::images::{self, segmented_file};
 use super::segment::WHOLE;
 use super::specimen_grains::GrainPhases;
-use crate::pipeline::freshness::finished_in;
 use crate::pipeline::inputs::Inputs;
+use crate::pipeline::stages_file::finished_in;
 use crate::results_folder::error::WorkflowError;
 use crate::table::{CsvTable, TableRow};
 

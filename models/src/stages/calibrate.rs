@@ -7,6 +7,8 @@ use ppl::diagnostics::e_bfmi;
 use ppl::{ChainStatus, Posterior, Progress, Summary, WarningKind};
 use surrogate::Input;
 
+use crate::case_inputs::CaseInputs;
+use crate::experiments::data_range::check_range;
 use crate::experiments::{experiment_inputs, virtual_inputs};
 use crate::forward::extension::offers;
 use crate::forward::fit::write_fit;
@@ -18,7 +20,6 @@ use crate::forward::uncertainty::{Budget, SharedError, budget};
 use crate::fracture::{
     CalibrationError, TestDraws, calibrate_after, calibration_of_draws, column_means,
 };
-use crate::pipeline::gate::check_range;
 use crate::pipeline::inputs::Inputs;
 use crate::pipeline::task::Task;
 use crate::progress::{Bar, say};

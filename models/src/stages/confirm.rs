@@ -6,7 +6,9 @@ use std::path::Path;
 use fem::{RunInput, RunRecord, gmsh, write_curve};
 
 use crate::case::Parameter;
+use crate::case_inputs::CaseInputs;
 use crate::error::InputError;
+use crate::forward::confirmation::ConfirmedQuantity;
 use crate::forward::fitted::read_experiments;
 use crate::fracture::column_means;
 use crate::pipeline::run_key::RunKey;
@@ -17,6 +19,7 @@ use crate::runs::map_fields::write_fields;
 use crate::runs::mesh_error::mesh_errors;
 use crate::runs::run_source::RequestedRuns;
 use crate::runs::run_sources::source_of;
+use crate::runs::simulation_key::key_of_simulations;
 use crate::simulation::run_values::quantities;
 use crate::simulation::simulator::Simulator;
 use crate::table::CsvTable;
@@ -41,7 +44,7 @@ pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let named = NamedRuns {
         folder: "confirm",
         label: LABEL,
-        key: &RunKey::of_simulations(inputs, &KEYS_OF_POINTS, &files),
+        key: &key_of_simulations(inputs, &KEYS_OF_POINTS, &files),
         names: &names,
         runs: &runs,
         wait: true,
@@ -114,7 +117,7 @@ fn write_runs(
     names: &[String],
     records: &[RunRecord],
 ) -> Result<Vec<f64>, WorkflowError> {
-    let qoi = task.inputs.qoi();
+    let qoi = &task.inputs.qoi();
     let mut rows = Vec::new();
     for (i, record) in records.iter().enumerate() {
         let label = if i == 0 { "map".to_owned() } else { format!("draw-{i}") };
@@ -157,14 +160,15 @@ fn write_misfits(
     let errors: Vec<f64> =
         map.iter().zip(&experiments).map(|(map, mean)| 100.0 * (map / mean - 1.0).abs()).collect();
     let worst = errors.iter().copied().fold(0.0, f64::max);
-    let rows = columns.iter().enumerate().map(|(m, column)| {
-        let percentages = [experiments[m], map[m], errors[m]].map(|x| x.to_string());
-        let mesh = mesh_errors.map_or_else(String::new, |errors| errors[m].to_string());
-        [column.clone()].into_iter().chain(percentages).chain([mesh]).collect::<Vec<_>>()
-    });
-    let header =
-        ["qoi", "experiment_mean", "map_simulation", "percent_error", "mesh_error_percent"];
-    task.write_csv("confirm.csv", header, rows.collect::<Vec<_>>())?;
+    let quantity = |(m, column): (usize, String)| ConfirmedQuantity {
+        column,
+        experiment_mean: experiments[m],
+        map_simulation: map[m],
+        percent_error: errors[m],
+        mesh_error_percent: mesh_errors.map(|errors| errors[m]),
+    };
+    let quantities: Vec<_> = columns.into_iter().enumerate().map(quantity).collect();
+    ConfirmedQuantity::write(task, &quantities)?;
     Ok(format!("the simulation at the mode is within {worst:.2} % of the experimental means"))
 }
 
@@ -177,7 +181,7 @@ fn baseline(task: &Task<'_>) -> Result<(), WorkflowError> {
     let named = NamedRuns {
         folder: "confirm/baseline",
         label: "run of the case without calibration",
-        key: &RunKey::of_simulations(inputs, &[], &["mesh.msh"]),
+        key: &key_of_simulations(inputs, &[], &["mesh.msh"]),
         names: &[],
         runs: &[run],
         wait: true,

@@ -75,14 +75,14 @@ pub use crate::check::case_check::CaseCheck;
 pub use crate::check::expected_cost::ExpectedCost;
 pub use crate::forward::laboratories::{SimulatedLaboratories, simulate_laboratories};
 pub(crate) use crate::pipeline::neighbours::Together;
-pub use crate::pipeline::stage::Stage;
+pub use crate::pipeline::stage::{Reads, Stage};
 pub(crate) use crate::results_folder::cores::Cores;
 pub use crate::results_folder::error::{InputInPlace, WorkflowError};
 pub use crate::results_folder::product_folder::FolderAccess;
 pub(crate) use crate::results_folder::product_folder::{ProductFolder, create_file};
 pub(crate) use crate::stages::table::FORMER_NAMES;
-pub use crate::stages::table::STAGES;
 use crate::stages::table::stages_of;
+pub use crate::stages::table::{JOINT_STAGES, STAGES};
 pub(crate) use copies::missing_case;
 pub use detach::detach;
 pub use joint_workflow::JointWorkflow;
@@ -93,10 +93,10 @@ pub use surfaces::SurfaceOptions;
 
 use crate::case::CaseFile;
 use crate::experiments::validation_folders::{PREPARATION, VALIDATE, folder_of, held_out_cases};
-use crate::pipeline::adoption::adopt_products;
-use crate::pipeline::freshness::{Freshness, Records, STAGES_FILE, finished_in};
+use crate::pipeline::freshness::Freshness;
 use crate::pipeline::inputs::Inputs;
 use crate::pipeline::neighbours::Neighbours;
+use crate::pipeline::stages_file::{Records, STAGES_FILE, check_format, finished_in, to_text};
 use crate::pipeline::task::{StageRecord, Task};
 use crate::progress::{say, speaking_for};
 use crate::report::Results;
@@ -171,6 +171,7 @@ impl<'a> Workflow<'a> {
         interrupt: &'a AtomicBool,
         access: &FolderAccess,
     ) -> Result<Self, WorkflowError> {
+        check_format(dir)?;
         check_inputs(source, dir)?;
         let mut copies = Copies::of(source, dir)?;
         let folder = ProductFolder::new(dir, &access.replace);
@@ -182,7 +183,6 @@ impl<'a> Workflow<'a> {
             copies.check_owner(source, dir)?;
         }
         std::fs::create_dir_all(dir).map_err(|e| WorkflowError::results(dir, e))?;
-        adopt_products(&folder, dir)?;
         folder.claim(STAGES_FILE, "run")?;
         copies.write(source, dir, &folder)?;
         // with several tests, the folder of each test has its validations
@@ -378,8 +378,7 @@ impl<'a> Workflow<'a> {
         let _lock = lock(&self.dir, "stages", stage.name, self.interrupt)?;
         let mut finished = self.finished();
         finished.insert(stage.name.to_owned(), record);
-        let text = toml::to_string(&finished).expect("names and fingerprints are plain text");
-        self.folder.write(STAGES_FILE, stage.name, text.as_bytes()).map(drop)
+        self.folder.write(STAGES_FILE, stage.name, to_text(finished).as_bytes()).map(drop)
     }
 
     /// Returns the reason, as text, why a stage has to be run; `None` if the stage is finished and its inputs and

@@ -5,3 +5,4 @@ mod documents;
 mod exceptions;
 mod imports;
 mod layers;
+mod pipeline;

@@ -1,7 +1,7 @@
 //! Joint calibration of several tests of one material. Each test has its own forward model, specimens and errors.
 //!
 //! 1. `correlation`: correlation matrices of different sizes in one model
-//! 2. `prepared`: the tests, and the parameters of the joint model
+//! 2. `scope`, `prepared`: the tests, and the parameters of the joint model
 //! 3. `model`: the joint model
 //! 4. `draws`: draws of the joint posterior for each test
 //! 5. `new_test`: draws for a test that was not calibrated
@@ -11,6 +11,7 @@ mod draws;
 mod model;
 mod new_test;
 mod prepared;
+mod scope;
 #[cfg(test)]
 mod tests;
 
@@ -28,6 +29,7 @@ pub use draws::{TestDraws, calibration_of_draws};
 pub use model::calibration_over_tests;
 use prepared::PreparedTest;
 pub use prepared::{BetweenTests, JointTest, JointTests, TrendOverTests};
+pub use scope::{Scope, ScopedParameter};
 
 /// Posterior and mode of a joint calibration.
 #[derive(Clone, Debug)]
@@ -37,6 +39,8 @@ pub struct JointCalibration {
     /// Names of the parameters: the name of the surrogate's input, followed by the name of the test in parentheses for
     /// a parameter of one test.
     pub names: Vec<String>,
+    /// Paths and tests of the parameters, in the order of `names`.
+    pub parameters: Vec<ScopedParameter>,
     /// Priors of the parameters, in the order of `names`.
     pub priors: Vec<Prior>,
     /// Joint mode of the parameters over the constrained values (no Jacobian), in the order of `names`.
@@ -108,6 +112,7 @@ pub fn calibrate_tests(
         variances_between,
         tests: draws,
         names: prepared.names.clone(),
+        parameters: prepared.parameters.clone(),
         priors: prepared.priors.clone(),
         model: prepared,
     })

@@ -7,6 +7,7 @@ use serde::Serialize;
 use surrogate::{DynPce, Input};
 
 use super::correlation;
+use super::scope::{Scope, ScopedParameter};
 use crate::fracture::within_box::{deviated, exponential_within};
 use crate::fracture::{
     CalibrationError, Evidence, Specimens, relative_to_means, short_name, unknown_inputs,
@@ -83,11 +84,12 @@ impl TrendOverTests {
         (scale(value) - low) / (high - low)
     }
 
-    /// Names of the parameters at the ends of the trend.
-    fn names(&self, parameter: &str) -> [String; 2] {
+    /// Parameters at the ends of the trend.
+    fn parameters_at_ends(&self, path: &str) -> [ScopedParameter; 2] {
         self.ends().map(|end| {
             let digits = format!("{end:.3e}").parse().unwrap_or(end);
-            format!("{parameter} (at {digits} {})", self.unit)
+            let scope = Scope::TrendEnd(format!("at {digits} {}", self.unit));
+            ScopedParameter { path: path.to_owned(), scope }
         })
     }
 
@@ -134,6 +136,8 @@ pub struct JointTests {
     /// Names of the parameters of the joint model: the name of the surrogate's input, followed by the name of the test
     /// in parentheses for a parameter of one test.
     pub(super) names: Vec<String>,
+    /// Paths and tests of the parameters, in the order of `names`.
+    pub(super) parameters: Vec<ScopedParameter>,
     /// Priors of the parameters.
     pub(super) priors: Vec<Prior>,
     /// Parameters that vary between tests.
@@ -190,6 +194,7 @@ impl JointTests {
         });
         let mut joint = Self {
             names: Vec::new(),
+            parameters: Vec::new(),
             priors: Vec::new(),
             varying: Vec::new(),
             trends: trends.collect(),
@@ -295,20 +300,21 @@ impl JointTests {
     ) -> Result<InputValue, CalibrationError> {
         let relation = between.get(&input.name);
         let is_own = test.own.contains(&input.name) || relation == Some(&BetweenTests::Own);
+        let scoped = |scope| ScopedParameter { path: input.name.clone(), scope };
         if is_own {
-            let name = format!("{} ({})", input.name, test.name);
-            return Ok(InputValue::Parameter(self.parameter(test, name, prior)?));
+            let parameter = scoped(Scope::Test(test.name.clone()));
+            return Ok(InputValue::Parameter(self.parameter(test, parameter, prior)?));
         }
         match relation {
             Some(BetweenTests::Trend(trend)) => {
-                let [low, high] = trend.names(&input.name);
+                let [low, high] = trend.parameters_at_ends(&input.name);
                 let low = self.parameter(test, low, prior)?;
                 let high = self.parameter(test, high, prior)?;
                 // `problem` refuses a test without a value
                 let value = trend.at.get(&test.name).copied().unwrap_or(f64::NAN);
                 Ok(InputValue::Trend([low, high], trend.position(value)))
             }
-            _ => Ok(InputValue::Parameter(self.parameter(test, input.name.clone(), prior)?)),
+            _ => Ok(InputValue::Parameter(self.parameter(test, scoped(Scope::Shared), prior)?)),
         }
     }
 
@@ -316,9 +322,10 @@ impl JointTests {
     fn parameter(
         &mut self,
         test: &JointTest,
-        name: String,
+        parameter: ScopedParameter,
         prior: &Prior,
     ) -> Result<usize, CalibrationError> {
+        let name = parameter.to_string();
         if let Some(index) = self.names.iter().position(|other| *other == name) {
             return match self.priors[index] == *prior {
                 true => Ok(index),
@@ -331,6 +338,7 @@ impl JointTests {
             };
         }
         self.names.push(name);
+        self.parameters.push(parameter);
         self.priors.push(*prior);
         Ok(self.names.len() - 1)
     }

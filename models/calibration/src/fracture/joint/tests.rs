@@ -104,6 +104,11 @@ fn tests_that_share_nothing_do_not_inform_each_other() {
     check::gradient(&calibration_over_tests(&JointTests::new(&tests, &own).unwrap()), 3);
     let joint = calibrate_tests(&tests, &own, &sampler(6), 0, 6).unwrap();
     assert_eq!(joint.names, ["matrix.young_mpa (two)", "matrix.young_mpa (one)"]);
+    let scope = |test: &str| Scope::Test(test.to_owned());
+    assert_eq!(
+        joint.parameters[0],
+        ScopedParameter { path: YOUNG.to_owned(), scope: scope("two") }
+    );
     let one = &tests[1];
     let one = calibrate(&one.forward, &one.priors, &one.evidence, &sampler(7), 7).unwrap();
     let (joint, theta) = (&joint.posterior, "theta[matrix.young_mpa]");
@@ -219,6 +224,7 @@ fn a_trend_is_that_of_quadrature() {
     check::gradient(&calibration_over_tests(&JointTests::new(&tests, &between).unwrap()), 3);
     let joint = calibrate_tests(&tests, &between, &sampler(8), 0, 8).unwrap();
     assert_eq!(joint.names, ["matrix.young_mpa (at 20 °C)", "matrix.young_mpa (at 60 °C)"]);
+    assert_eq!(joint.parameters[1].scope, Scope::TrendEnd("at 60 °C".to_owned()));
     let tables = Tables::of(&tests);
     let mut found: [Moments; 2] = Default::default();
     for cold in midpoints(200.0, 400.0, 160) {

@@ -2,13 +2,18 @@
 
 use surrogate::Dataset;
 
-use super::inputs::Inputs;
-use super::task::Task;
 use crate::error::InputError;
 use crate::fracture::column_means;
+use crate::pipeline::inputs::Inputs;
+use crate::pipeline::task::Task;
 use crate::qoi::{Quantity, Unit};
 use crate::results_folder::error::WorkflowError;
 use crate::results_folder::files::SPECIMENS;
+use crate::table::CsvTable;
+
+/// Table of the measured means and the ranges of the ensemble.
+const FILE: &str = "range.csv";
+const INSIDE: &str = "inside";
 
 /// Stops a calibration if the mean of a quantity over the specimens is outside the range of the ensemble.
 ///
@@ -26,7 +31,7 @@ pub(crate) fn check_range(
         let [low, high] = range.reached.map(|x| x.to_string());
         [range.name.clone(), range.value.to_string(), low, high, range.is_inside().to_string()]
     });
-    task.write_csv("range.csv", ["qoi", "experiment_mean", "low", "high", "inside"], rows)?;
+    task.write_csv(FILE, ["qoi", "experiment_mean", "low", "high", INSIDE], rows)?;
     if !task.accept_out_of_range {
         refuse_outside(&ranges, &task.inputs, specimens.len())?;
     }
@@ -34,6 +39,16 @@ pub(crate) fn check_range(
     let mut outside: Vec<&Range> = outside.collect();
     outside.sort_by_key(|range| range.rank());
     Ok(outside.iter().map(|range| format!("Data out of range: {}", range.warning())).collect())
+}
+
+/// Whether the calibration was made with data outside the range of the simulations.
+///
+/// # Errors
+/// Fails if the table of [`check_range`] is missing.
+pub(crate) fn is_out_of_range(inputs: &Inputs<'_>) -> Result<bool, WorkflowError> {
+    let path = inputs.file(FILE)?;
+    let table = CsvTable::read(&path, &[INSIDE])?;
+    Ok(table.rows().any(|row| row.text(INSIDE) != "true"))
 }
 
 /// Stops a joint calibration if the mean of a quantity over the specimens of a test is outside the range of the runs
