@@ -61,12 +61,12 @@ pub enum SurrogateError {
         expected: &'static str,
     },
     /// A declared column is absent.
-    #[error("column `{column}` is missing; the header has: {found}")]
+    #[error("column `{column}` is missing; the header has: {columns}")]
     MissingColumn {
         /// Name of the declared column.
         column: String,
         /// Names of the columns in the header.
-        found: String,
+        columns: String,
     },
     /// The columns of derivatives are incomplete.
     #[error(
@@ -115,12 +115,12 @@ pub enum SurrogateError {
         value: f64,
     },
     /// A name is neither the name of an input nor of an output.
-    #[error("`{name}` is neither an input nor an output; the inputs and outputs are: {known}")]
+    #[error("`{name}` is neither an input nor an output; the inputs and outputs are: {names}")]
     UnknownName {
         /// The unknown name.
         name: String,
         /// The names of all inputs and outputs.
-        known: String,
+        names: String,
     },
     /// A number of items, such as inputs, outputs or cells, differs from the expected number.
     #[error("expected {expected} {what}, found {found}")]

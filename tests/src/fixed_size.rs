@@ -1,5 +1,6 @@
-//! The paper's calibration with all sizes known at compile time: the reference for the speed and the density of
-//! `models::calibration_on`, whose sizes come from data.
+//! The paper's calibration with all sizes known at compile time. Only comparisons of this model with
+//! `models::calibration_on`, whose sizes come from data, use it: of the density in `calibration_instance.rs`, of the speed
+//! in `benches/sampling.rs`.
 
 use models::Prior;
 use ppl::prelude::*;

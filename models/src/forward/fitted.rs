@@ -163,14 +163,14 @@ pub(crate) fn options_on(
 /// Separates the error of a fit into scatter within and between specimens; `None` unless runs share specimens.
 ///
 /// # Errors
-/// The errors of [`GroupedRuns::of`].
+/// The errors of [`GroupedRuns::estimate`].
 pub(crate) fn of_specimens_of_runs(
     fit: &PceFit,
     runs: &Dataset,
     made_on: &MadeOn,
 ) -> Result<Option<GroupedRuns>, SurrogateError> {
     match made_on {
-        MadeOn::Several(groups) => GroupedRuns::of(fit, runs, groups).map(Some),
+        MadeOn::Several(groups) => GroupedRuns::estimate(fit, runs, groups).map(Some),
         _ => Ok(None),
     }
 }

@@ -50,7 +50,8 @@ pub(crate) trait RunSource: Sync {
         Vec::new()
     }
 
-    /// Reads the keys of the case on which the results depend, but not the identity of the runs.
+    /// Reads the keys of the case that change the results of the stage and do not enter the key of a run, so that the keys
+    /// are recorded as inputs of the stage.
     fn read_rest(&self, inputs: &Inputs<'_>) {
         let _ = inputs;
     }

@@ -163,7 +163,7 @@ pub(crate) fn write_summary<'n>(
 ) -> Result<Vec<String>, WorkflowError> {
     for row in &mut summary.rows {
         row.name = parameter_name(&row.name);
-        row.place.clone_from(&row.name);
+        row.indexed_name.clone_from(&row.name);
     }
     summary.warnings.retain(|warning| warning.kind != WarningKind::NoData);
     task.product("summary.csv", |path| {

@@ -35,7 +35,7 @@ pub enum DeviceChoice {
     Cpu,
     /// An NVIDIA card
     Cuda,
-    /// The processor with the kernels of a graphics card, compiled by the C compiler; for tests
+    /// The processor, which runs the code written for graphics cards; needs a C compiler; for tests
     Host,
 }
 

@@ -274,8 +274,8 @@ pub(super) fn cx() -> Ident {
 }
 
 /// Returns the identifier `cx` with the source location of `place`, where the compiler reports errors.
-fn cx_at(place: Span) -> Ident {
-    Ident::new("cx", Span::mixed_site().located_at(place))
+fn cx_at(span: Span) -> Ident {
+    Ident::new("cx", Span::mixed_site().located_at(span))
 }
 
 /// Returns the name of the variable that sums the log density terms of an observation over the iterations of a loop.

@@ -1,6 +1,7 @@
 //! Univariate distributions: values without derivatives.
 
 use rand::Rng;
+use rand::distr::Open01;
 
 use super::family::Family;
 use super::interval::Interval;
@@ -15,9 +16,10 @@ pub trait Univariate: Family {
     /// [`DomainError`] with distribution, parameter, requirement and value.
     fn validate(&self) -> Result<(), DomainError>;
 
-    /// Draws exactly from the distribution. The default is the quantile of a uniform number.
+    /// Draws exactly from the distribution. The default is the quantile of a uniform number from the open interval
+    /// (0, 1), because a quantile at 0 or 1 can be infinite.
     fn sample<G: Rng + ?Sized>(&self, rng: &mut G) -> f64 {
-        self.quantile(rng.random())
+        self.quantile(rng.sample(Open01))
     }
 
     /// Mean; NaN or infinite if the mean does not exist. The default integrates the distribution functions; override

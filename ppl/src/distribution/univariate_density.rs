@@ -10,7 +10,7 @@ use crate::transform::Support;
 /// Density of a [`Univariate`] distribution over any [`Scalar`] type.
 ///
 /// If a type implements this trait and [`univariate!`](crate::univariate) is called for the type, it can be used in
-/// models with all variations of [`Family`](crate::Family).
+/// models with all methods of [`Variations`](crate::Variations).
 ///
 /// # Example
 /// ```
@@ -26,9 +26,6 @@ use crate::transform::Support;
 /// impl<M: Parameter> Univariate for Secant<M> {
 ///     fn validate(&self) -> Result<(), DomainError> {
 ///         DomainError::require_finite("Secant", "mean", self.0.number())
-///     }
-///     fn sample<G: ppl::rand::Rng + ?Sized>(&self, rng: &mut G) -> f64 {
-///         self.quantile(rng.random())
 ///     }
 ///     fn mean(&self) -> f64 {
 ///         self.0.number()
@@ -75,14 +72,15 @@ pub trait UnivariateDensity<R: Scalar>: Univariate {
     /// Support of the density.
     fn support(&self) -> Support<R>;
 
-    /// Adds the log density at `x` inside the support, with its exact partial derivatives with respect to x and the
-    /// parameters.
+    /// Adds the log density at `x` inside the support: by [`add`](Accumulator::add) with its exact partial derivatives
+    /// with respect to x and the parameters, or by [`add_number`](Accumulator::add_number), which derives them from a log
+    /// density that is computed with the scalar type.
     fn add_ln_pdf(&self, x: R, terms: &mut impl Accumulator<R>);
 
     /// Log density at `x` inside the support.
     #[inline(always)]
     fn ln_pdf(&self, x: R) -> R {
-        Joined::of(|terms| self.add_ln_pdf(x, terms))
+        Joined::sum_of(|terms| self.add_ln_pdf(x, terms))
     }
 
     /// See [`Distribution::HAS_STATISTICS`](super::Distribution::HAS_STATISTICS).
@@ -133,7 +131,7 @@ pub trait UnivariateDensity<R: Scalar>: Univariate {
     #[doc(hidden)]
     fn ln_mass_by_quadrature(&self, lower: f64, upper: f64) -> R {
         let at_coordinate = |y| {
-            Joined::of(|terms| {
+            Joined::sum_of(|terms| {
                 self.at_coordinate(y, terms);
             })
         };

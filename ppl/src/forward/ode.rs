@@ -76,8 +76,8 @@ impl<F, const N: usize> OdeSolution<F, N> {
     /// States at every output time. In a model, each state is one operation on the tape.
     ///
     /// # Errors
-    /// [`DomainError`] if an output time precedes the start or the output time before it, or if the steps become too
-    /// small or too many.
+    /// [`DomainError`] if the start or an initial state is not finite, if an output time precedes the start or the output
+    /// time before it, or if the steps become too small or too many.
     pub fn states<S: Scalar, const D: usize>(
         &self,
         theta: [S; D],
@@ -108,7 +108,12 @@ impl<F, const N: usize> OdeSolution<F, N> {
     {
         let rate = |t: f64, y: &[S; N]| self.system.rate(t, y, &theta);
         let mut t = self.start;
+        DomainError::require_finite("OdeSolution", "start", t)?;
         let mut y = self.system.initial(&theta);
+        for (i, state) in y.iter().enumerate() {
+            let name = format_args!("initial state {i}");
+            DomainError::require_finite("OdeSolution", name, state.value())?;
+        }
         let mut first = rate(t, &y);
         let mut step = self.first_step(&y, &first, |y| rate(t, y));
         let mut steps = 0;
@@ -359,6 +364,28 @@ mod tests {
         let solution = OdeSolution::new(Fading, 0.4, &[2.0], [1e-8; 2]);
         let error = solution.states([1.5, f64::NAN]).expect_err("NaN").to_string();
         assert!(error.contains("smallest step"), "{error}");
+    }
+
+    /// A start that is not finite is an error for every list of output times: no comparison with NaN is true.
+    #[test]
+    fn a_start_that_is_not_finite_is_an_error() {
+        for start in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            for times in [&[][..], &[1.0, 2.0], &[f64::INFINITY]] {
+                let solution = OdeSolution::new(Fading, start, times, [1e-8; 2]);
+                let error = solution.states([1.5, 0.8]).expect_err("no start").to_string();
+                assert!(error.contains("start must be finite"), "{error}");
+            }
+        }
+    }
+
+    /// An initial state that is not finite is an error also at an output time equal to the start, which needs no step.
+    #[test]
+    fn an_initial_state_that_is_not_finite_is_an_error() {
+        for state in [f64::NAN, f64::INFINITY] {
+            let solution = OdeSolution::new(Fading, 0.4, &[0.4], [1e-8; 2]);
+            let error = solution.states([state, 0.8]).expect_err("no state").to_string();
+            assert!(error.contains("initial state 0 must be finite"), "{error}");
+        }
     }
 
     #[test]

@@ -88,7 +88,8 @@ impl Layout {
         let names =
             || self.variables.iter().map(|v| v.name.as_str()).collect::<Vec<_>>().join(", ");
         let matching = self.variables.iter().find(|v| v.name == name);
-        matching.ok_or_else(|| LabelError::NoQuantity { name: name.to_owned(), known: names() })
+        matching
+            .ok_or_else(|| LabelError::NoQuantity { name: name.to_owned(), quantities: names() })
     }
 }
 
@@ -96,12 +97,12 @@ impl Layout {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LabelError {
     /// The model has no quantity with this name.
-    #[error("the model has no quantity `{name}`; it has {known}")]
+    #[error("the model has no quantity `{name}`; it has {quantities}")]
     NoQuantity {
         /// Requested name.
         name: String,
         /// Names of the existing quantities.
-        known: String,
+        quantities: String,
     },
     /// The requested dimension does not exist: the quantity has fewer dimensions.
     #[error(

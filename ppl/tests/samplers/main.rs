@@ -13,3 +13,4 @@ mod resume;
 mod starts;
 mod targets;
 mod tuning;
+mod units;

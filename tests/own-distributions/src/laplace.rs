@@ -2,6 +2,7 @@
 
 use ppl::prelude::*;
 use ppl::rand::Rng;
+use ppl::rand::distr::Open01;
 use ppl::transform::Support;
 use ppl::{Datum, DomainError};
 
@@ -29,7 +30,8 @@ where
     }
 
     fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> R {
-        let size: f64 = -self.1.number() * rng.random::<f64>().ln();
+        // `rng.random()` can be 0, whose logarithm is infinite
+        let size = -self.1.number() * rng.sample::<f64, _>(Open01).ln();
         R::from(self.0.number() + if rng.random() { size } else { -size })
     }
 

@@ -1,8 +1,7 @@
-//! Samplers that follow the gradient: trajectories, metrics, warmup, NUTS.
+//! Hamiltonian dynamics: metrics, trajectories, step size, warmup.
 
 pub(crate) mod dot;
 pub(crate) mod metric;
-pub(crate) mod nuts;
 pub(crate) mod step_size;
 pub(crate) mod system;
 pub(crate) mod trajectory;

@@ -1,8 +1,8 @@
 //! Moments and Sobol indices of an expansion: closed forms on linear scales, quadrature on logarithmic
 //! scales.
 
-use crate::dyn_pce::DynPce;
-use crate::quadrature::{MAX_POINTS, TensorGrid};
+use crate::expansion::dyn_pce::DynPce;
+use crate::expansion::quadrature::{MAX_POINTS, TensorGrid};
 
 /// Sobol indices: fractions of each output's variance that are due to inputs and pairs of inputs.
 ///

@@ -3,8 +3,8 @@
 use std::sync::atomic::AtomicBool;
 
 use crate::model::start::NamedValues;
-use crate::sampler::run::error::RunError;
-use crate::sampler::run::progress::Progress;
+use crate::sampler::control::error::RunError;
+use crate::sampler::control::progress::Progress;
 
 /// Starting points of the chains, in unconstrained space.
 #[derive(Clone, Debug)]

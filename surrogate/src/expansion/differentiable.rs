@@ -2,9 +2,9 @@
 
 use ppl::{Differentiable, DomainError, DynDifferentiable};
 
-use crate::dyn_pce::DynPce;
 use crate::error::SurrogateError;
-use crate::pce::Pce;
+use crate::expansion::dyn_pce::DynPce;
+use crate::expansion::pce::Pce;
 
 impl From<SurrogateError> for DomainError {
     fn from(error: SurrogateError) -> Self {

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::density::Location;
 use crate::model::start::StartKind;
-use crate::sampler::draws::encoding::{infinite, locations};
+use crate::sampler::reports::encoding::{infinite, locations};
 
 /// Statistics of one transition.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

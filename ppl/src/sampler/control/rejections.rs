@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::density::{Location, Rejection};
 use crate::model::erased::Evaluator;
-use crate::sampler::run::stop::StopReason;
+use crate::sampler::reports::stop::StopReason;
 
 /// Number of rejected points per location in the model.
 #[derive(Clone, Debug, Default)]

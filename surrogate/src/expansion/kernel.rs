@@ -1,6 +1,6 @@
 //! Evaluation of an expansion and its gradient without allocation.
 
-use crate::legendre::{MAX_ORDER, legendre, norm};
+use crate::basis::legendre::{MAX_ORDER, legendre, norm};
 
 /// Terms of an expansion, arranged for fast evaluation. The kernel uses coordinates t ∈ [−1, 1]^D and plain (not
 /// normalised) Legendre polynomials.

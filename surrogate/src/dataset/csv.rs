@@ -97,7 +97,7 @@ fn parse(text: &str) -> Located<Dataset> {
         let mut positions = header.iter().enumerate().filter(|(_, h)| *h == name).map(|(i, _)| i);
         let position = positions.next().ok_or_else(|| {
             let names = header.iter().collect::<Vec<_>>().join(", ");
-            (header_line, SurrogateError::MissingColumn { column: name.clone(), found: names })
+            (header_line, SurrogateError::MissingColumn { column: name.clone(), columns: names })
         })?;
         if positions.next().is_some() {
             return Err((header_line, SurrogateError::DuplicateName { name }));

@@ -7,10 +7,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::model::erased::ErasedDensity;
 use crate::model::start::prior_scales;
-use crate::sampler::draws::report::{InverseMassMatrix, WarmupReport};
+use crate::sampler::control::settings::Settings;
+use crate::sampler::control::stream::Stream;
 use crate::sampler::hamiltonian::warmup::{Moment, WindowSchedule, walk_windows};
-use crate::sampler::run::settings::Settings;
-use crate::sampler::run::stream::Stream;
+use crate::sampler::reports::report::{InverseMassMatrix, WarmupReport};
 
 /// Generator of random-walk proposals, with scratch memory.
 pub(crate) struct Proposal {

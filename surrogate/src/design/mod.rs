@@ -1,6 +1,8 @@
 //! Experimental designs, the points at which to run the computer model: random, stratified and
 //! low-discrepancy.
 
+mod sobol_sequence;
+
 use rand::seq::SliceRandom;
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -8,8 +10,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::dataset::Input;
+use crate::design::sobol_sequence::{MAX_DIMENSION, ScrambledSobol};
 use crate::error::SurrogateError;
-use crate::sobol_sequence::{MAX_DIMENSION, ScrambledSobol};
 
 /// A method that distributes `n` points over a box.
 ///

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::sampler::run::error::RunError;
+use crate::sampler::control::error::RunError;
 
 /// Settings of the screening by the cheap density.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -2,10 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::sampler::draws::report::InverseMassMatrix;
+use crate::sampler::adaptation::proposal::ProposalShape;
+use crate::sampler::adaptation::screening::Screening;
 use crate::sampler::hamiltonian::warmup::Warmup;
-use crate::sampler::walk::proposal::ProposalShape;
-use crate::sampler::walk::screening::Screening;
+use crate::sampler::reports::report::InverseMassMatrix;
 
 /// State of a chain except its position and its random stream.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use crate::sampler::draws::report::DrawStats;
+use crate::sampler::reports::report::DrawStats;
 
 /// Observer of running chains; the methods are called from the threads of the chains.
 ///

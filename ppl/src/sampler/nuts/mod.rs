@@ -3,16 +3,17 @@
 mod chain;
 
 use crate::model::erased::ErasedDensity;
+use crate::sampler::adaptation::tuning::Tuning;
+use crate::sampler::control::error::RunError;
+use crate::sampler::control::settings::Settings;
 use crate::sampler::draws::chains::{Chain, Chains};
-use crate::sampler::draws::report::WarmupReport;
 use crate::sampler::hamiltonian::metric::Metric;
 use crate::sampler::hamiltonian::trajectory::DEPTHS;
 use crate::sampler::hamiltonian::warmup::{Adaptation, Warmup};
-use crate::sampler::run::error::RunError;
+use crate::sampler::reports::report::WarmupReport;
+use crate::sampler::run::chains::ChainRunner;
 use crate::sampler::run::mcmc::{Mcmc, Method, OneDensity};
-use crate::sampler::run::resume::{another_sampler, misfit};
-use crate::sampler::run::settings::Settings;
-use crate::sampler::walk::tuning::Tuning;
+use crate::sampler::run::resume::{another_sampler, misfit, resume};
 use chain::NutsChain;
 
 /// The no-U-turn sampler: Hamiltonian Monte Carlo that chooses the length of each trajectory automatically.
@@ -142,7 +143,7 @@ impl Method for NoUTurn {
     ) -> Result<Chains, RunError> {
         self.check()?;
         let dim = density.dim();
-        let chains = settings.execute(density, || {
+        let chains = ChainRunner { settings }.execute(density, || {
             let warmup = Warmup::new(self.adaptation, dim, settings.warmup, self.target_accept);
             NutsChain::new(density, self.max_depth, warmup, None)
         })?;
@@ -156,7 +157,7 @@ impl Method for NoUTurn {
         earlier: Chains,
     ) -> Result<Chains, RunError> {
         let max_depth = earlier.max_depth.ok_or_else(another_sampler)?;
-        settings.resume(density.dim(), earlier, |chain| as_tuned(density, max_depth, chain))
+        resume(settings, density.dim(), earlier, |chain| as_tuned(density, max_depth, chain))
     }
 }
 

@@ -5,11 +5,11 @@ use std::path::Path;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use crate::basis::scale::Scale;
 use crate::dataset::Input;
-use crate::dyn_pce::DynPce;
 use crate::error::SurrogateError;
-use crate::pce::Pce;
-use crate::scale::Scale;
+use crate::expansion::dyn_pce::DynPce;
+use crate::expansion::pce::Pce;
 
 /// The stored form of a surrogate. Every term has its multi-index, so that the order of the terms does not
 /// matter.
@@ -98,7 +98,7 @@ impl DynPce {
         if let Some(name) = names.iter().find(|name| !columns.contains(name)) {
             let known_names =
                 columns.into_iter().map(String::as_str).collect::<Vec<_>>().join(", ");
-            return Err(SurrogateError::UnknownName { name: name.clone(), known: known_names });
+            return Err(SurrogateError::UnknownName { name: name.clone(), names: known_names });
         }
         let scale = |name| if names.contains(name) { Scale::Log } else { Scale::Linear };
         let inputs: Vec<Scale> = self.inputs().iter().map(|i| scale(&i.name)).collect();

@@ -3,11 +3,11 @@
 use std::borrow::Borrow;
 use std::ops::Deref;
 
+use crate::basis::scale::{Axis, Scale};
 use crate::dataset::{Input, check_count};
-use crate::dyn_pce::{BoxPosition, DynPce};
 use crate::error::SurrogateError;
-use crate::kernel::PceKernel;
-use crate::scale::{Axis, Scale};
+use crate::expansion::dyn_pce::{BoxPosition, DynPce};
+use crate::expansion::kernel::PceKernel;
 
 /// A polynomial chaos expansion of `M` outputs in `D` inputs on a box: a [`DynPce`] with evaluation that does
 /// not allocate.

@@ -1,6 +1,6 @@
 //! Numerical integrals over the box, for expansions on logarithmic scales, which have no closed form.
 
-use crate::dyn_pce::DynPce;
+use crate::expansion::dyn_pce::DynPce;
 
 /// Largest number of points of a grid.
 pub(crate) const MAX_POINTS: usize = 1 << 20;

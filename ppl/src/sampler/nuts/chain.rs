@@ -3,16 +3,16 @@
 use crate::density::{Location, Rejection};
 use crate::model::erased::ErasedDensity;
 use crate::optimize::approach;
-use crate::sampler::draws::report::{DrawStats, WarmupReport};
+use crate::sampler::adaptation::tuning::Tuning;
+use crate::sampler::control::rejections::Rejections;
+use crate::sampler::control::stream::Stream;
 use crate::sampler::hamiltonian::metric::Metric;
 use crate::sampler::hamiltonian::system::{Hamiltonian, Position};
 use crate::sampler::hamiltonian::trajectory::Trajectory;
 use crate::sampler::hamiltonian::warmup::{Advice, Warmup};
+use crate::sampler::reports::report::{DrawStats, WarmupReport};
+use crate::sampler::reports::stop::StopReason;
 use crate::sampler::run::chains::MarkovChain;
-use crate::sampler::run::rejections::Rejections;
-use crate::sampler::run::stop::StopReason;
-use crate::sampler::run::stream::Stream;
-use crate::sampler::walk::tuning::Tuning;
 
 /// Location reported for a starting point whose density is finite but whose gradient is not.
 const GRADIENT: Location = Location { statement: "gradient of the log density", file: "", line: 0 };

@@ -1,5 +1,7 @@
 //! Runs of a computer model: bounded inputs, outputs and provenance.
 
+mod csv;
+
 use std::collections::BTreeSet;
 
 use serde::{Deserialize, Serialize};

@@ -1,10 +1,10 @@
 //! The polynomial chaos expansion with sizes known at run time: terms, check of the box, evaluation.
 
+use crate::basis::legendre::{MAX_ORDER, legendre, norm};
+use crate::basis::multi_index::graded;
+use crate::basis::scale::{Axis, Scale};
 use crate::dataset::{Input, check_count, check_distinct, check_name};
 use crate::error::SurrogateError;
-use crate::legendre::{MAX_ORDER, legendre, norm};
-use crate::multi_index::graded;
-use crate::scale::{Axis, Scale};
 
 /// A polynomial chaos expansion of `m` outputs in `d` inputs on a box.
 ///
