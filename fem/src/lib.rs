@@ -135,7 +135,7 @@ pub use material::{
     PlasticRate, Plasticity, Principal, PrincipalStrain, PronyModuli, PronyTerm, Response,
     SaintVenantKirchhoff, Scalar, Split, Strains, Strength, StrengthContext, TimeShift,
     UserConstitutiveLaw, UserDegradation, UserLaw, UserSplit, Viscoelasticity, YieldCriterion,
-    assert_material,
+    assert_energy_balance, assert_material, assert_step_independence,
 };
 pub use operator::CellStress;
 pub use parallel::{Communicator, RankLost, Ranks};
