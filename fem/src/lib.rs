@@ -96,6 +96,7 @@ mod problem;
 mod solve;
 
 #[doc = include_str!("equations.md")]
+#[doc = include_str!("equations_inelastic.md")]
 pub mod equations {}
 
 pub use boundary::{Axis, Conditions, ContactPoint, NodeSet, Platen};

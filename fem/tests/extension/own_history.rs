@@ -1,8 +1,8 @@
 //! Assertions on the history of user-defined laws: a correct law passes, and laws with deliberate faults fail.
 
 use fem::{
-    ConstitutiveLaw, ElasticResponse, Material, Principal, Response, Scalar,
-    assert_energy_balance, assert_material, assert_step_independence,
+    ConstitutiveLaw, ElasticResponse, Material, Principal, Response, Scalar, assert_energy_balance,
+    assert_material, assert_step_independence,
 };
 
 /// Fault of a law.

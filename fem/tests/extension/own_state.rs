@@ -69,7 +69,8 @@ impl ConstitutiveLaw for Maxwell {
     }
 }
 
-pub(super) const BODY: Maxwell = Maxwell { bulk_mpa: 180.0, shear_mpa: 110.0, fraction: 0.4, time_s: 0.2 };
+pub(super) const BODY: Maxwell =
+    Maxwell { bulk_mpa: 180.0, shear_mpa: 110.0, fraction: 0.4, time_s: 0.2 };
 
 /// Returns the diagonal of τ, MPa, after each increment. The increments have the duration `dt` and these axial logarithmic
 /// strains; the lateral strains are zero.

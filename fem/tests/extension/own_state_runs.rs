@@ -84,8 +84,7 @@ fn the_state_evolves_in_curved_elements() {
     let lattice = CylinderLattice { radius_mm: 1.0, height_mm: 1.0, spacing_mm: 0.5 };
     let mesh = lattice.build_with(Wall::Curved).expect("a lattice");
     assert!(!mesh.edge_points.is_empty(), "the wall is curved");
-    let problem =
-        held_everywhere(mesh, &["bottom", "top", "side"], LinearScheme::Auto, None);
+    let problem = held_everywhere(mesh, &["bottom", "top", "side"], LinearScheme::Auto, None);
     let outcome = problem.run(&mut ());
     // curved edges are parabolas: the area of the top differs from that of a circle
     let area_mm2 = outcome.curve[0].force_n * HELD.exp() / relaxed_stress(outcome.curve[0].time_s);

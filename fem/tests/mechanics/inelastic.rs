@@ -2,7 +2,8 @@
 
 use fem::{
     Axis, Block, Conditions, End, EnergySet, Fracture, Hardening, Irreversibility, LinearScheme,
-    Material, Order, Outcome, PhaseField, Plasticity, Problem, PronyTerm, Schedule, SolverOptions, Split, Viscoelasticity, YieldCriterion,
+    Material, Order, Outcome, PhaseField, Plasticity, Problem, PronyTerm, Schedule, SolverOptions,
+    Split, Viscoelasticity, YieldCriterion,
 };
 
 use super::support::{grain, phase_field};

@@ -184,13 +184,43 @@ fn materials_that_are_not_defined_in_mixtures_are_refused_by_name() {
     let kept = PhaseField { degrade: fem::EnergySet::default(), ..PhaseField::new(0.06) };
     let standard = PhaseField::new(0.06);
     let cases: [(Material, Material, PhaseField, &[&str]); 7] = [
-        (matrix.clone().with_plasticity(plastic), grain.clone(), standard, &["material.matrix", "J2 plasticity", "`plastic`"]),
-        (matrix.clone().with_plasticity(frictional), grain.clone(), standard, &["material.matrix", "Drucker-Prager", "`plastic`"]),
-        (matrix.clone().with_viscoelasticity(bulk), grain.clone(), standard, &["material.matrix", "`viscoelastic.bulk`"]),
-        (matrix.clone().with_viscoelasticity(series.clone()), grain.clone(), kept, &["material.matrix", "`viscoelastic`", "phase_field.degrade"]),
-        (matrix.clone(), grain.clone().with_viscoelasticity(series), standard, &["material.grain", "`viscoelastic`", "grain of a mixture"]),
+        (
+            matrix.clone().with_plasticity(plastic),
+            grain.clone(),
+            standard,
+            &["material.matrix", "J2 plasticity", "`plastic`"],
+        ),
+        (
+            matrix.clone().with_plasticity(frictional),
+            grain.clone(),
+            standard,
+            &["material.matrix", "Drucker-Prager", "`plastic`"],
+        ),
+        (
+            matrix.clone().with_viscoelasticity(bulk),
+            grain.clone(),
+            standard,
+            &["material.matrix", "`viscoelastic.bulk`"],
+        ),
+        (
+            matrix.clone().with_viscoelasticity(series.clone()),
+            grain.clone(),
+            kept,
+            &["material.matrix", "`viscoelastic`", "phase_field.degrade"],
+        ),
+        (
+            matrix.clone(),
+            grain.clone().with_viscoelasticity(series),
+            standard,
+            &["material.grain", "`viscoelastic`", "grain of a mixture"],
+        ),
         (matrix.clone(), rubber, standard, &["material.grain", "MooneyRivlin", "hencky"]),
-        (Material::neo_hookean(275.0, 0.25), grain, standard, &["material.matrix", "neo-hookean", "hencky"]),
+        (
+            Material::neo_hookean(275.0, 0.25),
+            grain,
+            standard,
+            &["material.matrix", "neo-hookean", "hencky"],
+        ),
     ];
     for (matrix, grain, field, fragments) in cases {
         let refused = confined(mixed(0.4), Order::Linear, [matrix, grain], Some(field), 0.01);

@@ -25,10 +25,8 @@ fn laws() -> [(&'static str, Material, PhaseField, f64); 7] {
     let hencky = || Material::hencky(275.0, 0.25).with_fracture(fracture);
     let terms = [(0.3, 0.1), (0.2, 1.0)];
     let series = terms.map(|(fraction, time_s)| PronyTerm { fraction, time_s });
-    let j2 = Plasticity {
-        hardening: Hardening::Linear { modulus_mpa: 30.0 },
-        ..Plasticity::new(3.0)
-    };
+    let j2 =
+        Plasticity { hardening: Hardening::Linear { modulus_mpa: 30.0 }, ..Plasticity::new(3.0) };
     let cone = |dilatancy_deg| Plasticity {
         criterion: YieldCriterion::DruckerPrager { friction_deg: 30.0, dilatancy_deg },
         ..j2.clone()
@@ -42,7 +40,12 @@ fn laws() -> [(&'static str, Material, PhaseField, f64); 7] {
     let at1 = PhaseField { model: CrackDensity::At1, ..PhaseField::new(0.2) };
     [
         ("elastic", hencky(), none, -0.05),
-        ("viscoelastic", hencky().with_viscoelasticity(Viscoelasticity::shear(series)), none, -0.05),
+        (
+            "viscoelastic",
+            hencky().with_viscoelasticity(Viscoelasticity::shear(series)),
+            none,
+            -0.05,
+        ),
         ("j2", hencky().with_plasticity(j2.clone()), none, -0.05),
         ("j2 with a split", hencky().with_plasticity(j2.clone()), split, -0.05),
         ("associated cone", hencky().with_plasticity(cone(30.0)), none, -0.05),
@@ -110,7 +113,9 @@ fn newton_converges_quadratically_with_every_law() {
         for order in [Order::Linear, Order::Quadratic] {
             for scheme in [LinearScheme::Direct, LinearScheme::Multigrid] {
                 let mut checked = 0;
-                for (k, row) in residuals(order, scheme, &material, field, strain).iter().enumerate() {
+                for (k, row) in
+                    residuals(order, scheme, &material, field, strain).iter().enumerate()
+                {
                     let context = format!("{name}, {order:?}, {scheme:?}, increment {}", k + 1);
                     checked += assert_quadratic(row, &context);
                     let row: Vec<String> = row.iter().map(|r| format!("{r:.1e}")).collect();
@@ -143,7 +148,10 @@ fn compare(table: &str) {
         assert_eq!(now.len(), before.len(), "{key}: {now:?}, before {before:?}");
         for (a, b) in now.iter().zip(&before) {
             let is_rounded = a.max(*b) < 1e-9;
-            assert!(is_rounded || (a / b).ln().abs() < 3f64.ln(), "{key}: {now:?}, before {before:?}");
+            assert!(
+                is_rounded || (a / b).ln().abs() < 3f64.ln(),
+                "{key}: {now:?}, before {before:?}"
+            );
         }
     }
 }

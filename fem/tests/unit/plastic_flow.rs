@@ -78,7 +78,10 @@ fn uniaxial_tension_has_the_stated_yield_stress() {
             }
             let tau = at.piola()[(2, 2)] * axial.exp();
             let exact = yield_stress(low)[0];
-            assert!((tau / exact - 1.0).abs() < 1e-8, "{hardening:?}: {tau}, not {exact}, at {axial}");
+            assert!(
+                (tau / exact - 1.0).abs() < 1e-8,
+                "{hardening:?}: {tau}, not {exact}, at {axial}"
+            );
             assert!((at.state[6] - low).abs() < 1e-8, "{hardening:?}: {} at {axial}", at.state[6]);
             old = at.state;
         }
@@ -105,7 +108,8 @@ fn sheared(yield_stress: YieldStress, shear: f64) -> [f64; 2] {
     let mut at = [0.5 * 2f64.atan2(first), 0.0];
     let steps = 40_000;
     let d = (shear - first) / f64::from(steps);
-    let moved = |at: [f64; 2], rate: [f64; 2], by: f64| [at[0] + by * rate[0], at[1] + by * rate[1]];
+    let moved =
+        |at: [f64; 2], rate: [f64; 2], by: f64| [at[0] + by * rate[0], at[1] + by * rate[1]];
     for _ in 0..steps {
         let one = rates(at);
         let two = rates(moved(at, one, 0.5 * d));

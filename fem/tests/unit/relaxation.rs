@@ -62,7 +62,11 @@ impl Reference {
     fn elastic(&self, strain: [f64; 2]) -> [f64; 3] {
         let ([shear, bulk], [axial, lateral, mean]) = (self.ratios(), (self.law)(strain));
         let scale = (2.0 / 3.0 * (strain[0] + 2.0 * strain[1])).exp() * shear;
-        [axial * scale * (-2.0 * strain[0]).exp(), lateral * scale * (-2.0 * strain[1]).exp(), mean * bulk]
+        [
+            axial * scale * (-2.0 * strain[0]).exp(),
+            lateral * scale * (-2.0 * strain[1]).exp(),
+            mean * bulk,
+        ]
     }
 
     /// Axial and lateral Kirchhoff stress.
@@ -75,9 +79,9 @@ impl Reference {
             // S = γ_∞ S̃ + Σ γ H, and γ_∞ + Σ γ = 1
             (0..2).for_each(|k| deviator[k] += term.fraction * q[k]);
         }
-        let mean: f64 = bulk.iter().zip(&q[2 * shear.len()..]).map(|(term, q)| term.fraction * q).sum();
-        let [axial, lateral] =
-            [0, 1].map(|k| scale * deviator[k] * (2.0 * strain[k]).exp());
+        let mean: f64 =
+            bulk.iter().zip(&q[2 * shear.len()..]).map(|(term, q)| term.fraction * q).sum();
+        let [axial, lateral] = [0, 1].map(|k| scale * deviator[k] * (2.0 * strain[k]).exp());
         let third = (axial + 2.0 * lateral) / 3.0;
         [axial, lateral].map(|t| t - third + s[2] + mean)
     }
@@ -201,9 +205,8 @@ fn the_pressure_relaxes_by_the_terms_of_the_bulk_modulus() {
     let point = material.at_point(None);
     // 1 − 0.25 − 0.15 remains
     let held = |t: f64| 0.6 + 0.25 * (-t / 0.3).exp() + 0.15 * (-t / 2.0).exp();
-    let ramp = |t: f64| {
-        0.6 * t - 0.25 * 0.3 * (-t / 0.3).exp_m1() - 0.15 * 2.0 * (-t / 2.0).exp_m1()
-    };
+    let ramp =
+        |t: f64| 0.6 * t - 0.25 * 0.3 * (-t / 0.3).exp_m1() - 0.15 * 2.0 * (-t / 2.0).exp_m1();
     let mut states = [vec![0.0; material.state_len()], vec![0.0; material.state_len()]];
     let mut time = 0.0;
     for step in 0..40 {

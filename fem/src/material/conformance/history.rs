@@ -78,4 +78,3 @@ fn crosses_yield(
     };
     flows(STEP) != flows(-STEP)
 }
-
