@@ -50,6 +50,21 @@ fn plastic(hardening: Hardening) -> Material {
     Material::hencky(YOUNG, POISSON).with_plasticity(law)
 }
 
+/// Deforms a point in uniaxial stress to an axial logarithmic strain, by Newton's method for the lateral strain.
+fn uniaxial(point: &PointMaterial, axial: f64, lateral: &mut f64, old: &[f64]) -> Deformed {
+    for _ in 0..60 {
+        let h = Matrix3::from_diagonal(&[*lateral, *lateral, axial.exp_m1()].into());
+        let at = Deformed::from_state(point, &h, 1.0, 1.0, old).expect("det F > 0");
+        let (stress, moduli) = (at.piola()[(0, 0)], at.moduli());
+        if stress.abs() < 1e-9 {
+            return at;
+        }
+        // both lateral stretches change together
+        *lateral -= stress / (moduli[(0, 0)] + moduli[(0, 4)]);
+    }
+    panic!("the lateral stress does not vanish at the strain {axial}");
+}
+
 /// Uniaxial stress up to the logarithmic strain 0.6: τ = σ_y(α) with ln λ = τ/E + α, for each hardening rule.
 #[test]
 fn uniaxial_tension_has_the_stated_yield_stress() {
@@ -60,15 +75,7 @@ fn uniaxial_tension_has_the_stated_yield_stress() {
         let mut lateral = 0.0;
         for step in 1..=30 {
             let axial = 0.02 * f64::from(step);
-            let at = loop {
-                let h = Matrix3::from_diagonal(&[lateral, lateral, axial.exp_m1()].into());
-                let at = Deformed::from_state(&point, &h, 1.0, 1.0, &old).expect("det F > 0");
-                let (stress, moduli) = (at.piola()[(0, 0)], at.moduli());
-                if stress.abs() < 1e-9 {
-                    break at;
-                }
-                lateral -= stress / (moduli[(0, 0)] + moduli[(0, 4)]);
-            };
+            let at = uniaxial(&point, axial, &mut lateral, &old);
             // the plastic strain from the closed form, by bisection: τ falls and σ_y rises with it
             let (mut low, mut high) = (0.0, axial);
             for _ in 0..100 {
@@ -150,7 +157,7 @@ fn simple_shear_follows_the_differential_equation() {
                 let errors = [coarse[k] - exact[k], fine[k] - exact[k]];
                 let extrapolated = 2.0 * errors[1] - errors[0];
                 assert!(
-                    errors[1].abs() < 2e-3 * exact[1] && extrapolated.abs() < 2e-5 * exact[1],
+                    errors[1].abs() < 5e-4 * exact[1] && extrapolated.abs() < 1e-6 * exact[1],
                     "{hardening:?}, shear {end}: {coarse:?}, {fine:?}, exact {exact:?} MPa"
                 );
             }
@@ -171,15 +178,7 @@ fn a_cone_has_the_compressive_strength_of_mohr_and_coulomb() {
         let mut lateral = 0.0;
         for step in 1..=20 {
             let axial = -0.01 * f64::from(step);
-            let at = loop {
-                let h = Matrix3::from_diagonal(&[lateral, lateral, axial.exp_m1()].into());
-                let at = Deformed::from_state(&point, &h, 1.0, 1.0, &old).expect("det F > 0");
-                let (stress, moduli) = (at.piola()[(0, 0)], at.moduli());
-                if stress.abs() < 1e-9 {
-                    break at;
-                }
-                lateral -= stress / (moduli[(0, 0)] + moduli[(0, 4)]);
-            };
+            let at = uniaxial(&point, axial, &mut lateral, &old);
             let tau = at.piola()[(2, 2)] * axial.exp();
             // 2 · 12 cos 30°/(1 − sin 30°) = 24 √3
             let exact = -(24.0 * 3f64.sqrt()).min(YOUNG * axial.abs());

@@ -212,10 +212,10 @@ fn the_pressure_relaxes_by_the_terms_of_the_bulk_modulus() {
     for step in 0..40 {
         let dt = if step == 0 { 1e-9 } else { 0.1 };
         time += dt;
-        for (old, log_volume, exact) in [
-            (&mut states[0], 0.03, 0.03 * held(time)),
-            (&mut states[1], 0.01 * time, 0.01 * ramp(time)),
-        ] {
+        let [jumped, ramped] = &mut states;
+        for (old, log_volume, exact) in
+            [(jumped, 0.03, 0.03 * held(time)), (ramped, 0.01 * time, 0.01 * ramp(time))]
+        {
             let h = Matrix3::identity() * (log_volume / 3.0f64).exp_m1();
             let at = Deformed::from_state(&point, &h, 1.0, dt, old).expect("det F > 0");
             let pressure = at.response.stress[0];
