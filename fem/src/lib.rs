@@ -96,6 +96,7 @@ mod problem;
 mod solve;
 
 #[doc = include_str!("equations.md")]
+#[doc = include_str!("equations_inelastic.md")]
 pub mod equations {}
 
 pub use boundary::{Axis, Conditions, ContactPoint, NodeSet, Platen};
@@ -136,7 +137,7 @@ pub use material::{
     PlasticRate, Plasticity, Principal, PrincipalStrain, PronyModuli, PronyTerm, Response,
     SaintVenantKirchhoff, Scalar, Split, Strains, Strength, StrengthContext, TimeShift,
     UserConstitutiveLaw, UserDegradation, UserLaw, UserSplit, Viscoelasticity, YieldCriterion,
-    assert_material,
+    assert_energy_balance, assert_material, assert_step_independence,
 };
 pub use operator::CellStress;
 pub use parallel::{Communicator, RankLost, Ranks};

@@ -168,3 +168,65 @@ fn mixtures_need_two_phases_of_henckys_law() {
     let message = refused(one, vec![matrix]);
     assert!(message.contains("two"), "{message}");
 }
+
+/// A refused material is named: its region, its law and the key of the law.
+#[test]
+fn materials_that_are_not_defined_in_mixtures_are_refused_by_name() {
+    let [matrix, grain] = phases();
+    let term = fem::PronyTerm { fraction: 0.3, time_s: 0.1 };
+    let series = fem::Viscoelasticity::shear([term]);
+    let bulk = fem::Viscoelasticity { bulk: vec![term], ..series.clone() };
+    let cone = fem::YieldCriterion::DruckerPrager { friction_deg: 30.0, dilatancy_deg: 10.0 };
+    let plastic = fem::Plasticity::new(4.0);
+    let frictional = fem::Plasticity { criterion: cone, ..plastic.clone() };
+    let rubber = fem::MooneyRivlin { c10_mpa: 40.0, c01_mpa: 15.0, bulk_mpa: 200.0 };
+    let rubber = Material::hyperelastic(rubber).expect("a law");
+    let kept = PhaseField { degrade: fem::EnergySet::default(), ..PhaseField::new(0.06) };
+    let standard = PhaseField::new(0.06);
+    let cases: [(Material, Material, PhaseField, &[&str]); 7] = [
+        (
+            matrix.clone().with_plasticity(plastic),
+            grain.clone(),
+            standard,
+            &["material.matrix", "J2 plasticity", "`plastic`"],
+        ),
+        (
+            matrix.clone().with_plasticity(frictional),
+            grain.clone(),
+            standard,
+            &["material.matrix", "Drucker-Prager", "`plastic`"],
+        ),
+        (
+            matrix.clone().with_viscoelasticity(bulk),
+            grain.clone(),
+            standard,
+            &["material.matrix", "`viscoelastic.bulk`"],
+        ),
+        (
+            matrix.clone().with_viscoelasticity(series.clone()),
+            grain.clone(),
+            kept,
+            &["material.matrix", "`viscoelastic`", "phase_field.degrade"],
+        ),
+        (
+            matrix.clone(),
+            grain.clone().with_viscoelasticity(series),
+            standard,
+            &["material.grain", "`viscoelastic`", "grain of a mixture"],
+        ),
+        (matrix.clone(), rubber, standard, &["material.grain", "MooneyRivlin", "hencky"]),
+        (
+            Material::neo_hookean(275.0, 0.25),
+            grain,
+            standard,
+            &["material.matrix", "neo-hookean", "hencky"],
+        ),
+    ];
+    for (matrix, grain, field, fragments) in cases {
+        let refused = confined(mixed(0.4), Order::Linear, [matrix, grain], Some(field), 0.01);
+        let message = refused.expect_err("refused").to_string();
+        for fragment in fragments.iter().chain(&["element faces follow the grain surfaces"]) {
+            assert!(message.contains(fragment), "'{fragment}' is not in: {message}");
+        }
+    }
+}

@@ -267,7 +267,8 @@ impl<T: Scalar> PlasticPoint<'_, T> {
             + flow.factor * flow.x * self.law.yield_mpa;
         let mut out = Response::zero(g);
         out.energy = g * elastic + bulk * volumetric;
-        out.dissipation = degradation * work;
+        // the yield condition gives √J₂ = ξ c − η p, so that the stress dissipates √J₂ Δγ + η̄ p Δγ = c x − (η − η̄) p Δγ
+        out.dissipation = degradation * work - pressure * flow.x * ((eta - eta_bar) / xi);
         out.driving = elastic + bulk_slope * volumetric;
         out.driving_slope = -(left_j * gamma_slope + bulk_slope * left_theta * volume_slope);
         new[ALPHA] = alpha + flow.x;

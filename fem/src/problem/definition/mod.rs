@@ -4,6 +4,7 @@
 mod definition;
 mod discretisation;
 mod fingerprint;
+mod mixtures;
 mod rounding;
 mod setup;
 mod warning;

@@ -3,9 +3,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{MooneyRivlin, Ogden, SaintVenantKirchhoff, check_moduli};
+use super::law::{MooneyRivlin, Ogden, SaintVenantKirchhoff, check_moduli};
+use super::parameters::Material;
 use crate::error::FemError;
-use crate::material::Material;
 
 /// Elastic law as written in a file: `"hencky"`, or a name with the constants of the law, such as `{ mooney-rivlin =
 /// { c10_mpa = 0.16, c01_mpa = 0.01, bulk_mpa = 20.0 } }`.

@@ -1,9 +1,14 @@
 //! Conditions on the nodes of a finite-element space: constrained degrees of freedom, loads and contact.
 
+mod driven;
+mod measured;
+
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use nalgebra::Vector3;
+
+pub(crate) use driven::DrivenPlaten;
 
 use super::conditions::{Axis, Conditions, Driven, Prescribed, PressureOn, Probe, Travel};
 use super::constraint::{ConstrainedDof, Constraints, Value};

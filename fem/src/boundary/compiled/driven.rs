@@ -1,7 +1,7 @@
 //! Platen whose load program prescribes a force.
 
-use super::compiled::Boundary;
-use super::constraint::Value;
+use super::Boundary;
+use crate::boundary::constraint::Value;
 use crate::fields::Fields;
 
 /// Platen whose load program prescribes a force, as an unknown displacement with an equation for the force.

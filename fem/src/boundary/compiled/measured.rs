@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::compiled::Boundary;
-use super::conditions::Travel;
-use super::reaction::{self, Support};
+use super::Boundary;
+use crate::boundary::conditions::Travel;
+use crate::boundary::reaction::{self, Support};
 use crate::fields::Fields;
 
 impl Boundary {
