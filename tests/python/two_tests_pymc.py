@@ -98,6 +98,7 @@ def add_test(file, parameters, tracked):
 def joint_model(file):
     """The model, and the names of its values in the order of `tracked`."""
     between = file["between_tests"]
+    assert file.get("covariance", "independent") == "independent", "not in this script: a pooled covariance"
     with pm.Model() as model:
         parameters, tracked, names = {}, [], []
         for test in file["tests"]:

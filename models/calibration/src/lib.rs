@@ -78,7 +78,7 @@ pub use experiment::{Specimen, SpecimenTable, TestCurve};
 pub use fracture::{
     BetweenTests, Calibration, CalibrationError, Evidence, Groups, JointCalibration, JointTest,
     JointTests, Pooling, Population, PriorSensitivity, Specimens, TestDraws, TestGroup, Trend,
-    TrendOverTests, calibrate, calibrate_after, calibrate_groups, calibrate_tests,
+    TrendOverTests, calibrate, calibrate_after, calibrate_groups, calibrate_joint, calibrate_tests,
     calibration_of_draws, calibration_on, calibration_over_groups, calibration_over_tests,
 };
 pub use further_test::{

@@ -59,8 +59,8 @@ pub use between_tests::{BetweenTestsCase, TrendCase, TrendVariable};
 pub use block::NotchCase;
 pub(crate) use calibration::QoiComparison;
 pub use calibration::{
-    CalibrationCase, ConfirmCase, DesignCase, DesignSample, DiscrepancyCase, ExtendCase,
-    Likelihood, Microstructure, QoiCase, SequentialCase, SurrogateCase,
+    CalibrationCase, ConfirmCase, CovarianceCase, DesignCase, DesignSample, DiscrepancyCase,
+    ExtendCase, Likelihood, Microstructure, QoiCase, SequentialCase, SurrogateCase,
 };
 pub(crate) use changed::changed_keys;
 pub use conditions::{

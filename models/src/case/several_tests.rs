@@ -14,7 +14,7 @@ use crate::error::InputError;
 const JOINT: [&str; 6] = ["prior", "extend", "parameters", "tests", "validation", "further_tests"];
 
 /// Keys of `[calibration]` that a test cannot change, because the joint calibration has one sampler and one model.
-const JOINT_CALIBRATION: [&str; 11] = [
+const JOINT_CALIBRATION: [&str; 12] = [
     "sampling",
     "chains",
     "warmup",
@@ -25,6 +25,7 @@ const JOINT_CALIBRATION: [&str; 11] = [
     "seed",
     "evidence",
     "between_tests",
+    "covariance",
     "joint",
 ];
 
@@ -201,6 +202,7 @@ fn overlaid(file: &CaseFile, entry: &TestEntry) -> (Option<Table>, Vec<InputErro
     };
     let mut case = Case { tests: Vec::new(), ..file.case.clone() };
     case.calibration.between_tests = Default::default();
+    case.calibration.covariance = Default::default();
     case.validation = validations_of(file, entry);
     let of_test =
         |candidate: &mut CandidateCase| candidate.test.take().as_ref() == Some(&entry.name);
@@ -333,7 +335,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::case::Likelihood;
+    use crate::case::{CovarianceCase, Likelihood};
 
     const SHIPPED: &str = include_str!("../../cases/fast-and-slow.toml");
     const SPECIMENS_OF_SLOW: &str =
@@ -492,6 +494,26 @@ mod tests {
         for part in ["calibration.between_tests = matrix.young_mpa", "[[tests]]"] {
             assert!(mistakes[0].contains(part), "{mistakes:?}");
         }
+    }
+
+    #[test]
+    fn a_pooled_covariance_needs_several_tests() {
+        let pooled = "[calibration]\ncovariance = \"pooled\"\n";
+        let (_, mistakes) = read(&format!("{CASE_WITH_ONE_TEST}{pooled}"));
+        assert_eq!(mistakes.len(), 1, "{mistakes:?}");
+        for part in ["calibration.covariance = pooled", "[[tests]]"] {
+            assert!(mistakes[0].contains(part), "{mistakes:?}");
+        }
+        let (file, mistakes) = read(&with(&[("[calibration]\n", pooled)]));
+        assert_eq!(mistakes, [""; 0]);
+        let file = file.unwrap();
+        assert_eq!(file.case.calibration.covariance, CovarianceCase::Pooled);
+        for test in single_tests(&file).unwrap() {
+            assert_eq!(test.file.case.calibration.covariance, CovarianceCase::Independent);
+        }
+        let own = "set.calibration.covariance = \"pooled\"";
+        let (_, mistakes) = read(&with(&[(SPECIMENS_OF_SLOW, own)]));
+        assert!(mistakes[0].contains("in [calibration], once"), "{mistakes:?}");
     }
 
     #[test]
