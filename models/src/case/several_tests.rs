@@ -1,13 +1,17 @@
 //! `[[tests]]`: several tests of one material. Each test is a complete case: the common case, with the keys of the
 //! test.
 
+use std::collections::BTreeMap;
+
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use super::overlay::{merge, nested, remove};
 use super::schema::changed_case;
-use super::{ByParameter, CandidateCase, Case, CaseFile, PriorCase, ValidationCase};
+use super::{
+    ByParameter, CandidateCase, Case, CaseFile, FreeParameterCase, PriorCase, ValidationCase,
+};
 use crate::error::InputError;
 
 /// Tables that a test cannot change, because these tables define the joint calibration.
@@ -65,6 +69,9 @@ pub struct TestEntry {
     /// Priors of parameters whose value in this test is independent of the other tests.
     #[serde(default, skip_serializing_if = "is_empty")]
     pub prior: PriorCase,
+    /// Free parameters of this test alone, for a test whose runs come from outside this program.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub parameters: BTreeMap<String, FreeParameterCase>,
 }
 
 fn test_keys(_: &mut SchemaGenerator) -> Schema {
@@ -179,7 +186,7 @@ pub(super) fn read_tests(file: &CaseFile) -> ReadTests {
             Some(single) => read.tests.push(SingleTest {
                 name: entry.name.clone(),
                 file: single,
-                own: entry.prior.names().collect(),
+                own: entry.prior.names().chain(entry.parameters.keys().cloned()).collect(),
             }),
             None => read.add_mistakes(entry, mistakes),
         }
@@ -209,6 +216,14 @@ fn overlaid(file: &CaseFile, entry: &TestEntry) -> (Option<Table>, Vec<InputErro
     case.further_tests.candidate.retain_mut(of_test);
     let mut prior = case.prior.take().unwrap_or_default();
     entry.prior.iter().for_each(|(parameter, own)| prior.insert(parameter.clone(), *own));
+    for (name, own) in &entry.parameters {
+        prior.insert(own.parameter(name), own.prior);
+        if case.parameters.insert(name.clone(), own.clone()).is_some() {
+            let problem = "is a free parameter, which all tests share";
+            let help = "Remove it here or in [parameters], or give it another name.".to_owned();
+            refuse("parameters", name, problem, help);
+        }
+    }
     case.prior = Some(prior);
     // keep only the widths of parameters of this test: the case may request a width for a parameter of another test
     let mut widths = ByParameter::default();
@@ -220,7 +235,7 @@ fn overlaid(file: &CaseFile, entry: &TestEntry) -> (Option<Table>, Vec<InputErro
     }
     case.further_tests.width90 = widths;
     for (parameter, _) in entry.prior.iter() {
-        if case.parameters.contains_key(&parameter.to_string()) {
+        if file.case.parameters.contains_key(&parameter.to_string()) {
             let help = "Write one prior in [parameters] for all tests.".to_owned();
             let problem = "is a free parameter, which all tests share";
             refuse("prior", &parameter.to_string(), problem, help);
@@ -241,6 +256,9 @@ fn overlaid(file: &CaseFile, entry: &TestEntry) -> (Option<Table>, Vec<InputErro
         is_joint.then(|| match first {
             "prior" => {
                 "Write prior.… beside set: it is then a prior of this test alone.".to_owned()
+            }
+            "parameters" => {
+                "Write parameters.… beside set: it is then a parameter of this test alone.".to_owned()
             }
             "calibration" => "Write it in [calibration], once for all tests. A test can change calibration.likelihood \
                               and calibration.discrepancy."
@@ -271,7 +289,26 @@ fn overlaid(file: &CaseFile, entry: &TestEntry) -> (Option<Table>, Vec<InputErro
         }
     }
     merge(&mut table, &entry.set);
+    if !is_outside(&table) && has_test_from_outside(file) {
+        // the built-in simulation of this test has no free parameters; the other tests share them
+        let shared = |name: &str| file.case.parameters.contains_key(name);
+        if let Some(Value::Table(parameters)) = table.get_mut("parameters") {
+            parameters.retain(|name, _| !shared(name));
+        }
+    }
     (Some(table).filter(|_| mistakes.is_empty()), mistakes)
+}
+
+/// Whether the runs of a case come from outside this program.
+fn is_outside(case: &Table) -> bool {
+    ["simulator", "design.import"].iter().any(|key| at(case, key).is_some())
+}
+
+/// Whether the runs of a test of the case come from outside this program.
+fn has_test_from_outside(file: &CaseFile) -> bool {
+    file.case.simulator.is_some()
+        || file.case.design.import.is_some()
+        || file.case.tests.iter().any(|test| is_outside(&test.set))
 }
 
 /// Returns the validations of a test. The seeds of their virtual specimens and designs differ from the seeds of all tests.
@@ -465,6 +502,59 @@ mod tests {
         let tests = single_tests(&file.unwrap()).unwrap();
         let names = tests.iter().map(|test| test.file.case.experiments.clone().unwrap().test);
         assert_eq!(names.collect::<Vec<_>>(), [Some("fast".to_owned()), Some("slow".to_owned())]);
+    }
+
+    const BUILT_IN_AND_OUTSIDE: &str = "[prior]\nmatrix.young_mpa = [250.0, 300.0]\n[experiments]\nvalues = \"measured.csv\"\n\
+        [[tests]]\nname = \"bar\"\nset.specimen = { radius_mm = 2.5, height_mm = 4.4, spacing_mm = 0.7 }\n\
+        set.material.matrix = { young_mpa = 275, poisson = 0.25 }\nset.test.displacement_mm = 0.2\n\
+        set.qoi.quantities = [\"force-at-0.1-mm\"]\n\
+        [[tests]]\nname = \"rates\"\nset.simulator = { command = [\"sh\", \"rates.sh\", \"{matrix.young_mpa}\", \"{offset}\"] }\n\
+        set.qoi.quantities = [\"column:yield_mpa\"]\n";
+
+    /// A free parameter belongs to the tests whose runs come from outside; one test can have its own free parameters.
+    #[test]
+    fn tests_of_the_built_in_simulation_have_no_free_parameters() {
+        let dir = tempfile::tempdir().unwrap();
+        std::fs::write(dir.path().join("measured.csv"), "").unwrap();
+        let declared = "offset = { unit = \"1\", prior = [0.5, 1.75] }\n";
+        let of_all = format!("{BUILT_IN_AND_OUTSIDE}[parameters]\n{declared}");
+        let of_one = format!("{BUILT_IN_AND_OUTSIDE}parameters.{declared}");
+        let read = |text: &str| CaseFile::parse_all(text, &dir.path().join("case.toml"));
+        for (text, is_own) in [(&of_all, false), (&of_one, true)] {
+            let (file, mistakes) = read(text);
+            assert!(mistakes.is_empty(), "{mistakes:?}");
+            let file = file.unwrap();
+            let (again, _) = read(&file.case.to_toml());
+            assert_eq!(again.unwrap().case, file.case);
+            let tests = single_tests(&file).unwrap();
+            let names = |test: &SingleTest| -> Vec<String> {
+                test.file.case.prior.iter().flat_map(PriorCase::names).collect()
+            };
+            assert_eq!(names(&tests[0]), ["matrix.young_mpa"]);
+            assert_eq!(names(&tests[1]).len(), 2, "{:?}", names(&tests[1]));
+            assert!(tests[0].own.is_empty());
+            assert_eq!(tests[1].own.contains(&"offset".to_owned()), is_own);
+        }
+        for (text, fragment) in [
+            (of_one.replace("\nparameters.", "\nset.parameters."), "Write parameters.… beside set"),
+            (format!("{of_one}[parameters]\n{declared}"), "(rates).parameters = offset"),
+            // a free parameter of a test of the built-in simulation
+            (
+                BUILT_IN_AND_OUTSIDE.replacen(
+                    "set.test",
+                    &format!("parameters.{declared}set.test"),
+                    1,
+                ),
+                "(bar).parameters.offset",
+            ),
+        ] {
+            let (_, mistakes) = read(&text);
+            let all: Vec<String> = mistakes.iter().map(ToString::to_string).collect();
+            assert!(all.join("\n").contains(fragment), "{fragment}: {all:?}");
+        }
+        // without a test from outside, the free parameters are refused
+        let (_, mistakes) = self::read(&format!("{SHIPPED}\n[parameters]\n{declared}"));
+        assert!(mistakes.join("\n").contains("not a parameter of the built-in"), "{mistakes:?}");
     }
 
     /// A test can change the likelihood and the discrepancy, which belong to its own quantities.

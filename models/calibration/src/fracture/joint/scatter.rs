@@ -64,7 +64,7 @@ impl PartOfScatter {
         &self,
         whole: &DynCholeskyFactor<R>,
     ) -> Result<DynCholeskyFactor<R>, DomainError> {
-        if self.rows.iter().copied().eq(0..whole.rows().len()) {
+        if self.rows.iter().copied().eq(0..whole.size()) {
             return Ok(whole.clone());
         }
         let covariance = whole.covariance();
