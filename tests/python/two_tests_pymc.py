@@ -2,13 +2,15 @@
 
 Reads the surrogates, measured quantities, priors and covariances that breccia exports, states the joint model with PyMC's
 distributions, samples it with PyMC's NUTS, and compares means, standard deviations and quantiles with breccia's draws in
-`posterior.csv`. Both standard errors are Monte Carlo standard errors of ArviZ.
+`posterior.csv`. Both standard errors are Monte Carlo standard errors, from the effective sample sizes of ArviZ.
 
-The likelihood is not breccia's: breccia integrates the shared error analytically and uses sums over specimens, and this
-program has the shared error as an unknown and one normal density for each specimen.
+Needs PyMC; with NumPyro (`pip install pymc numpyro`), PyMC uses the NUTS of NumPyro, which compiles sooner. The likelihood
+is not breccia's: breccia integrates the shared error analytically and uses sums over specimens, and this program has the
+shared error as an unknown and one normal density for each specimen.
 """
 
 import csv
+import importlib.util
 import json
 import sys
 
@@ -140,14 +142,18 @@ def ordered_names(file, names):
     return names
 
 
+def error_of_mean(draws):
+    """Monte Carlo standard error of the mean of draws (chains x draws)."""
+    return np.std(draws, ddof=1) / np.sqrt(float(az.ess(draws, method="mean")))
+
+
 def statistics(draws):
     """Mean, standard deviation and quantiles of draws (chains x draws), each with its Monte Carlo standard error."""
-    return np.array([
-        (np.mean(draws), az.mcse(draws, method="mean")),
-        (np.std(draws, ddof=1), az.mcse(draws, method="sd")),
-        (np.quantile(draws, 0.05), az.mcse(draws, method="quantile", prob=0.05)),
-        (np.quantile(draws, 0.95), az.mcse(draws, method="quantile", prob=0.95)),
-    ], dtype=float)
+    mean, sd = np.mean(draws), np.std(draws, ddof=1)
+    quantiles = [(np.quantile(draws, p), float(az.mcse(draws, method="quantile", prob=p))) for p in (0.05, 0.95)]
+    # the error of the variance is the error of a mean of squares
+    of_sd = error_of_mean((draws - mean) ** 2) / (2.0 * sd)
+    return np.array([(mean, error_of_mean(draws)), (sd, of_sd)] + quantiles, dtype=float)
 
 
 def main(model_file, results, draws="4000"):
@@ -155,10 +161,12 @@ def main(model_file, results, draws="4000"):
         file = json.load(file)
     model, names = joint_model(file)
     names = ordered_names(file, names)
+    # compiled by JAX, the model samples much sooner than as several hundred C functions
+    sampler = "numpyro" if importlib.util.find_spec("numpyro") else "pymc"
     with model:
         trace = pm.sample(
             int(draws), tune=WARMUP, chains=CHAINS, cores=2, target_accept=0.95, random_seed=1, progressbar=False,
-            compute_convergence_checks=False,
+            compute_convergence_checks=False, nuts_sampler=sampler,
         )
     here = np.asarray(trace["posterior"]["tracked"])
     columns, there = read_draws(f"{results}/posterior.csv")
