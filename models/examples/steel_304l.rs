@@ -41,14 +41,22 @@ const MATCAL: [f64; 4] = [233.22, 486.78, 1.945_57, -1.400_12];
 const RUNS: [usize; 2] = [48, 6];
 const INCH_MM: f64 = 25.4;
 
+/// Returns the logarithms in which the bars scatter nearly independently: the first stress, the ratios of neighbouring
+/// stresses, and the strain at the largest stress. The stresses of a bar are so strongly correlated that a sampler hardly
+/// reaches their covariance.
+pub fn neighbours<S: Scalar>(q: [S; M]) -> [S; M] {
+    // the largest stress is compared with the last stress before it
+    from_fn(|k| if k == 0 || k == M - 1 { q[k] } else { q[k] - q[k.min(6) - 1] })
+}
+
 /// Returns the flow stress at the unknowns.
 pub fn law<S: Scalar>([yield_mpa, rise_mpa, rate, log10_c]: [S; 4]) -> VoceJohnsonCook<S> {
     VoceJohnsonCook::from_rise(yield_mpa, rise_mpa, rate, (log10_c * LN_10).exp(), 1e-5)
 }
 
 ppl::model! {
-    /// Bars and rate tests of one material. `bars` and `forward` are logarithms of quantities, `errors` the standard
-    /// deviations of the surrogate's errors.
+    /// Bars and rate tests of one material. `forward` are logarithms of quantities, `bars` their [`neighbours`], `errors` the
+    /// standard deviations of the surrogate's errors.
     pub fn steel(bars: &[[f64; M]], forward: &Pce<4, M>, errors: &[f64; M], rates: &[RateTest]) {
         let yield_mpa ~ Uniform(RANGES[0][0], RANGES[0][1]);
         let rise_mpa ~ Uniform(RANGES[1][0], RANGES[1][1]);
@@ -69,8 +77,9 @@ ppl::model! {
             let law = law_error * LAW_ERRORS[k];
             simulated[k] + deviation[k] * (law * law + errors[k] * errors[k]).sqrt()
         });
+        let expected = neighbours(mean);
         for bar in bars {
-            bar ~ MvNormalCholesky(mean, chol);
+            bar ~ MvNormalCholesky(expected, chol);
         }
 
         // MatCal's factor X: the 0.2 % offset yield of a test is not the yield stress of the law
@@ -84,21 +93,16 @@ ppl::model! {
 }
 
 fn material(x: &[f64]) -> Material {
-    let VoceJohnsonCook { yield_mpa, saturation_mpa, rate, c, reference_per_s } =
-        law(from_fn(|k| x[k]));
-    let hardening = Hardening::Voce { saturation_mpa, rate };
-    let rate = Some(PlasticRate::JohnsonCook { c, reference_per_s });
-    let plasticity = Plasticity { hardening, rate, ..Plasticity::new(yield_mpa) };
+    let law: VoceJohnsonCook<f64> = law(from_fn(|k| x[k]));
+    let hardening = Hardening::Voce { saturation_mpa: law.saturation_mpa, rate: law.rate };
+    let rate = Some(PlasticRate::JohnsonCook { c: law.c, reference_per_s: law.reference_per_s });
+    let plasticity = Plasticity { hardening, rate, ..Plasticity::new(law.yield_mpa) };
     Material::hencky(199_950.0, 0.27).with_plasticity(plasticity)
 }
 
 /// Returns the curves of bars with MatCal's dimensions and speed (2e-4 inch/s at the extensometer), simulated or read from
 /// `directory`.
-fn curves(
-    directory: &Path,
-    spacing: f64,
-    parameter_points: &[Vec<f64>],
-) -> Result<Vec<BarCurve>, Error> {
+fn curves(directory: &Path, spacing: f64, points: &[Vec<f64>]) -> Result<Vec<BarCurve>, Error> {
     let [radius_mm, length_mm, necking_mm, spacing_mm, taper_mm] =
         [0.125, 1.25, 0.375 * 0.75, spacing, 0.5 * 0.0015].map(|inch| inch * INCH_MM);
     let bar = RoundBar { radius_mm, taper_mm, length_mm, necking_mm, spacing_mm };
@@ -110,8 +114,7 @@ fn curves(
     };
     let never = AtomicBool::new(false);
     let ensemble = Ensemble::open(directory, &format!("{test:?}"))?;
-    let records =
-        ensemble.run(&RunInput::numbered(parameter_points), &NAMES, 0, &job, &(), &never)?;
+    let records = ensemble.run(&RunInput::numbered(points), &NAMES, 0, &job, &(), &never)?;
     let curve = |record: &fem::RunRecord| {
         let readings = test.engineering_curve(record.finished_curve()?);
         Ok(BarCurve { specimen: format!("run {}", record.id), readings })
@@ -121,8 +124,7 @@ fn curves(
 
 /// Returns the logarithms of the quantities of some bars.
 fn quantities(curves: &[BarCurve]) -> Result<Vec<[f64; M]>, Error> {
-    let logarithms = |curve: &BarCurve| Ok(curve.quantities(&STRAINS)?.map(f64::ln));
-    curves.iter().map(logarithms).collect()
+    curves.iter().map(|curve| Ok(curve.quantities(&STRAINS)?.map(f64::ln))).collect()
 }
 
 fn mean(rows: &[[f64; M]]) -> [f64; M] {
@@ -160,21 +162,20 @@ fn main() -> Result<(), Error> {
     let errors = from_fn(|k| lack[k][k].sqrt());
     println!("surrogate of order {}, relative errors {errors:.4?}", fit.report.order);
 
-    let model = steel(&measured, &fit.pce, &errors, &rates);
+    let bars_in_model: Vec<_> = measured.iter().copied().map(neighbours).collect();
+    let model = steel(&bars_in_model, &fit.pce, &errors, &rates);
     let sampler = Nuts::default().chains(4).warmup(1000).draws(1000).target_accept(0.9).seed(1);
     let posterior = sampler.sample(&model)?;
     let mut summary = posterior.summary();
     println!("{summary}");
     let rows = ["yield_mpa", "saturation_mpa", "rate", "c"];
-    summary.rows.retain(|row| rows.contains(&&*row.name));
-    summary.rows.sort_by_key(|row| rows.iter().position(|name| *name == row.name));
+    summary.rows = rows.iter().filter_map(|name| summary.row(name).cloned()).collect();
     summary.write_csv(directory.join("summary.csv"))?;
 
     let mode = Map::default().seed(1).find(&model)?;
     let mode = model.constrain(&mode.point, &mut Xoshiro256PlusPlus::seed_from_u64(1))?;
     let mode = NAMES.map(|name| mode.values(name).map_or(f64::NAN, |values| values[0]));
-    let compared = [mode, MATCAL].map(|x| x.to_vec());
-    let compared = curves(&directory.join("compared"), 0.015, &compared)?;
+    let compared = curves(&directory.join("compared"), 0.015, &[mode, MATCAL].map(Vec::from))?;
     for row in quantities(&compared)? {
         let ratio = difference(&row, &mean(&measured)).map(f64::exp);
         println!("simulated quantities over the means of the bars {ratio:.4?}");

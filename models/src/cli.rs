@@ -180,8 +180,8 @@ fn run(request: Request, threads: usize, ranks: &Ranks) -> Result<ExitCode, Fail
                     Some(sharing) if sharing.share => workflow.share(stage)?,
                     Some(sharing) if sharing.jobs.are_asked_for() => {
                         let replace = target.access()?.replace;
-                        for (_, test) in workflow.tests() {
-                            slurm(test, stage, &sharing.jobs, &replace)?;
+                        for (name, test) in workflow.tests() {
+                            slurm(test, stage, &sharing.jobs.of_test(name), &replace)?;
                         }
                     }
                     _ => workflow.run(stage)?,

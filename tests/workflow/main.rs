@@ -21,6 +21,7 @@ mod relaxing;
 mod sequential;
 mod several_tests;
 mod sharing;
+mod shipped;
 mod simulator;
 mod stages;
 mod study;

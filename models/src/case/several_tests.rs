@@ -1,20 +1,24 @@
 //! `[[tests]]`: several tests of one material. Each test is a complete case: the common case, with the keys of the
 //! test.
 
+use std::collections::BTreeMap;
+
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use super::overlay::{merge, nested, remove};
 use super::schema::changed_case;
-use super::{ByParameter, CandidateCase, Case, CaseFile, PriorCase, ValidationCase};
+use super::{
+    ByParameter, CandidateCase, Case, CaseFile, FreeParameterCase, PriorCase, ValidationCase,
+};
 use crate::error::InputError;
 
 /// Tables that a test cannot change, because these tables define the joint calibration.
 const JOINT: [&str; 6] = ["prior", "extend", "parameters", "tests", "validation", "further_tests"];
 
 /// Keys of `[calibration]` that a test cannot change, because the joint calibration has one sampler and one model.
-const JOINT_CALIBRATION: [&str; 11] = [
+const JOINT_CALIBRATION: [&str; 12] = [
     "sampling",
     "chains",
     "warmup",
@@ -25,6 +29,7 @@ const JOINT_CALIBRATION: [&str; 11] = [
     "seed",
     "evidence",
     "between_tests",
+    "covariance",
     "joint",
 ];
 
@@ -64,6 +69,9 @@ pub struct TestEntry {
     /// Priors of parameters whose value in this test is independent of the other tests.
     #[serde(default, skip_serializing_if = "is_empty")]
     pub prior: PriorCase,
+    /// Free parameters of this test alone, for a test whose runs come from outside this program.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub parameters: BTreeMap<String, FreeParameterCase>,
 }
 
 fn test_keys(_: &mut SchemaGenerator) -> Schema {
@@ -178,7 +186,7 @@ pub(super) fn read_tests(file: &CaseFile) -> ReadTests {
             Some(single) => read.tests.push(SingleTest {
                 name: entry.name.clone(),
                 file: single,
-                own: entry.prior.names().collect(),
+                own: entry.prior.names().chain(entry.parameters.keys().cloned()).collect(),
             }),
             None => read.add_mistakes(entry, mistakes),
         }
@@ -201,12 +209,21 @@ fn overlaid(file: &CaseFile, entry: &TestEntry) -> (Option<Table>, Vec<InputErro
     };
     let mut case = Case { tests: Vec::new(), ..file.case.clone() };
     case.calibration.between_tests = Default::default();
+    case.calibration.covariance = Default::default();
     case.validation = validations_of(file, entry);
     let of_test =
         |candidate: &mut CandidateCase| candidate.test.take().as_ref() == Some(&entry.name);
     case.further_tests.candidate.retain_mut(of_test);
     let mut prior = case.prior.take().unwrap_or_default();
     entry.prior.iter().for_each(|(parameter, own)| prior.insert(parameter.clone(), *own));
+    for (name, own) in &entry.parameters {
+        prior.insert(own.parameter(name), own.prior);
+        if case.parameters.insert(name.clone(), own.clone()).is_some() {
+            let problem = "is a free parameter, which all tests share";
+            let help = "Remove it here or in [parameters], or give it another name.".to_owned();
+            refuse("parameters", name, problem, help);
+        }
+    }
     case.prior = Some(prior);
     // keep only the widths of parameters of this test: the case may request a width for a parameter of another test
     let mut widths = ByParameter::default();
@@ -218,7 +235,7 @@ fn overlaid(file: &CaseFile, entry: &TestEntry) -> (Option<Table>, Vec<InputErro
     }
     case.further_tests.width90 = widths;
     for (parameter, _) in entry.prior.iter() {
-        if case.parameters.contains_key(&parameter.to_string()) {
+        if file.case.parameters.contains_key(&parameter.to_string()) {
             let help = "Write one prior in [parameters] for all tests.".to_owned();
             let problem = "is a free parameter, which all tests share";
             refuse("prior", &parameter.to_string(), problem, help);
@@ -239,6 +256,9 @@ fn overlaid(file: &CaseFile, entry: &TestEntry) -> (Option<Table>, Vec<InputErro
         is_joint.then(|| match first {
             "prior" => {
                 "Write prior.… beside set: it is then a prior of this test alone.".to_owned()
+            }
+            "parameters" => {
+                "Write parameters.… beside set: it is then a parameter of this test alone.".to_owned()
             }
             "calibration" => "Write it in [calibration], once for all tests. A test can change calibration.likelihood \
                               and calibration.discrepancy."
@@ -269,7 +289,26 @@ fn overlaid(file: &CaseFile, entry: &TestEntry) -> (Option<Table>, Vec<InputErro
         }
     }
     merge(&mut table, &entry.set);
+    if !is_outside(&table) && has_test_from_outside(file) {
+        // the built-in simulation of this test has no free parameters; the other tests share them
+        let shared = |name: &str| file.case.parameters.contains_key(name);
+        if let Some(Value::Table(parameters)) = table.get_mut("parameters") {
+            parameters.retain(|name, _| !shared(name));
+        }
+    }
     (Some(table).filter(|_| mistakes.is_empty()), mistakes)
+}
+
+/// Whether the runs of a case come from outside this program.
+fn is_outside(case: &Table) -> bool {
+    ["simulator", "design.import"].iter().any(|key| at(case, key).is_some())
+}
+
+/// Whether the runs of a test of the case come from outside this program.
+fn has_test_from_outside(file: &CaseFile) -> bool {
+    file.case.simulator.is_some()
+        || file.case.design.import.is_some()
+        || file.case.tests.iter().any(|test| is_outside(&test.set))
 }
 
 /// Returns the validations of a test. The seeds of their virtual specimens and designs differ from the seeds of all tests.

@@ -209,7 +209,12 @@ impl CaseCheck {
         }
         let test = &case.test;
         if let Some(program) = &test.program {
-            self.say("test", program_in_words(program, test.steps));
+            let program = program_in_words(program, test.steps);
+            let text = match test.kind {
+                Some(kind) => format!("{}, {program}", kind.kind().in_words()),
+                None => program,
+            };
+            self.say("test", text);
         }
         if let Some(conditions) = &case.conditions {
             let lines = conditions_in_words(conditions, test.duration_s());

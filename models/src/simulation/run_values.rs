@@ -42,7 +42,7 @@ fn up_to_limit_load(record: &RunRecord, qoi: &QoiComparison) -> Result<Vec<f64>,
         last.time_s, last.force_n, last.displacement_mm
     );
     let is_of_branch = |quantity: &&Quantity| {
-        matches!(quantity.extent(), Extent::Hold | Extent::ForceHold | Extent::Unloading)
+        matches!(quantity.extent(), Extent::Hold(_) | Extent::ForceHold | Extent::Unloading(_))
     };
     if let Some(quantity) = qoi.quantities.iter().find(is_of_branch) {
         return Err(format!("{failure} ({quantity} needs the whole program)"));

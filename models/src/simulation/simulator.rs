@@ -1,7 +1,7 @@
 //! The simulation of a case whose parameters are set for each run.
 
 use fem::{
-    ComputeDevice, CurvePoint, FemError, Homogenisation, Order, Outcome, Problem, Ranks, Schedule,
+    ComputeDevice, CurvePoint, FemError, Homogenisation, Order, Outcome, Problem, Ranks,
     SolverOptions, TetMesh, Unsupported,
 };
 use fem_image::listed;
@@ -195,10 +195,7 @@ fn problem(rest: &Rest, simulation: &SimulationParts, mesh: TetMesh) -> Result<P
     let builder = match &rest.conditions {
         Some(conditions) => Problem::builder(mesh)
             .conditions(conditions.in_fem(test.duration_s()))
-            .schedule(Schedule {
-                corners_s: conditions.corners_s(test.duration_s()),
-                ..test.schedule(rest.steps)
-            }),
+            .schedule(test.schedule_of(conditions, rest.steps)?),
         None => test.compression(rest.steps)?.builder(mesh)?,
     };
     builder

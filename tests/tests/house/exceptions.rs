@@ -73,9 +73,5 @@ pub(super) const FOREIGN_IMPLS: [(&str, &str); 68] = [
 ];
 
 /// Exceptions for modules of many files that do not state the order of their children, as (crate, module).
-pub(super) const UNORDERED: [(&str, &str); 4] = [
-    ("fem/mesh", "mesh"),
-    ("fem/mesh", "specimen"),
-    ("models", "case"),
-    ("models", "report"),
-];
+pub(super) const UNORDERED: [(&str, &str); 4] =
+    [("fem/mesh", "mesh"), ("fem/mesh", "specimen"), ("models", "case"), ("models", "report")];

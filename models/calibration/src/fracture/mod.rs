@@ -40,7 +40,7 @@ pub use groups::{Groups, Pooling, TestGroup, Trend, calibrate_groups, calibratio
 pub use influence::WithoutSpecimen;
 pub use joint::{
     BetweenTests, JointCalibration, JointTest, JointTests, Scope, ScopedParameter, TestDraws,
-    TrendOverTests, calibrate_tests, calibration_of_draws, calibration_over_tests,
+    TrendOverTests, calibrate_joint, calibrate_tests, calibration_of_draws, calibration_over_tests,
 };
 use likelihood::of_specimens;
 pub use population::Population;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::*;
-use crate::case::Likelihood;
+use crate::case::{CovarianceCase, Likelihood};
 
 const SHIPPED: &str = include_str!("../../../cases/fast-and-slow.toml");
 const SPECIMENS_OF_SLOW: &str =
@@ -129,6 +129,55 @@ fn a_table_of_quantities_is_divided_by_test() {
     assert_eq!(names.collect::<Vec<_>>(), [Some("fast".to_owned()), Some("slow".to_owned())]);
 }
 
+const BUILT_IN_AND_OUTSIDE: &str = "[prior]\nmatrix.young_mpa = [250.0, 300.0]\n[experiments]\nvalues = \"measured.csv\"\n\
+    [[tests]]\nname = \"bar\"\nset.specimen = { radius_mm = 2.5, height_mm = 4.4, spacing_mm = 0.7 }\n\
+    set.material.matrix = { young_mpa = 275, poisson = 0.25 }\nset.test.displacement_mm = 0.2\n\
+    set.qoi.quantities = [\"force-at-0.1-mm\"]\n\
+    [[tests]]\nname = \"rates\"\nset.simulator = { command = [\"sh\", \"rates.sh\", \"{matrix.young_mpa}\", \"{offset}\"] }\n\
+    set.qoi.quantities = [\"column:yield_mpa\"]\n";
+
+/// A free parameter belongs to the tests whose runs come from outside; one test can have its own free parameters.
+#[test]
+fn tests_of_the_built_in_simulation_have_no_free_parameters() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("measured.csv"), "").unwrap();
+    let declared = "offset = { unit = \"1\", prior = [0.5, 1.75] }\n";
+    let of_all = format!("{BUILT_IN_AND_OUTSIDE}[parameters]\n{declared}");
+    let of_one = format!("{BUILT_IN_AND_OUTSIDE}parameters.{declared}");
+    let read = |text: &str| CaseFile::parse_all(text, &dir.path().join("case.toml"));
+    for (text, is_own) in [(&of_all, false), (&of_one, true)] {
+        let (file, mistakes) = read(text);
+        assert!(mistakes.is_empty(), "{mistakes:?}");
+        let file = file.unwrap();
+        let (again, _) = read(&file.case.to_toml());
+        assert_eq!(again.unwrap().case, file.case);
+        let tests = single_tests(&file).unwrap();
+        let names = |test: &SingleTest| -> Vec<String> {
+            test.file.case.prior.iter().flat_map(PriorCase::names).collect()
+        };
+        assert_eq!(names(&tests[0]), ["matrix.young_mpa"]);
+        assert_eq!(names(&tests[1]).len(), 2, "{:?}", names(&tests[1]));
+        assert!(tests[0].own.is_empty());
+        assert_eq!(tests[1].own.contains(&"offset".to_owned()), is_own);
+    }
+    for (text, fragment) in [
+        (of_one.replace("\nparameters.", "\nset.parameters."), "Write parameters.… beside set"),
+        (format!("{of_one}[parameters]\n{declared}"), "(rates).parameters = offset"),
+        // a free parameter of a test of the built-in simulation
+        (
+            BUILT_IN_AND_OUTSIDE.replacen("set.test", &format!("parameters.{declared}set.test"), 1),
+            "(bar).parameters.offset",
+        ),
+    ] {
+        let (_, mistakes) = read(&text);
+        let all: Vec<String> = mistakes.iter().map(ToString::to_string).collect();
+        assert!(all.join("\n").contains(fragment), "{fragment}: {all:?}");
+    }
+    // without a test from outside, the free parameters are refused
+    let (_, mistakes) = self::read(&format!("{SHIPPED}\n[parameters]\n{declared}"));
+    assert!(mistakes.join("\n").contains("not a parameter of the built-in"), "{mistakes:?}");
+}
+
 /// A test can change the likelihood and the discrepancy, which belong to its own quantities.
 #[test]
 fn a_test_has_its_own_likelihood_and_discrepancy() {
@@ -155,6 +204,26 @@ fn a_relation_between_tests_needs_several_tests() {
     for part in ["calibration.between_tests = matrix.young_mpa", "[[tests]]"] {
         assert!(mistakes[0].contains(part), "{mistakes:?}");
     }
+}
+
+#[test]
+fn a_pooled_covariance_needs_several_tests() {
+    let pooled = "[calibration]\ncovariance = \"pooled\"\n";
+    let (_, mistakes) = read(&format!("{CASE_WITH_ONE_TEST}{pooled}"));
+    assert_eq!(mistakes.len(), 1, "{mistakes:?}");
+    for part in ["calibration.covariance = pooled", "[[tests]]"] {
+        assert!(mistakes[0].contains(part), "{mistakes:?}");
+    }
+    let (file, mistakes) = read(&with(&[("[calibration]\n", pooled)]));
+    assert_eq!(mistakes, [""; 0]);
+    let file = file.unwrap();
+    assert_eq!(file.case.calibration.covariance, CovarianceCase::Pooled);
+    for test in single_tests(&file).unwrap() {
+        assert_eq!(test.file.case.calibration.covariance, CovarianceCase::Independent);
+    }
+    let own = "set.calibration.covariance = \"pooled\"";
+    let (_, mistakes) = read(&with(&[(SPECIMENS_OF_SLOW, own)]));
+    assert!(mistakes[0].contains("in [calibration], once"), "{mistakes:?}");
 }
 
 #[test]

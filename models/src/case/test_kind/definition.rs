@@ -8,7 +8,8 @@ use super::super::conditions::{ConditionsCase, PrescribeCase};
 /// Keys outside `test.kind` on which the conditions of a kind depend.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TestSetting {
-    /// `test.displacement_mm`; NaN in a case without this key, which the validation refuses.
+    /// `test.displacement_mm`, or the largest displacement of `test.program`; NaN in a case without both, which the
+    /// validation refuses.
     pub(crate) displacement_mm: f64,
     /// Duration of the test in s.
     pub(crate) duration_s: f64,
@@ -34,6 +35,12 @@ pub(crate) trait TestKind {
 
     /// Describes the test for `breccia check`; the displacement follows the text.
     fn in_words(&self) -> String;
+
+    /// Whether the moving surface can follow `test.program`. The displacements of the program then replace a displacement
+    /// that grows in proportion to the time.
+    fn follows_programs(&self) -> bool {
+        true
+    }
 
     /// Surfaces that the specimen must have.
     fn surfaces(&self) -> &'static [&'static str];

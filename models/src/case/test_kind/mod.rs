@@ -21,7 +21,7 @@ pub use notched_beam::NotchedBeam;
 use tension_bar::TensionBar;
 
 /// `test.kind`: the kind of a test that is not a compression between platens. The displacement grows in proportion to the
-/// time up to `test.displacement_mm`.
+/// time up to `test.displacement_mm`, or follows `test.program`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum TestKindCase {

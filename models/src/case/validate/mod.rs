@@ -25,7 +25,7 @@ use fem_image::listed;
 
 use interface::{WrongInterface, check_interface};
 
-use super::{CaseFile, Mistakes, SpecimenGeometry};
+use super::{CaseFile, CovarianceCase, Mistakes, SpecimenGeometry};
 use crate::error::{InputError, closest};
 use machine::check_machine;
 use material::check_material;
@@ -67,6 +67,11 @@ impl CaseFile {
             let help = "Add the tests as [[tests]], or remove the key.";
             let key = "calibration.between_tests";
             mistakes.note(Err(self.error(key, parameter.to_string(), problem, help)));
+        }
+        if self.case.calibration.covariance == CovarianceCase::Pooled {
+            let problem = "pools the covariances of several tests, but the case has one test";
+            let help = "Add the tests as [[tests]], or remove the key.";
+            mistakes.note(Err(self.error("calibration.covariance", "pooled", problem, help)));
         }
         let geometry = match self.geometry() {
             Ok(geometry) => Some(geometry),

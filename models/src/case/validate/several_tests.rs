@@ -94,7 +94,10 @@ fn check_entries_of_tests(file: &CaseFile, names: &[&str], mistakes: &mut Mistak
     }
     let prior = file.case.whole_prior().unwrap_or_default();
     for (parameter, width) in file.case.further_tests.width90.iter() {
-        let of_test = |test: &TestEntry| test.prior.get(parameter).is_some();
+        let of_test = |test: &TestEntry| {
+            test.prior.get(parameter).is_some()
+                || test.parameters.contains_key(&parameter.to_string())
+        };
         if prior.get(parameter).is_none() && !file.case.tests.iter().any(of_test) {
             let key = format!("further_tests.width90.{parameter}");
             let help = "Name a parameter of [prior], or of the prior of a test.";

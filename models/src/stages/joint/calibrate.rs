@@ -10,14 +10,15 @@ use super::model_file::write_model;
 use super::parameters::{FILE, JointParameter};
 use super::sources::write_uncertainty;
 use crate::case::{
-    BetweenTestsCase, CaseFile, SingleTest, TrendCase, TrendValues, TrendVariable, validation_case,
+    BetweenTestsCase, CaseFile, CovarianceCase, SingleTest, TrendCase, TrendValues, TrendVariable,
+    validation_case,
 };
 use crate::case_inputs::CaseInputs;
 use crate::error::InputError;
 use crate::forward::prior_sensitivity::{write_evidence, write_sensitivity};
 use crate::fracture::{
-    BetweenTests, JointCalibration, JointTest, Scope, ScopedParameter, TrendOverTests,
-    calibrate_tests,
+    BetweenTests, JointCalibration, JointTest, JointTests, Scope, ScopedParameter, TrendOverTests,
+    calibrate_joint,
 };
 use crate::pipeline::inputs::Inputs;
 use crate::pipeline::task::Task;
@@ -38,13 +39,18 @@ pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         let bar = ChainsBar::new(settings.chains, label);
         let result = task.on_threads(settings.chains, |threads| {
             let shown = sampler.clone().threads(threads).progress(&bar);
-            calibrate_tests(tests, between, &shown, burn_in, settings.seed)
+            let prepared = JointTests::new(tests, between)?;
+            let prepared = match settings.covariance {
+                CovarianceCase::Independent => prepared,
+                CovarianceCase::Pooled => prepared.with_pooled_covariance(),
+            };
+            calibrate_joint(prepared, &shown, burn_in, settings.seed)
         });
         drop(bar);
         task.check_interrupt()?;
         Ok::<JointCalibration, WorkflowError>(result?)
     };
-    write_model(task, &all, &between)?;
+    write_model(task, &all, &between, settings.covariance)?;
     let joint = calibrated(&all, "draws of all tests")?;
     if !joint.mode.converged {
         let mode = &joint.mode;

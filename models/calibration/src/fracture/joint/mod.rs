@@ -1,16 +1,18 @@
 //! Joint calibration of several tests of one material. Each test has its own forward model, specimens and errors.
 //!
 //! 1. `correlation`: correlation matrices of different sizes in one model
-//! 2. `scope`, `prepared`: the tests, and the parameters of the joint model
-//! 3. `model`: the joint model
-//! 4. `draws`: draws of the joint posterior for each test
-//! 5. `new_test`: draws for a test that was not calibrated
+//! 2. `scatter`: covariances of the specimens, one for each test or one for all tests
+//! 3. `scope`, `prepared`: the tests, and the parameters of the joint model
+//! 4. `model`: the joint model
+//! 5. `draws`: draws of the joint posterior for each test
+//! 6. `new_test`: draws for a test that was not calibrated
 
 mod correlation;
 mod draws;
 mod model;
 mod new_test;
 mod prepared;
+mod scatter;
 mod scope;
 #[cfg(test)]
 mod tests;
@@ -87,7 +89,20 @@ pub fn calibrate_tests(
     burn_in: usize,
     seed: u64,
 ) -> Result<JointCalibration, CalibrationError> {
-    let prepared = JointTests::new(tests, between)?;
+    calibrate_joint(JointTests::new(tests, between)?, sampler, burn_in, seed)
+}
+
+/// Calibrates prepared tests together, such as tests [with a pooled covariance](JointTests::with_pooled_covariance). The
+/// other arguments are those of [`calibrate_tests`].
+///
+/// # Errors
+/// If the surrogates reject every starting point.
+pub fn calibrate_joint(
+    prepared: JointTests,
+    sampler: &Nuts<'_>,
+    burn_in: usize,
+    seed: u64,
+) -> Result<JointCalibration, CalibrationError> {
     let model = calibration_over_tests(&prepared);
     let mut chains = sampler.run(&model).map_err(SampleError::from)?;
     leave_out(&mut chains, burn_in);

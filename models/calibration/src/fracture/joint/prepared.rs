@@ -7,15 +7,13 @@ use serde::Serialize;
 use surrogate::{DynPce, Input};
 
 use super::correlation;
+use super::scatter::{PartOfScatter, Scatter};
 use super::scope::{Scope, ScopedParameter};
 use crate::fracture::within_box::{deviated, exponential_within};
 use crate::fracture::{
     CalibrationError, Evidence, Specimens, relative_to_means, short_name, unknown_inputs,
 };
 use crate::prior::Prior;
-
-/// Concentration of the LKJ prior of the correlations between the quantities of a test.
-const ETA: f64 = 3.0;
 
 /// One test of a material: its forward model and its specimens.
 #[derive(Clone, Debug)]
@@ -144,6 +142,8 @@ pub struct JointTests {
     pub(super) varying: Vec<Varying>,
     /// Trends of parameters, by the name of the surrogate's input.
     pub(super) trends: BTreeMap<String, TrendOverTests>,
+    /// Covariances of the specimens: one for each test, or one for all tests.
+    pub(super) scatters: Vec<Scatter>,
     pub(super) tests: Vec<PreparedTest>,
 }
 
@@ -161,8 +161,8 @@ pub(super) struct PreparedTest {
     pub(super) specimens: Specimens,
     /// Names of the quantities.
     pub(super) quantities: Vec<String>,
-    /// Shapes of the beta distributions of the partial correlations.
-    pub(super) shapes: Vec<f64>,
+    /// Place of the quantities in the covariances of the specimens.
+    pub(super) scatter: PartOfScatter,
 }
 
 impl JointTests {
@@ -198,6 +198,7 @@ impl JointTests {
             priors: Vec::new(),
             varying: Vec::new(),
             trends: trends.collect(),
+            scatters: Vec::new(),
             tests: Vec::new(),
         };
         for test in tests {
@@ -226,13 +227,18 @@ impl JointTests {
                 .map(|(input, prior)| joint.value(test, input, prior, between))
                 .collect::<Result<_, _>>()?;
             let (forward, specimens) = relative_to_means(&test.forward, &test.evidence)?;
+            let quantities: Vec<String> =
+                forward.outputs().iter().map(|name| short_name(name)).collect();
+            let rows = (0..quantities.len()).collect();
+            let scatter = PartOfScatter { scatter: joint.scatters.len(), rows };
+            joint.scatters.push(Scatter::new(Some(test.name.clone()), quantities.clone()));
             joint.tests.push(PreparedTest {
                 name: test.name.clone(),
                 values,
                 inputs,
                 varying: Vec::new(),
-                quantities: forward.outputs().iter().map(|name| short_name(name)).collect(),
-                shapes: correlation::shapes(forward.outputs().len(), ETA),
+                quantities,
+                scatter,
                 forward,
                 specimens,
             });
@@ -288,6 +294,25 @@ impl JointTests {
             test.varying = joint.varying.iter().filter_map(place).collect();
         }
         Ok(joint)
+    }
+
+    /// Pools the covariances: the specimens of all tests have one covariance of the quantities relative to the means of
+    /// their test, as in [`calibrate_groups`](crate::calibrate_groups). Quantities of several tests with the same name have
+    /// one standard deviation. A test has the rows and columns of its own quantities.
+    pub fn with_pooled_covariance(mut self) -> Self {
+        let mut quantities: Vec<String> = Vec::new();
+        for test in &mut self.tests {
+            let row = |quantity: &String| {
+                quantities.iter().position(|other| other == quantity).unwrap_or_else(|| {
+                    quantities.push(quantity.clone());
+                    quantities.len() - 1
+                })
+            };
+            let rows = test.quantities.iter().map(row).collect();
+            test.scatter = PartOfScatter { scatter: 0, rows };
+        }
+        self.scatters = vec![Scatter::new(None, quantities)];
+        self
     }
 
     /// Returns the value of a test's input in the joint model, and adds its parameters if they are new.
@@ -357,24 +382,14 @@ impl JointTests {
         self.tests.iter().flat_map(of).collect()
     }
 
-    /// Names of the quantities of all tests, test by test.
+    /// Names of the quantities of each covariance.
     pub(super) fn quantity_names(&self) -> Vec<String> {
-        let of = |test: &PreparedTest| -> Vec<String> {
-            test.quantities.iter().map(|name| format!("{name} ({})", test.name)).collect()
-        };
-        self.tests.iter().flat_map(of).collect()
+        self.scatters.iter().flat_map(Scatter::quantity_names).collect()
     }
 
-    /// Names of the pairs of quantities of each test, in the order of the entries below the diagonal.
+    /// Names of the pairs of quantities of each covariance, in the order of the entries below the diagonal.
     pub(super) fn pair_names(&self) -> Vec<String> {
-        let mut names = Vec::new();
-        for test in &self.tests {
-            for (row, first) in test.quantities.iter().enumerate() {
-                let others = &test.quantities[..row];
-                names.extend(others.iter().map(|other| format!("{first} {other} ({})", test.name)));
-            }
-        }
-        names
+        self.scatters.iter().flat_map(Scatter::pair_names).collect()
     }
 }
 
