@@ -16,7 +16,8 @@
 //! - a surrogate from runs with one packing, as in the paper.
 //!
 //! The results of a case with several tests are calibrated jointly, in emulated laboratories. The settings are the
-//! exact forward models, surrogates with their errors, and the same surrogates without their errors:
+//! exact forward models, surrogates with their errors and, with `--without-errors`, the same surrogates without their
+//! errors:
 //!
 //! ```text
 //! cargo run --release -p models --example coverage -- results --runs 40 --repeats 10 --max-order 3
@@ -30,8 +31,8 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use clap::Parser;
 use models::coverage::{
-    CoverageRow, CoverageStudy, Emulated, EmulatedTests, MeshRatio, NextTests, ProgrammeStep,
-    Setting, with_ratios,
+    CoverageRow, CoverageStudy, Emulated, EmulatedTests, JointSetting, MeshRatio, NextTests,
+    ProgrammeStep, Setting, with_ratios,
 };
 use models::{Case, CaseFile, Population, simulate_laboratories};
 use surrogate::{Dataset, DynPce, FitOptions, PceFit};
@@ -66,6 +67,12 @@ struct Arguments {
     /// the case.
     #[arg(long)]
     repeats: Option<usize>,
+    /// Number of chains of each calibration.
+    #[arg(long, default_value_t = 2)]
+    chains: usize,
+    /// With several tests, also calibrate with surrogates that are assumed to be exact. Their intervals are too narrow.
+    #[arg(long)]
+    without_errors: bool,
     /// Number of laboratories that choose their next tests among the tests of the case, after its first test.
     #[arg(long, default_value_t = 0)]
     choose: usize,
@@ -91,13 +98,20 @@ fn main() -> Result<(), Error> {
         "setting,parameter,nominal,covered,laboratories,mean_width,difference,difference_error"
     );
     let study = CoverageStudy::default();
+    let study = CoverageStudy { sampler: study.sampler.chains(arguments.chains), ..study };
     let count = arguments.emulate;
     if !case.tests.is_empty() {
         if arguments.simulate > 0 {
             return Err("laboratories with several tests can only be emulated".into());
         }
         let world = tests(&arguments, case)?;
-        let make = |k: usize| Ok::<_, Error>(world.laboratory(k as u64)?);
+        let make = |k: usize| {
+            let mut laboratory = world.laboratory(k as u64)?;
+            let is_used =
+                |setting: &JointSetting| arguments.without_errors || setting.name != "no error";
+            laboratory.settings.retain(is_used);
+            Ok::<_, Error>(laboratory)
+        };
         print("emulated", &study.run_joint(count, make, counter(count))?);
         return choose(&arguments, world, &study);
     }

@@ -4,7 +4,7 @@ use nalgebra::{Cholesky, Dyn};
 use rand::{Rng, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_xoshiro::Xoshiro256PlusPlus;
-use surrogate::{Dataset, DesignMethod, DynPce, FitOptions, Input, SurrogateError};
+use surrogate::{Dataset, DesignMethod, DynPce, FitOptions, Input};
 
 use super::mesh_ratio::{MeshRatio, factor, normal};
 use super::study::{Laboratory, Setting};
