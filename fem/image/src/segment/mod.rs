@@ -24,8 +24,8 @@ use crate::segment::plausibility::{Layers, empty_end_in_words};
 use crate::segment::settings::{SeedRule, Segmentation};
 use crate::segment::void_regions::label_voids;
 use crate::segment::warnings::{
-    exchanged_in_words, fractions_in_words, small_in_words, thin_in_words, uneven_in_words,
-    unfitted_in_words, void_in_words,
+    exchanged_in_words, fractions_in_words, merged_in_words, small_in_words, thin_in_words,
+    uneven_in_words, unfitted_in_words, void_in_words,
 };
 use crate::volume::components::fill_holes;
 use crate::volume::contrast::Contrast;
@@ -228,6 +228,7 @@ impl Segmentation {
             warnings.extend(empty_end_in_words(&labels, grains, fit));
         }
         warnings.extend(small_in_words(&regions, grey.voxel_mm, blur_voxels));
+        warnings.extend(merged_in_words(&regions, grey.voxel_mm));
         warnings.extend(self.one_for_all(&regions, &inside, scale.to_image(level.by_hand)));
         let voxel_mm = grey.voxel_mm;
         let (cylinder, volume_mm3) = match located.fit {

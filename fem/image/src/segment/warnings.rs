@@ -15,6 +15,13 @@ const THIN: f64 = 12.0;
 const SMALL_RADIUS: f64 = 2.7;
 /// The measured volume of a grain whose radius is below this multiple of the blur's standard deviation is uncertain.
 const SMALL_BLURS: f64 = 3.4;
+/// Grains below this volume (voxels) that are elongated may be pairs of touching grains. In synthetic specimens touching
+/// balls with a radius of 3 voxels merge, and balls with a radius of 4 voxels do not.
+const MERGED_VOXELS: f64 = 400.0;
+/// Ratio of the longest to the shortest diameter above which a grain is elongated. The ratio is 2 for two touching balls.
+const ELONGATED: f64 = 1.8;
+/// A warning is added if small elongated grains have more than this share of the volume of all grains.
+const MERGED_SHARE: f64 = 0.1;
 /// Largest relative difference between the brightness along the axis and the fitted profile that causes no warning.
 const UNEVEN: f64 = 0.04;
 /// A warning is added if small grains have more than this share of the volume of all grains.
@@ -128,6 +135,27 @@ pub(super) fn small_in_words(
              smaller than {limit:.0} voxels ({radius:.1} voxels in radius{cause}): their volumes and numbers are uncertain by more \
              than 10 %",
             small.len(),
+            regions.len(),
+            100.0 * share
+        )
+    })
+}
+
+/// Returns a warning about small elongated grains, which may be pairs of touching grains.
+pub(super) fn merged_in_words(regions: &[Region], voxel_mm: f64) -> Option<String> {
+    let volume = |region: &Region| region.volume_mm3 / voxel_mm.powi(3);
+    let is_elongated = |region: &&Region| {
+        let [longest, _, shortest] = region.axes_mm;
+        volume(region) < MERGED_VOXELS && longest > ELONGATED * shortest
+    };
+    let elongated: Vec<f64> = regions.iter().filter(is_elongated).map(volume).collect();
+    let share = elongated.iter().sum::<f64>() / regions.iter().map(volume).sum::<f64>();
+    (share > MERGED_SHARE).then(|| {
+        format!(
+            "the number of grains is too small and their sizes are too large if the grains are not elongated: {} of {} grains, \
+             {:.0} % of the grains' volume, are smaller than {MERGED_VOXELS} voxels and more than {ELONGATED} times as long as \
+             thick, as pairs of touching grains that the voxels do not separate; a smaller voxel size separates them",
+            elongated.len(),
             regions.len(),
             100.0 * share
         )
