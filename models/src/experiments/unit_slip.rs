@@ -151,8 +151,8 @@ mod tests {
         for slope in [SLOPE, RANGE[0] / 1.9, RANGE[1] * 1.9, f64::NAN] {
             assert_eq!(warned(slope), None, "{slope}");
         }
-        // a factor of 40, which no slip explains
-        let text = warned(SLOPE * 40.0).unwrap();
+        // a factor of 12, which no slip explains
+        let text = warned(SLOPE * 12.0).unwrap();
         assert!(text.contains("[machine]"), "{text}");
     }
 }
