@@ -1,10 +1,12 @@
 //! Measured and virtual specimens: their curves, quantities of interest and checks, and the displacements and mesh sizes
 //! of simulations that are compared with them.
 //!
-//! 1. `mesh_scale`, `experiment_inputs`, `virtual_inputs`, `few_specimens`: sizes and keys of the specimens
-//! 2. `specimen_quantities`, `specimen_notes`, `preparation`, `measured_values`: quantities and notes of one specimen
-//! 3. `closed_form`, `unit_slip`, `followed_program`, `simulated_displacement`: comparisons with the test of the case
-//! 4. `specimen_checks`, `common_specimens`, `validation_folders`: checks of all specimens
+//! 1. `experiment_inputs`, `virtual_inputs`, `mesh_scale`: specimens of a case, and their size relative to the mesh
+//! 2. `data_range`, `few_specimens`: measured means against the range of the simulations, scatter of a few specimens
+//! 3. `preparation`, `specimen_notes`, `specimen_quantities`: prepared curves, notes, quantities of interest
+//! 4. `closed_form`, `unit_slip`, `followed_program`, `measured_values`, `simulated_displacement`: comparisons with what is
+//!    expected
+//! 5. `common_specimens`, `specimen_checks`, `validation_folders`: specimens of several tests, checks of a table, validations
 
 pub(crate) mod closed_form;
 pub(crate) mod common_specimens;

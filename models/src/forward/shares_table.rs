@@ -20,7 +20,10 @@ pub(crate) fn write_shares(
     parameters: &[SharesOfParameter],
 ) -> Result<(), WorkflowError> {
     let rows = parameters.iter().flat_map(|(parameter, shares)| {
-        shares.iter().map(|(source, share)| [parameter.clone(), source.clone(), share.to_string()])
+        let row = move |(source, share): &(String, f64)| {
+            [parameter.clone(), source.clone(), share.to_string()]
+        };
+        shares.iter().map(row)
     });
     task.write_csv(FILE, COLUMNS, rows)
 }

@@ -5,7 +5,7 @@ use ppl::{Posterior, Summary, Univariate};
 use surrogate::CoefficientPosterior;
 
 use super::fitted::Fitted;
-use super::shares_table::write_shares;
+use super::shares_table::{SharesOfParameter, write_shares};
 use super::specimen_stiffness::KnownStiffness;
 use crate::budget::{largest_part, matrix, shares};
 use crate::case::DiscrepancyCase;
@@ -346,7 +346,7 @@ impl Budget {
             let sources = self.sources.iter().map(ToString::to_string);
             (parameter.clone(), sources.zip(shares.iter().copied()).collect())
         };
-        let parameters: Vec<_> =
+        let parameters: Vec<SharesOfParameter> =
             self.parameters.iter().zip(&self.shares).map(of_parameter).collect();
         write_shares(task, &parameters)
     }

@@ -2,8 +2,8 @@
 //!
 //! 1. `ensemble_runs`, `made_on`, `unusable_runs`: folders and records of runs, their specimens, runs without quantities
 //! 2. `first_runs`: comparison of the first runs with the specimens
-//! 3. `simulation_key`, `keyed_levels`: identity of the runs on each mesh
-//! 4. `microstructures`, `run_source`, `run_sources`: packings or images of the runs, and where the runs come from
+//! 3. `simulation_key`, `microstructures`, `keyed_levels`: identity of runs, their packings or images, and their meshes
+//! 4. `run_source`, `run_sources`: where the runs come from
 //! 5. `level_runs`, `fidelity`, `quadrature`: runs on several meshes, and what meshes and quadratures change
 //! 6. `mesh_error`, `map_fields`: error of the mesh and fields at the posterior mode
 

@@ -154,8 +154,8 @@ fn with_derivatives(
 /// Parses the leading `#` lines, which declare inputs, outputs and the columns that describe rows, and returns a dataset with these
 /// columns and without rows.
 fn declarations(text: &str) -> Located<Dataset> {
-    let (mut inputs, mut outputs, mut columns) = (Vec::new(), Vec::new(), Vec::new());
-    let mut provenance = Vec::new();
+    let (mut inputs, mut outputs, mut provenance) = (Vec::new(), Vec::new(), Vec::new());
+    let mut columns: Vec<Column> = Vec::new();
     let mut line = 0;
     for content in text.lines().map_while(|l| l.strip_prefix('#')) {
         line += 1;

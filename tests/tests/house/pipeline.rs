@@ -26,21 +26,23 @@ const FOREIGN: [&str; 8] = [
 #[test]
 fn the_pipeline_knows_no_material_and_no_statistics() {
     let models = Crate::read(&workspace().join("models"));
-    let is_of = |file: &Path, module: &str| models.top_module_of(file).as_deref() == Some(module);
     let mut imports = 0;
-    for import in models.imports().into_iter().filter(|import| is_of(&import.from, "pipeline")) {
+    // the table of the stages has methods of `Stage`, which count as imports in both directions
+    for import in models.imports().into_iter().filter(|import| !import.name.starts_with("impl ")) {
+        let module_of = |file: &Path| models.top_module_of(file);
+        // the root of the crate has no module
+        let (Some(from), Some(to)) = (module_of(&import.from), module_of(&import.to)) else {
+            continue;
+        };
+        if from != "pipeline" {
+            continue;
+        }
         imports += 1;
-        let (from, to) = (import.from.display(), import.to.display());
+        let (file, name) = (import.from.display(), &import.name);
+        assert!(MODULES.contains(&to.as_str()), "{file} imports {name} of {to}");
         assert!(
-            MODULES.iter().any(|module| is_of(&import.to, module)),
-            "{from} imports {} of {to}",
-            import.name
-        );
-        let is_case = is_of(&import.to, "case");
-        assert!(
-            !is_case || OF_CASE.contains(&import.name.as_str()),
-            "{from} imports {} of {to}; move what knows the case to `case_inputs`",
-            import.name
+            to != "case" || OF_CASE.contains(&name.as_str()),
+            "{file} imports {name} of {to}; move what knows the case to `case_inputs`"
         );
     }
     assert!(imports > 20, "{imports} imports");

@@ -89,7 +89,9 @@ impl RunSource for Program {
         let named = self.case.input.iter().chain(&self.case.files);
         let mut files: Vec<_> = named.map(|path| path.to_string_lossy()).collect();
         // a program that is searched in PATH is installed, and no file of the user
-        files.extend(has_path(&self.case.command[0]).then(|| self.case.command[0].as_str().into()));
+        if has_path(&self.case.command[0]) {
+            files.push(self.case.command[0].as_str().into());
+        }
         key.and(inputs, &KEYS_OF_RUNS, &files.iter().map(|name| &**name).collect::<Vec<_>>())
     }
 

@@ -5,7 +5,7 @@ use ppl::Univariate;
 
 use super::evidence::TestEvidence;
 use crate::budget::shares;
-use crate::forward::shares_table::write_shares;
+use crate::forward::shares_table::{SharesOfParameter, write_shares};
 use crate::forward::uncertainty::{TestSources, sources_of_test};
 use crate::fracture::{JointCalibration, calibration_of_draws};
 use crate::pipeline::task::Task;
@@ -35,7 +35,8 @@ pub(super) fn write_uncertainty(
     let of_parameter = |(parameter, shares): (&String, &Vec<f64>)| {
         (parameter.clone(), names.iter().cloned().zip(shares.iter().copied()).collect())
     };
-    let parameters: Vec<_> = joint.names.iter().zip(&shares).map(of_parameter).collect();
+    let parameters: Vec<SharesOfParameter> =
+        joint.names.iter().zip(&shares).map(of_parameter).collect();
     write_shares(task, &parameters)
 }
 
