@@ -273,7 +273,7 @@ pub(super) fn cx() -> Ident {
     cx_at(Span::mixed_site())
 }
 
-/// Returns the identifier `cx` with the source location of `place`, where the compiler reports errors.
+/// Returns the identifier `cx` with the source location `span`, where the compiler reports errors.
 fn cx_at(span: Span) -> Ident {
     Ident::new("cx", Span::mixed_site().located_at(span))
 }

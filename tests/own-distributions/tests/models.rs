@@ -21,8 +21,8 @@ ppl::model! {
         for x in above {
             x ~ Logistic(location, 1.0).truncate(0.0..);
         }
-        for x in read {
-            x ~ Logistic(location, 1.0).censor(..3.0);
+        for reading in read {
+            reading ~ Logistic(location, 1.0).censor(..3.0);
         }
     }
 
@@ -32,8 +32,8 @@ ppl::model! {
         for x in above {
             x ~ Logistic(location, scale).truncate(0.0..);
         }
-        for x in read {
-            x ~ Logistic(location, scale).censor(..3.0);
+        for reading in read {
+            reading ~ Logistic(location, scale).censor(..3.0);
         }
     }
 
