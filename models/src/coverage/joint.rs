@@ -71,10 +71,12 @@ impl EmulatedTests {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
     use surrogate::{Dataset, DesignMethod, DynPce, Input};
 
     use super::super::closed_form::{INPUTS, inputs, study, world};
-    use super::super::{CoverageRow, MeshRatio};
+    use super::super::{CoverageRow, CoverageStudy, MeshRatio};
     use super::*;
 
     fn at<'a>(rows: &'a [CoverageRow], setting: &str, nominal: f64) -> Vec<&'a CoverageRow> {
@@ -138,6 +140,22 @@ mod tests {
         };
         let (with, without) = (widths(&world), widths(&without));
         assert!(with[0] > 1.1 * without[0] && with[2] > 1.05 * without[2], "{with:?} {without:?}");
+    }
+
+    /// A study on one thread calibrates one laboratory after the other.
+    #[test]
+    fn one_thread_calibrates_one_laboratory_at_a_time() {
+        let (world, study) = (world(4, 24), study());
+        let study = CoverageStudy { sampler: study.sampler.warmup(20).draws(10), ..study };
+        let (begun, most) = (AtomicUsize::new(0), AtomicUsize::new(0));
+        let make = |k: usize| {
+            most.fetch_max(begun.fetch_add(1, Ordering::Relaxed) + 1, Ordering::Relaxed);
+            world.laboratory(k as u64)
+        };
+        let finished = |_| drop(begun.fetch_sub(1, Ordering::Relaxed));
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+        pool.install(|| study.run_joint(4, make, finished)).unwrap();
+        assert_eq!(most.into_inner(), 1);
     }
 
     #[test]

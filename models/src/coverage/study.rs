@@ -144,7 +144,9 @@ pub struct JointSetting {
 /// Study that calibrates many laboratories.
 #[derive(Clone, Debug)]
 pub struct CoverageStudy {
-    /// Sampler of every calibration; the study replaces its seed and number of threads.
+    /// Sampler of every calibration; the study replaces its seed. Do not set its number of threads: a sampler with its own
+    /// threads lets the threads of the study begin further laboratories while they wait for it, up to all laboratories at
+    /// once.
     pub sampler: Nuts<'static>,
     /// Seed of all random numbers.
     pub seed: u64,
@@ -179,7 +181,7 @@ impl CoverageStudy {
             let calibrated = |setting: &Setting| {
                 let (priors, evidence) = (setting.priors(size), setting.evidence(&laboratory));
                 let seed = self.seed_of(k);
-                let sampler = self.sampler.clone().seed(seed).threads(1);
+                let sampler = self.sampler.clone().seed(seed);
                 let posterior = sample(&setting.forward, &priors, &evidence, &sampler, seed)?;
                 Ok(SettingIntervals {
                     setting: setting.name.clone(),
@@ -231,7 +233,7 @@ impl CoverageStudy {
         let prepared = JointTests::new(tests, &BTreeMap::new())?;
         let model = calibration_over_tests(&prepared);
         let seed = self.seed_of(k);
-        let sampler = self.sampler.clone().seed(seed).threads(1);
+        let sampler = self.sampler.clone().seed(seed);
         let chains = sampler.run(&model).map_err(SampleError::from)?;
         Ok(Posterior::from_chains(&model, chains, seed)?)
     }
