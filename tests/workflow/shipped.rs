@@ -57,13 +57,12 @@ fn a_binder_at_three_rates_has_its_true_parameters() {
 fn steel_bars_and_rate_tests_are_calibrated_together() {
     let dir = tempfile::tempdir().unwrap();
     let changes = [
-        ("spacing_mm = 1.6", "spacing_mm = 3.0"),
-        ("steps = 30", "steps = 14"),
-        ("runs = 40", "runs = 16"),
-        ("max_order = 4", "max_order = 2"),
+        ("steps = 20", "steps = 8"),
+        ("runs = 20", "runs = 10"),
+        ("max_order = 3", "max_order = 1"),
         ("draws = 1000", "draws = 200\nwarmup = 300\nchains = 2"),
         ("[confirm]\ndraws = 1", "[confirm]\ndraws = 0"),
-        ("set.confirm.second_spacing_mm = 1.1", "set.confirm.second_spacing_mm = 2.5"),
+        ("set.confirm.second_spacing_mm = 1.6", "set.confirm.second_spacing_mm = 1.85"),
     ];
     let results = results("steel-304l", &changes, dir.path());
     let summary = std::fs::read_to_string(results.join("summary.csv")).unwrap();
