@@ -6,6 +6,7 @@ use super::closed_form::ClosedForm;
 use super::mesh_scale::MeshSize;
 use super::specimen_quantities::compared;
 use crate::case::MaterialCase;
+use crate::case_inputs::CaseInputs;
 use crate::experiment::{Specimen, SpecimenTable};
 use crate::pipeline::inputs::Inputs;
 use crate::qoi::{Quantity, Slope};
@@ -76,7 +77,7 @@ pub(crate) fn unit_slip(
     let is_composite = setup.material.len() > 1;
     let range = [low, if is_composite { COMPOSITE * high } else { high }];
 
-    let qoi = inputs.qoi();
+    let qoi = &inputs.qoi();
     let slope = [Quantity::new(Slope)];
     let of_specimen = |specimen: &Specimen| compared(specimen, Some(mesh), qoi, &slope).values[0];
     let slopes = table.specimens.iter().map(of_specimen).filter(|slope| slope.is_finite());

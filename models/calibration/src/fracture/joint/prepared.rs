@@ -6,7 +6,6 @@ use ppl::prelude::*;
 use serde::Serialize;
 use surrogate::{DynPce, Input};
 
-use super::correlation;
 use super::scatter::{PartOfScatter, Scatter};
 use super::scope::{Scope, ScopedParameter};
 use crate::fracture::within_box::{deviated, exponential_within};
