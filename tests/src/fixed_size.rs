@@ -1,6 +1,6 @@
-//! The paper's calibration with all sizes known at compile time. Only comparisons of this model with
-//! `models::calibration_on`, whose sizes come from data, use it: of the density in `calibration_instance.rs`, of the speed
-//! in `benches/sampling.rs`.
+//! The paper's calibration with all sizes known at compile time. `models::calibration_on`, whose sizes
+//! come from data, is compared with this model: the density in `calibration_instance.rs`, the speed in
+//! `benches/sampling.rs`. `delayed_acceptance.rs` samples this model, because it needs ten million evaluations.
 
 use models::Prior;
 use ppl::prelude::*;

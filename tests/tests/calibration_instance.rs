@@ -5,7 +5,7 @@ use breccia_tests::fixed_size::calibration;
 use breccia_tests::{Instance, assert_moments_of, number, numbers};
 use models::{Specimens, calibration_on};
 use ppl::prelude::*;
-use ppl::{Bound, LogDensity, Model, Nuts, Workspace};
+use ppl::{Bound, Model, Nuts, Workspace};
 use serde_json::Value;
 
 /// Unconstrained coordinates of a point from x, sd and the canonical partial correlations of the Cholesky factor.
@@ -112,8 +112,8 @@ fn the_shipped_model_is_static() {
     let shared = vec![vec![1e-4, 0.0, 0.0], vec![0.0, 1e-4, 0.0], vec![0.0, 0.0, 1e-4]];
     let sharing = plain.clone().sharing(shared).unwrap();
     let mut rows: Vec<Vec<f64>> = instance.qois.iter().map(|row| row.to_vec()).collect();
-    let known = (0..rows.len()).map(|i| Some(vec![0.1 * i as f64 - 0.4])).collect();
-    let knowing = plain.clone().knowing(known, None).unwrap();
+    let known: Vec<_> = (0..rows.len()).map(|i| Some(vec![0.1 * i as f64 - 0.4])).collect();
+    let knowing = plain.clone().knowing(&known, None).unwrap();
     rows[1][2] = f64::NAN;
     let incomplete = Specimens::new(&rows).unwrap();
     for (specimens, parameters) in [(plain, 3), (sharing, 3), (knowing, 2), (incomplete, 3)] {

@@ -78,7 +78,7 @@ impl<M: Model> Bound<M> {
     /// that depend on data only were computed when the data were bound. For tests.
     #[doc(hidden)]
     pub fn is_static(&self) -> bool {
-        M::STATIC && self.inspection.constant.is_some()
+        self.inspection.is_static()
     }
 
     /// Returns the names, shapes and roles of all quantities, and the number of unconstrained coordinates.

@@ -13,4 +13,3 @@ mod resume;
 mod starts;
 mod targets;
 mod tuning;
-mod units;

@@ -88,8 +88,8 @@ impl RngCore for FirstWord {
 fn draws_at_the_ends_of_the_uniform_numbers_are_finite() {
     for word in [0, u64::MAX] {
         let rng = || FirstWord { word: Some(word), rest: Xoshiro256PlusPlus::seed_from_u64(1) };
-        let laplace: f64 = Laplace(0.0, 2.0).draw(&mut rng());
-        let logistic: f64 = Logistic(0.0, 2.0).draw(&mut rng());
+        let laplace: f64 = Distribution::<f64>::draw(&Laplace(0.0, 2.0), &mut rng());
+        let logistic: f64 = Distribution::<f64>::draw(&Logistic(0.0, 2.0), &mut rng());
         for draw in [laplace, logistic] {
             // 2 · 53 ln 2 = 73.5
             assert!(draw.abs() < 80.0, "{draw}");
