@@ -152,7 +152,9 @@ mod tests {
             most.fetch_max(begun.fetch_add(1, Ordering::Relaxed) + 1, Ordering::Relaxed);
             world.laboratory(k as u64)
         };
-        let finished = |_| drop(begun.fetch_sub(1, Ordering::Relaxed));
+        let finished = |_: usize| {
+            begun.fetch_sub(1, Ordering::Relaxed);
+        };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
         pool.install(|| study.run_joint(4, make, finished)).unwrap();
         assert_eq!(most.into_inner(), 1);
