@@ -41,22 +41,14 @@ const MATCAL: [f64; 4] = [233.22, 486.78, 1.945_57, -1.400_12];
 const RUNS: [usize; 2] = [48, 6];
 const INCH_MM: f64 = 25.4;
 
-/// Returns the logarithms in which the bars scatter nearly independently: the first stress, the ratios of neighbouring
-/// stresses, and the strain at the largest stress. The stresses of a bar are so strongly correlated that a sampler hardly
-/// reaches their covariance.
-pub fn neighbours<S: Scalar>(q: [S; M]) -> [S; M] {
-    // the largest stress is compared with the last stress before it
-    from_fn(|k| if k == 0 || k == M - 1 { q[k] } else { q[k] - q[k.min(6) - 1] })
-}
-
 /// Returns the flow stress at the unknowns.
 pub fn law<S: Scalar>([yield_mpa, rise_mpa, rate, log10_c]: [S; 4]) -> VoceJohnsonCook<S> {
     VoceJohnsonCook::from_rise(yield_mpa, rise_mpa, rate, (log10_c * LN_10).exp(), 1e-5)
 }
 
 ppl::model! {
-    /// Bars and rate tests of one material. `forward` are logarithms of quantities, `bars` their [`neighbours`], `errors` the
-    /// standard deviations of the surrogate's errors.
+    /// Bars and rate tests of one material. `bars` and `forward` are logarithms of quantities, `errors` the standard
+    /// deviations of the surrogate's errors.
     pub fn steel(bars: &[[f64; M]], forward: &Pce<4, M>, errors: &[f64; M], rates: &[RateTest]) {
         let yield_mpa ~ Uniform(RANGES[0][0], RANGES[0][1]);
         let rise_mpa ~ Uniform(RANGES[1][0], RANGES[1][1]);
@@ -77,9 +69,8 @@ ppl::model! {
             let law = law_error * LAW_ERRORS[k];
             simulated[k] + deviation[k] * (law * law + errors[k] * errors[k]).sqrt()
         });
-        let expected = neighbours(mean);
         for bar in bars {
-            bar ~ MvNormalCholesky(expected, chol);
+            bar ~ MvNormalCholesky(mean, chol);
         }
 
         // MatCal's factor X: the 0.2 % offset yield of a test is not the yield stress of the law
@@ -162,8 +153,7 @@ fn main() -> Result<(), Error> {
     let errors = from_fn(|k| lack[k][k].sqrt());
     println!("surrogate of order {}, relative errors {errors:.4?}", fit.report.order);
 
-    let bars_in_model: Vec<_> = measured.iter().copied().map(neighbours).collect();
-    let model = steel(&bars_in_model, &fit.pce, &errors, &rates);
+    let model = steel(&measured, &fit.pce, &errors, &rates);
     let sampler = Nuts::default().chains(4).warmup(1000).draws(1000).target_accept(0.9).seed(1);
     let posterior = sampler.sample(&model)?;
     let mut summary = posterior.summary();

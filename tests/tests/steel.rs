@@ -14,7 +14,7 @@ use surrogate::{Dataset, DesignMethod, FitOptions, Input, Pce, Scales};
 #[allow(dead_code, unreachable_pub)] // the test uses only the model and the law of the example
 mod steel_304l;
 
-use steel_304l::{M, NAMES, RANGES, STRAINS, law, neighbours, steel};
+use steel_304l::{M, NAMES, RANGES, STRAINS, law, steel};
 
 /// True unknowns: yield stress, rise up to 0.3 of plastic strain (MPa), rate of hardening, log10 C.
 const TRUTH: [f64; 4] = [236.0, 470.0, 1.45, -1.38];
@@ -68,7 +68,6 @@ fn synthetic(seed: u64) -> (Vec<[f64; M]>, Vec<RateTest>) {
 #[test]
 fn the_model_recovers_the_truth_of_synthetic_tests() {
     let (bars, rates) = synthetic(3);
-    let bars: Vec<[f64; M]> = bars.into_iter().map(neighbours).collect();
     let (forward, errors) = surrogate();
     println!("errors of the surrogate {errors:.5?}");
     let model = steel(&bars, &forward, &errors, &rates);

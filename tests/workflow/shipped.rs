@@ -62,7 +62,6 @@ fn steel_bars_and_rate_tests_are_calibrated_together() {
         ("max_order = 3", "max_order = 1"),
         ("draws = 1000", "draws = 200\nwarmup = 300\nchains = 2"),
         ("[confirm]\ndraws = 1", "[confirm]\ndraws = 0"),
-        ("set.confirm.second_spacing_mm = 1.6", "set.confirm.second_spacing_mm = 1.85"),
     ];
     let results = results("steel-304l", &changes, dir.path());
     let summary = std::fs::read_to_string(results.join("summary.csv")).unwrap();

@@ -129,12 +129,14 @@ fn a_table_of_quantities_is_divided_by_test() {
     assert_eq!(names.collect::<Vec<_>>(), [Some("fast".to_owned()), Some("slow".to_owned())]);
 }
 
-const BUILT_IN_AND_OUTSIDE: &str = "[prior]\nmatrix.young_mpa = [250.0, 300.0]\n[experiments]\nvalues = \"measured.csv\"\n\
+const BUILT_IN_AND_OUTSIDE: &str = "[prior]\nmatrix.young_mpa = [250.0, 300.0]\n\
     [[tests]]\nname = \"bar\"\nset.specimen = { radius_mm = 2.5, height_mm = 4.4, spacing_mm = 0.7 }\n\
     set.material.matrix = { young_mpa = 275, poisson = 0.25 }\nset.test.displacement_mm = 0.2\n\
     set.qoi.quantities = [\"force-at-0.1-mm\"]\n\
-    [[tests]]\nname = \"rates\"\nset.simulator = { command = [\"sh\", \"rates.sh\", \"{matrix.young_mpa}\", \"{offset}\"] }\n\
-    set.qoi.quantities = [\"column:yield_mpa\"]\n";
+    set.experiments.virtual = { specimens = 3, seed = 1, truth.matrix.young_mpa = 275.0 }\n\
+    [[tests]]\nname = \"rates\"\n\
+    set.simulator = { command = [\"sh\", \"rates.sh\", \"{matrix.young_mpa}\", \"{offset}\"] }\n\
+    set.qoi.quantities = [\"column:yield_mpa\"]\nset.experiments.values = \"measured.csv\"\n";
 
 /// A free parameter belongs to the tests whose runs come from outside; one test can have its own free parameters.
 #[test]
@@ -153,7 +155,7 @@ fn tests_of_the_built_in_simulation_have_no_free_parameters() {
         assert_eq!(again.unwrap().case, file.case);
         let tests = single_tests(&file).unwrap();
         let names = |test: &SingleTest| -> Vec<String> {
-            test.file.case.prior.iter().flat_map(PriorCase::names).collect()
+            test.file.case.prior.iter().flat_map(|prior| prior.names()).collect()
         };
         assert_eq!(names(&tests[0]), ["matrix.young_mpa"]);
         assert_eq!(names(&tests[1]).len(), 2, "{:?}", names(&tests[1]));

@@ -191,10 +191,10 @@ fn a_confined_cylinder_carries_the_force_of_hooke() {
 #[test]
 fn a_program_of_one_point_is_the_test_at_constant_speed() {
     let cylinder = "radius_mm = 4.0\nheight_mm = 4.0\nspacing_mm = 1.3\norder = 1\n";
-    let block = "block_mm = [44.0, 5.0, 10.0]\nnotch = { depth_mm = 3.0, width_mm = 0.5 }\nspacing_mm = 3.0\norder = 1\n";
+    let block = "block_mm = [44.0, 5.0, 10.0]\nnotch = { depth_mm = 3.0, width_mm = 0.5 }\nspacing_mm = 2.0\norder = 1\n";
     for (specimen, kind) in [
         (cylinder, "\"tension-bar\""),
-        (cylinder, "{ brazilian-disc = { contact_deg = 40.0 } }"),
+        (cylinder, "{ brazilian-disc = { contact_deg = 60.0 } }"),
         (block, "{ notched-beam = { span_mm = 40.0 } }"),
     ] {
         let forces = |test: &str| -> Vec<[f64; 3]> {
@@ -207,7 +207,7 @@ fn a_program_of_one_point_is_the_test_at_constant_speed() {
         let program = forces("program = [{ time_s = 2.0, displacement_mm = 0.02 }]\nsteps = 2");
         assert_eq!((straight.len(), program.len()), (2, 2), "{kind}");
         for (a, b) in straight.iter().flatten().zip(program.iter().flatten()) {
-            assert!((a / b - 1.0).abs() < 1e-9, "{kind}: {straight:?} {program:?}");
+            assert!((a / b - 1.0).abs() < 1e-7, "{kind}: {straight:?} {program:?}");
         }
         assert!(straight[1][2] > 0.0, "{kind}: {straight:?}");
     }
@@ -218,11 +218,11 @@ fn a_program_of_one_point_is_the_test_at_constant_speed() {
 /// 9 K G/(3 K + G) = 0.692 E with K = E/3. Between platens the ends contract freely, and the closed form is exact.
 #[test]
 fn a_tension_bar_holds_and_returns() {
-    let program = "program = [{ time_s = 1e-3, displacement_mm = 1e-4, steps = 1 }, \
-                   { time_s = 10.0, displacement_mm = 1e-4, steps = 4 }, { time_s = 10.001, displacement_mm = 0.0, steps = 2 }]";
+    let program = "program = [{ time_s = 1e-4, displacement_mm = 1e-4, steps = 1 }, \
+                   { time_s = 10.0, displacement_mm = 1e-4, steps = 4 }, { time_s = 10.0001, displacement_mm = 0.0, steps = 2 }]";
     let text = |kind: &str| {
         format!(
-            "[specimen]\nradius_mm = 1.0\nheight_mm = 16.0\nspacing_mm = 1.0\n{}\
+            "[specimen]\nradius_mm = 1.0\nheight_mm = 16.0\nspacing_mm = 0.6\n{}\
              viscoelastic.shear = [{{ fraction = 0.4, time_s = 0.1 }}]\n[test]\n{kind}{program}\n",
             material(0.0)
         )
@@ -233,7 +233,10 @@ fn a_tension_bar_holds_and_returns() {
     let [bar, platens] =
         [&*text("kind = \"tension-bar\"\n"), &*text("")].map(|text| run(&parse(text)).1.curve);
     let times: Vec<f64> = bar.iter().map(|point| point.time_s).collect();
-    assert_eq!((times.len(), times[0], times[4], times[6]), (7, 1e-3, 10.0, 10.001));
+    assert_eq!(times.len(), 7);
+    for (k, time_s) in [(0, 1e-4), (4, 10.0), (6, 10.0001)] {
+        assert!((times[k] - time_s).abs() < 1e-9, "{times:?}");
+    }
     assert!(
         (bar[0].force_n / 1e-4 / (E * std::f64::consts::PI / 16.0) - 1.0).abs() < 0.01,
         "{:?}",
