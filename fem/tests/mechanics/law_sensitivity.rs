@@ -102,8 +102,10 @@ const PLASTIC: [(&str, f64, Law); 13] = [
     ("swift exponent", 0.4, |x| swift(20.0, 0.01, x)),
     ("table", 2.0, |x| {
         let points = [[0.0, 0.0], [0.02, x], [0.2, 5.0]];
-        let point =
-            |[plastic_strain, hardening_mpa]| HardeningPoint { plastic_strain, hardening_mpa };
+        let point = |[plastic_strain, hardening_mpa]: [f64; 2]| HardeningPoint {
+            plastic_strain,
+            hardening_mpa,
+        };
         hardened(Hardening::Table(points.map(point).into()))
     }),
     ("cohesion", 3.0, |x| cone(x, 30.0, 10.0)),

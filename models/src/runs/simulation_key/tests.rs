@@ -11,7 +11,7 @@ use crate::case::{Case, CaseFile, Microstructure, schema_of};
 use crate::case_inputs::CaseInputs;
 use crate::runs::keyed_levels::keyed_levels;
 use crate::runs::microstructures::Microstructures;
-use crate::runs::run_source::{RunSource, key_of_runs};
+use crate::runs::run_source::key_of_runs;
 use crate::runs::run_sources::{KEYS_OF_RUNS, source_of};
 use crate::specimen::virtual_bodies::VirtualBodies;
 
