@@ -89,7 +89,7 @@ mod tests {
     #[test]
     fn two_tests_cover_with_the_errors_of_their_surrogates_and_not_without() {
         // many specimens and few runs, so that the surrogate's error is larger than the error of the specimens' mean
-        let (world, n) = (world(24, 24), 48);
+        let (world, n) = (world(24, 24), 20);
         let rows = study().run_joint(n, |k| world.laboratory(k as u64), |_| ()).unwrap();
         assert_eq!(rows.len(), 3 * 3 * 3);
         for nominal in [0.5, 0.9] {

@@ -280,7 +280,7 @@ mod tests {
     /// scatter between a few specimens is uncertain, and is linear in a parameter whose posterior fills its box.
     #[test]
     fn the_slow_test_is_chosen_and_reaches_a_little_less_than_is_expected() {
-        let programmes = with_goals([0.02, 0.08, 0.08]).run(&study(), 8, |_| ()).unwrap();
+        let programmes = with_goals([0.02, 0.08, 0.08]).run(&study(), 4, |_| ()).unwrap();
         let mut ratios = Vec::new();
         for TestProgramme { steps, is_successful, .. } in &programmes {
             let [first, second, ..] = &steps[..] else { panic!("{steps:?}") };
@@ -291,7 +291,7 @@ mod tests {
             ratios.push((second.relative_sd[1] / second.expected[1]).ln());
         }
         let successes = programmes.iter().filter(|programme| programme.is_successful).count();
-        assert!(successes >= 6, "{programmes:?}");
+        assert!(successes >= 3, "{programmes:?}");
         let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
         assert!((0.0..1.0).contains(&mean), "{ratios:?}");
     }

@@ -219,11 +219,8 @@ impl Segmentation {
         warnings
             .extend(void_in_words(void_fraction, self.contrast, self.voids).filter(|_| follows));
         if let Some(fit) = &located.fit {
-            let layers = Layers::of(&labels, &grey.values, &inside, fit);
+            let layers = Layers::of(&labels, &inside, fit);
             warnings.extend(layers.skin_in_words());
-            if found_contrast == Contrast::Dark {
-                warnings.extend(layers.bright_skin_in_words(level.materials));
-            }
             warnings.extend(thin_in_words(fit.radius));
             warnings.extend(empty_end_in_words(&labels, grains, fit));
         }

@@ -14,9 +14,6 @@ const END: f64 = 6.0;
 const SKIN: f64 = 0.75;
 /// Smallest ratio of the share of grain in a skin to the share of grain in the interior.
 const SKIN_RATIO: f64 = 1.4;
-/// Smallest difference of the grey values of the matrix below the wall and in the interior that counts as a bright skin,
-/// as a share of the contrast between matrix and grains.
-const BRIGHT_SKIN: f64 = 0.3;
 /// Share of the height above which an end without grains is reported.
 const EMPTY: f64 = 0.1;
 /// An end without grains is reported only if its probability is below this value for grains at random positions.
@@ -27,27 +24,16 @@ const CHANCE: f64 = 0.01;
 struct Layer {
     voxels: u64,
     grain: u64,
-    /// Sum of the grey values of the voxels that are not grain.
-    matrix_grey: u64,
 }
 
 impl Layer {
     fn plus(self, other: Self) -> Self {
-        Layer {
-            voxels: self.voxels + other.voxels,
-            grain: self.grain + other.grain,
-            matrix_grey: self.matrix_grey + other.matrix_grey,
-        }
+        Layer { voxels: self.voxels + other.voxels, grain: self.grain + other.grain }
     }
 
     /// Returns the share of grain.
     fn share(&self) -> f64 {
         self.grain as f64 / self.voxels.max(1) as f64
-    }
-
-    /// Returns the mean grey value of the voxels that are not grain.
-    fn matrix(&self) -> f64 {
-        self.matrix_grey as f64 / (self.voxels - self.grain).max(1) as f64
     }
 }
 
@@ -56,7 +42,7 @@ pub(super) struct Layers([Layer; LAYERS + 1]);
 
 impl Layers {
     /// Sums up the voxels of the specimen at each depth below the wall of a cylinder.
-    pub(super) fn of(labels: &Volume<u32>, grey: &[u16], inside: &[u8], fit: &Fit) -> Self {
+    pub(super) fn of(labels: &Volume<u32>, inside: &[u8], fit: &Fit) -> Self {
         let area = labels.shape[0] * labels.shape[1];
         let of_slice = |z: usize| {
             let mut layers = [Layer::default(); LAYERS + 1];
@@ -67,11 +53,7 @@ impl Layers {
                 }
                 let depth = (fit.radius - square.sqrt()).max(0.0) as usize;
                 let is_grain = u64::from(labels.values[at] != 0);
-                let voxel = Layer {
-                    voxels: 1,
-                    grain: is_grain,
-                    matrix_grey: (1 - is_grain) * u64::from(grey[at]),
-                };
+                let voxel = Layer { voxels: 1, grain: is_grain };
                 let layer = &mut layers[depth.min(LAYERS)];
                 *layer = layer.plus(voxel);
             }
@@ -98,27 +80,6 @@ impl Layers {
                 depth,
                 depth + 1,
                 100.0 * interior
-            )
-        })
-    }
-
-    /// Returns a warning if the matrix below the wall of an image of dark grains is brighter than the matrix of the
-    /// interior. The image is inverted, so that grains are brighter than the matrix; `materials` are the grey values of
-    /// matrix and grains.
-    pub(super) fn bright_skin_in_words(&self, [matrix, grain]: [f64; 2]) -> Option<String> {
-        let interior = self.0[LAYERS].matrix();
-        let excess = |layer: &Layer| (interior - layer.matrix()) / (grain - matrix).max(1.0);
-        let (depth, skin) = (self.0.iter().map(excess).enumerate().take(LAYERS))
-            .max_by(|a, b| a.1.total_cmp(&b.1))?;
-        (skin > BRIGHT_SKIN).then(|| {
-            format!(
-                "the grain fraction is too large if the specimen has a bright skin: the matrix {} to {} voxels below the wall is \
-                 brighter than the matrix of the interior by {:.0} % of the contrast of the grains; blurred voxels between such a \
-                 skin and air have the grey value of dark grains, and matrix below the skin may count as grain: exclude the skin \
-                 by radius_px and slices in [specimen.image.region]",
-                depth,
-                depth + 1,
-                100.0 * skin
             )
         })
     }

@@ -231,5 +231,5 @@ fn one_missing_slice_or_an_exchange_is_reported_in_some_scans_only() {
     }
     let [one, two, exchanged] = shares.map(|share| 100.0 * share);
     println!("one missing slice: {one:.0} %, two: {two:.0} %, two exchanged: {exchanged:.0} %");
-    assert!(shares[0] > 0.25 && shares[1] > 0.7 && shares[2] > 0.6, "{shares:?}");
+    assert!(shares[0] > 0.25 && shares[1] > 0.7 && shares[2] > 0.5, "{shares:?}");
 }

