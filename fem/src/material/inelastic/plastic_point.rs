@@ -273,7 +273,7 @@ impl<T: Scalar> PlasticPoint<'_, T> {
             // p is at most ξ c/η, its value at the apex, which bounds the second term over a step with hardening
             let most = out.dissipation * (1.0 - eta_bar / eta);
             let lost = pressure * flow.x * ((eta - eta_bar) / xi);
-            out.dissipation -= T::select(most.less_than(lost), most, lost);
+            out.dissipation = out.dissipation - T::select(most.less_than(lost), most, lost);
         }
         out.driving = elastic + bulk_slope * volumetric;
         out.driving_slope = -(left_j * gamma_slope + bulk_slope * left_theta * volume_slope);
