@@ -307,6 +307,7 @@ fn a_calibration_whose_runs_have_no_peak_is_refused() {
         ("length_mm = 0.06\n", "length_mm = 0.06\nsplit = \"spectral\"\n"),
         ("matrix.viscosity_mpa_s = [0.05, 0.55]\n", ""),
         (", matrix.viscosity_mpa_s = 0.3 }", " }"),
+        ("steps = 4\n", "steps = 12\n"),
     ] {
         assert!(text.contains(from), "{from:?}");
         text = text.replacen(from, to, 1);

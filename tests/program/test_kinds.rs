@@ -9,7 +9,10 @@ const MATERIAL: &str = "\n[material.matrix]\nyoung_mpa = 1000.0\npoisson = 0.3\n
 /// Examples of a page that are cases: TOML blocks with a test.
 fn examples(page: &str) -> Vec<String> {
     let blocks = page.split("```toml\n").skip(1).filter_map(|block| block.split("```").next());
-    blocks.filter(|block| block.contains("[test]")).map(str::to_owned).collect()
+    blocks
+        .filter(|block| block.contains("[specimen]") && block.contains("[test]"))
+        .map(str::to_owned)
+        .collect()
 }
 
 /// A case with a specimen and a value of `test.kind`.

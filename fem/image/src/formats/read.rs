@@ -155,5 +155,5 @@ fn file(path: &Path, kind: Kind, options: &ReadOptions) -> Result<Stack, ImageEr
 
 /// Returns whether a file has no bytes.
 fn is_empty(path: &Path) -> bool {
-    std::fs::metadata(path).is_ok_and(|meta| meta.len() == 0)
+    std::fs::metadata(path).is_ok_and(|meta| meta.is_file() && meta.len() == 0)
 }

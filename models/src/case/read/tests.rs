@@ -271,7 +271,7 @@ fn missing_keys_wrong_types_and_broken_syntax_are_placed() {
     assert!(message("").contains("specimen: is missing"), "{}", message(""));
     let file = Path::new("case.toml");
     let levels = "levels = [{ spacing_mm = 0.7, order = 1, repeats = 10 }]";
-    let wrong = "levels = [{ spacing_mm = 0.7 }, { spacing_mm = 0.6, repeats = 4.5 }]";
+    let wrong = "[[fidelity.levels]]\nspacing_mm = 0.7\n[[fidelity.levels]]\nspacing_mm = 0.6\nrepeats = 4.5\n";
     let text = with(levels, wrong);
     let found = CaseFile::parse_all(&text, file).1;
     assert!(found.iter().any(|m| m.place == "fidelity.levels[1].repeats"), "{found:#?}");
