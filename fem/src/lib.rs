@@ -96,7 +96,6 @@ mod problem;
 mod solve;
 
 #[doc = include_str!("equations.md")]
-#[doc = include_str!("equations_inelastic.md")]
 pub mod equations {}
 
 pub use boundary::{Axis, Conditions, ContactPoint, NodeSet, Platen};
@@ -113,9 +112,8 @@ pub use fem_file::{open_regular, read_regular, read_regular_text, write_atomical
 pub use fem_image::{
     Contrast, Cylinder, ImageError, LabelPhase, LabelRules, LabelledSpecimen, MATRIX, ReadOptions,
     Reading, Region, RgbSlice, Score, SeedRule, Segmentation, Segmented, SpecimenForm,
-    SpecimenRegion, SpecimenStatistics, StackHeader, VOID, VoidTreatment, Volume,
-    files_of as image_files, outlined_slice, read as read_image, read_label_values, read_labels,
-    score, tiff,
+    SpecimenRegion, SpecimenStatistics, StackHeader, VOID, Volume, files_of as image_files,
+    outlined_slice, read as read_image, read_label_values, read_labels, score, tiff,
 };
 #[doc(inline)]
 pub use fem_mesh::{
@@ -137,7 +135,7 @@ pub use material::{
     PlasticRate, Plasticity, Principal, PrincipalStrain, PronyModuli, PronyTerm, Response,
     SaintVenantKirchhoff, Scalar, Split, Strains, Strength, StrengthContext, TimeShift,
     UserConstitutiveLaw, UserDegradation, UserLaw, UserSplit, Viscoelasticity, YieldCriterion,
-    assert_energy_balance, assert_material, assert_step_independence,
+    assert_material,
 };
 pub use operator::CellStress;
 pub use parallel::{Communicator, RankLost, Ranks};

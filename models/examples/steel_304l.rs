@@ -84,16 +84,21 @@ ppl::model! {
 }
 
 fn material(x: &[f64]) -> Material {
-    let law: VoceJohnsonCook<f64> = law(from_fn(|k| x[k]));
-    let hardening = Hardening::Voce { saturation_mpa: law.saturation_mpa, rate: law.rate };
-    let rate = Some(PlasticRate::JohnsonCook { c: law.c, reference_per_s: law.reference_per_s });
-    let plasticity = Plasticity { hardening, rate, ..Plasticity::new(law.yield_mpa) };
+    let VoceJohnsonCook { yield_mpa, saturation_mpa, rate, c, reference_per_s } =
+        law(from_fn(|k| x[k]));
+    let hardening = Hardening::Voce { saturation_mpa, rate };
+    let rate = Some(PlasticRate::JohnsonCook { c, reference_per_s });
+    let plasticity = Plasticity { hardening, rate, ..Plasticity::new(yield_mpa) };
     Material::hencky(199_950.0, 0.27).with_plasticity(plasticity)
 }
 
 /// Returns the curves of bars with MatCal's dimensions and speed (2e-4 inch/s at the extensometer), simulated or read from
 /// `directory`.
-fn curves(directory: &Path, spacing: f64, points: &[Vec<f64>]) -> Result<Vec<BarCurve>, Error> {
+fn curves(
+    directory: &Path,
+    spacing: f64,
+    parameter_points: &[Vec<f64>],
+) -> Result<Vec<BarCurve>, Error> {
     let [radius_mm, length_mm, necking_mm, spacing_mm, taper_mm] =
         [0.125, 1.25, 0.375 * 0.75, spacing, 0.5 * 0.0015].map(|inch| inch * INCH_MM);
     let bar = RoundBar { radius_mm, taper_mm, length_mm, necking_mm, spacing_mm };
@@ -105,7 +110,8 @@ fn curves(directory: &Path, spacing: f64, points: &[Vec<f64>]) -> Result<Vec<Bar
     };
     let never = AtomicBool::new(false);
     let ensemble = Ensemble::open(directory, &format!("{test:?}"))?;
-    let records = ensemble.run(&RunInput::numbered(points), &NAMES, 0, &job, &(), &never)?;
+    let records =
+        ensemble.run(&RunInput::numbered(parameter_points), &NAMES, 0, &job, &(), &never)?;
     let curve = |record: &fem::RunRecord| {
         let readings = test.engineering_curve(record.finished_curve()?);
         Ok(BarCurve { specimen: format!("run {}", record.id), readings })
@@ -115,7 +121,8 @@ fn curves(directory: &Path, spacing: f64, points: &[Vec<f64>]) -> Result<Vec<Bar
 
 /// Returns the logarithms of the quantities of some bars.
 fn quantities(curves: &[BarCurve]) -> Result<Vec<[f64; M]>, Error> {
-    curves.iter().map(|curve| Ok(curve.quantities(&STRAINS)?.map(f64::ln))).collect()
+    let logarithms = |curve: &BarCurve| Ok(curve.quantities(&STRAINS)?.map(f64::ln));
+    curves.iter().map(logarithms).collect()
 }
 
 fn mean(rows: &[[f64; M]]) -> [f64; M] {
@@ -159,13 +166,15 @@ fn main() -> Result<(), Error> {
     let mut summary = posterior.summary();
     println!("{summary}");
     let rows = ["yield_mpa", "saturation_mpa", "rate", "c"];
-    summary.rows = rows.iter().filter_map(|name| summary.row(name).cloned()).collect();
+    summary.rows.retain(|row| rows.contains(&&*row.name));
+    summary.rows.sort_by_key(|row| rows.iter().position(|name| *name == row.name));
     summary.write_csv(directory.join("summary.csv"))?;
 
     let mode = Map::default().seed(1).find(&model)?;
     let mode = model.constrain(&mode.point, &mut Xoshiro256PlusPlus::seed_from_u64(1))?;
     let mode = NAMES.map(|name| mode.values(name).map_or(f64::NAN, |values| values[0]));
-    let compared = curves(&directory.join("compared"), 0.015, &[mode, MATCAL].map(Vec::from))?;
+    let compared = [mode, MATCAL].map(|x| x.to_vec());
+    let compared = curves(&directory.join("compared"), 0.015, &compared)?;
     for row in quantities(&compared)? {
         let ratio = difference(&row, &mean(&measured)).map(f64::exp);
         println!("simulated quantities over the means of the bars {ratio:.4?}");

@@ -170,7 +170,7 @@ fn run(request: Request, threads: usize, ranks: &Ranks) -> Result<ExitCode, Fail
         }
         Request::Command(Command::Status { dir }) => return status(&dir),
         Request::Stage(stage, target, sharing) => {
-            let file = target.case_for(stage).map_err(WorkflowError::from)?;
+            let file = target.case_file().map_err(WorkflowError::from)?;
             if NEED_RESULTS.contains(&stage.name) {
                 check_begun(&target.out, stage)?;
             }
@@ -180,8 +180,8 @@ fn run(request: Request, threads: usize, ranks: &Ranks) -> Result<ExitCode, Fail
                     Some(sharing) if sharing.share => workflow.share(stage)?,
                     Some(sharing) if sharing.jobs.are_asked_for() => {
                         let replace = target.access()?.replace;
-                        for (name, test) in workflow.tests() {
-                            slurm(test, stage, &sharing.jobs.of_test(name), &replace)?;
+                        for (_, test) in workflow.tests() {
+                            slurm(test, stage, &sharing.jobs, &replace)?;
                         }
                     }
                     _ => workflow.run(stage)?,

@@ -43,25 +43,22 @@
 //! 6. `prony`: Prony series, fitted to relaxation tests and dynamic tests
 //! 7. `results_folder`: files of a results folder, and who wrote them
 //! 8. `simulation`: one simulation of the test of a case
-//! 9. `pipeline`: inputs and products of a running stage; each key and file that a stage reads is recorded as its input.
-//!    Knows no material, quantity or prior
-//! 10. `case_inputs`: the parts of a case as recorded inputs of a stage
-//! 11. `experiments`: measured and virtual specimens
-//! 12. `specimen`: image, grains and mesh of a simulation
-//! 13. `runs`: the simulations of an ensemble
-//! 14. `forward`: surrogate, its errors, and predictions from the posterior
-//! 15. `rules`: rules on results that restrict the verdict "identified"
-//! 16. `stages`: the stages, and their table
-//! 17. `check`: what `breccia check` reports
-//! 18. `workflow`: a case and its results folder; commands that continue, report, copy and share it
-//! 19. `study`: several calibrations, and jobs of a cluster
-//! 20. `registry`, `cli`: extensions for programs that a user writes, and the command line
+//! 9. `pipeline`: inputs and products of a running stage; each key and file that a stage reads is recorded as its input
+//! 10. `experiments`: measured and virtual specimens
+//! 11. `specimen`: image, grains and mesh of a simulation
+//! 12. `runs`: the simulations of an ensemble
+//! 13. `forward`: surrogate, its errors, and predictions from the posterior
+//! 14. `rules`: rules on results that restrict the verdict "identified"
+//! 15. `stages`: the stages, and their table
+//! 16. `check`: what `breccia check` reports
+//! 17. `workflow`: a case and its results folder; commands that continue, report, copy and share it
+//! 18. `study`: several calibrations, and jobs of a cluster
+//! 19. `registry`, `cli`: extensions for programs that a user writes, and the command line
 //!
 //! The modules depend on the crate [`breccia_calibration`], which is the module [`calibration`]: curves, quantities of
 //! interest and calibration models.
 
 pub mod case;
-mod case_inputs;
 mod check;
 mod cli;
 pub mod coverage;

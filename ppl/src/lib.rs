@@ -32,7 +32,7 @@
 //!
 //! # Contents
 //! - **Models**: declare them with [`model!`], or implement the trait [`Model`]; [`Bound`] is a model with its data.
-//! - **Distributions**: one type per distribution, with [`Variations`]: `.iid(n)`, `.array::<N>()`,
+//! - **Distributions**: one type per distribution, with the variations of [`Family`]: `.iid(n)`, `.array::<N>()`,
 //!   `.truncate(a..b)`, `.ordered()`. User-defined distributions implement [`Density`].
 //! - **Derivatives**: exact, by reverse mode. User-defined functions implement [`Differentiable`]. [`FiniteDifference`]
 //!   differentiates functions without derivatives, and [`OdeSolution`] solves differential equations.

@@ -48,25 +48,13 @@ pub enum SurrogateError {
         /// The cell's text.
         text: String,
     },
-    /// A cell that describes a row has another type than its column.
-    #[error(
-        "column `{column}`: `{text}` is not {expected}; write {expected}, or leave the cell empty"
-    )]
-    Cell {
-        /// Name of the column.
-        column: String,
-        /// The cell's text.
-        text: String,
-        /// Type of the column's cells.
-        expected: &'static str,
-    },
     /// A declared column is absent.
-    #[error("column `{column}` is missing; the header has: {columns}")]
+    #[error("column `{column}` is missing; the header has: {found}")]
     MissingColumn {
         /// Name of the declared column.
         column: String,
         /// Names of the columns in the header.
-        columns: String,
+        found: String,
     },
     /// The columns of derivatives are incomplete.
     #[error(
@@ -115,12 +103,12 @@ pub enum SurrogateError {
         value: f64,
     },
     /// A name is neither the name of an input nor of an output.
-    #[error("`{name}` is neither an input nor an output; the inputs and outputs are: {names}")]
+    #[error("`{name}` is neither an input nor an output; the inputs and outputs are: {known}")]
     UnknownName {
         /// The unknown name.
         name: String,
         /// The names of all inputs and outputs.
-        names: String,
+        known: String,
     },
     /// A number of items, such as inputs, outputs or cells, differs from the expected number.
     #[error("expected {expected} {what}, found {found}")]

@@ -54,7 +54,7 @@ const DEPENDENT: f64 = 1e-10;
 ///     runs.push(x, &[3.0 + x[0] + [0.1, -0.02, 0.04][*group]])?;
 /// }
 /// let fit = DynPce::fit(&runs, &FitOptions::default())?;
-/// let errors = GroupedRuns::estimate(&fit, &runs, &groups)?;
+/// let errors = GroupedRuns::of(&fit, &runs, &groups)?;
 /// // the error of the line is larger than the error that independent runs would have
 /// let at = fit.pce.value(&[0.5])?;
 /// let independent = fit.coefficients.error(&[0.5], &at)?[0][0];
@@ -83,11 +83,7 @@ impl GroupedRuns {
     /// # Errors
     /// If the number of runs is wrong, there is only one group, or the terms explain all differences between groups,
     /// so that the scatter between groups cannot be estimated.
-    pub fn estimate(
-        fit: &PceFit,
-        data: &Dataset,
-        groups: &[usize],
-    ) -> Result<Self, SurrogateError> {
+    pub fn of(fit: &PceFit, data: &Dataset, groups: &[usize]) -> Result<Self, SurrogateError> {
         check_count("groups of runs", data.len(), groups.len())?;
         check_count("runs of the fit", fit.report.rows, data.len())?;
         let mut names = groups.to_vec();

@@ -37,40 +37,50 @@
 //!
 //! A module imports only from modules above it in this list, and no two files import each other.
 //!
-//! 1. `error`, `columns`, `dataset`: errors; runs of the model, columns that describe them, and their CSV file
-//! 2. `design`: experimental designs, the points at which to run the model
-//! 3. `basis`: coordinates, one-dimensional polynomials and their products
-//! 4. `expansion`: the expansion, its file, its moments and Sobol indices, its use in a `ppl` model
-//! 5. `coefficients`: posterior of the coefficients, intervals of Sobol indices, and where further runs reduce
+//! 1. `error`, `dataset`, `dataset_csv`: errors; runs of the model and their CSV file
+//! 2. `sobol_sequence`, `design`: experimental designs, the points at which to run the model
+//! 3. `scale`, `legendre`, `multi_index`: coordinates, one-dimensional polynomials and their products
+//! 4. `dyn_pce`, `kernel`, `pce`: the expansion, with sizes known at run time and at compile time
+//! 5. `pce_file`, `quadrature`, `sobol`, `differentiable`: file format, moments and Sobol indices, use in a
+//!    `ppl` model
+//! 6. `coefficients`: posterior of the coefficients, intervals of Sobol indices, and where further runs reduce
 //!    the variance
-//! 6. `fit`: least squares and its errors, the choice of order, scale and terms
-//! 7. `groups`: variance components for runs in groups, such as several runs on one specimen
+//! 7. `fit`: least squares and its errors, the choice of order, scale and terms
+//! 8. `groups`: variance components for runs in groups, such as several runs on one specimen
 
-mod basis;
 mod coefficients;
-mod columns;
 mod dataset;
+mod dataset_csv;
 mod design;
+mod differentiable;
+mod dyn_pce;
 mod error;
-mod expansion;
 mod fit;
 mod groups;
+mod kernel;
+mod legendre;
+mod multi_index;
+mod pce;
+mod pce_file;
+mod quadrature;
+mod scale;
+mod sobol;
+mod sobol_sequence;
 
-pub use basis::legendre::MAX_ORDER;
-pub use basis::multi_index::Truncation;
-pub use basis::scale::Scale;
 pub use coefficients::intervals::SobolIntervals;
 pub use coefficients::posterior::CoefficientPosterior;
-pub use columns::{Cell, Column, Role};
 pub use dataset::{Dataset, Input};
 pub use design::DesignMethod;
+pub use dyn_pce::{BoxPosition, DynPce};
 pub use error::SurrogateError;
-pub use expansion::dyn_pce::{BoxPosition, DynPce};
-pub use expansion::pce::Pce;
-pub use expansion::sobol::SobolIndices;
 pub use fit::options::{FitOptions, PceFit, Terms};
 pub use fit::report::FitReport;
 pub use fit::scale_choice::Scales;
 pub use fit::select::{Holdout, LeaveOneOutError, OrderReport, OrderRule, SplitError};
 pub use groups::GroupedRuns;
+pub use legendre::MAX_ORDER;
+pub use multi_index::Truncation;
+pub use pce::Pce;
 pub use rand;
+pub use scale::Scale;
+pub use sobol::SobolIndices;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use proptest::prelude::*;
-use surrogate::{Cell, Column, Dataset, Input, Role, SurrogateError};
+use surrogate::{Dataset, Input, SurrogateError};
 
 fn example() -> Dataset {
     let inputs = vec![
@@ -107,58 +107,16 @@ fn a_bad_header_is_named_too() {
 }
 
 #[test]
-fn columns_are_found_by_name_and_others_are_ignored() {
+fn columns_are_found_by_name_and_others_are_notes() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("runs.csv");
     std::fs::write(&path, "# input,a,0,1\n# a remark\n# output,f\nstatus, f ,a\nok, 3 ,0.25\n# late remark\nok,4,0.5\n").unwrap();
     let data = Dataset::read_csv(&path).unwrap();
     assert_eq!(data.len(), 2);
     assert_eq!(data.row(0), (&[0.25][..], &[3.0][..]));
-    assert!(data.columns().is_empty());
+    assert_eq!((data.notes(), data.note(1, "status")), (&["status".to_owned()][..], Some("ok")));
+    assert_eq!((data.note(2, "status"), data.note(0, "a")), (None, None));
     assert_eq!(round_trip(&data), data);
-}
-
-/// Runs, groups, batches and covariates are numbers of their types, and survive the file.
-#[test]
-fn columns_that_describe_rows_are_typed() {
-    let columns = vec![
-        Column::new(Role::Run, "run"),
-        Column::new(Role::Cost, "seconds"),
-        Column::new(Role::Group, "packing_seed"),
-        Column::new(Role::Group, "image"),
-        Column::new(Role::Covariate, "stiffness_ratio"),
-        Column::new(Role::Batch, "batch"),
-    ];
-    let input = Input::new("a", 0.0, 1.0).unwrap();
-    let mut data =
-        Dataset::new(vec![input], vec!["f".into()], "").unwrap().with_columns(columns).unwrap();
-    let row = |run: u64, image: Option<u64>, ratio: f64, batch: Option<u64>| {
-        [run.into(), 0.25.into(), Cell::Empty, image.into(), ratio.into(), batch.into()]
-    };
-    data.push_described(&[0.5], &[1.0], &row(7, Some(u64::MAX), 1.0 / 3.0, None)).unwrap();
-    data.push_described(&[0.25], &[2.0], &row(9, None, 5e-324, Some(2))).unwrap();
-    let back = round_trip(&data);
-    assert_eq!(back, data);
-    assert_eq!((back.run(0), back.group(0), back.batch(0)), (Some(7), Some(u64::MAX), None));
-    assert_eq!((back.run(1), back.group(1), back.batch(1)), (Some(9), None, Some(2)));
-    assert_eq!(back.covariate(0, "stiffness_ratio"), Some(1.0 / 3.0));
-    // a cost is no covariate, and there is no third row
-    assert_eq!((back.covariate(0, "seconds"), back.run(2)), (None, None));
-    assert_eq!((back.cost(1), back.cost(2)), (Some(0.25), None));
-
-    for (position, wrong) in
-        [(0, Cell::Number(7.0)), (4, Cell::Whole(1)), (4, Cell::Number(f64::NAN))]
-    {
-        let mut cells = row(1, None, 1.0, None);
-        cells[position] = wrong;
-        let refused = data.push_described(&[0.5], &[1.0], &cells);
-        assert!(matches!(refused, Err(SurrogateError::Cell { .. })), "{refused:?}");
-    }
-    assert_eq!(data.len(), 2);
-    assert!(
-        refusal(&["# input,a,0,1", "# output,f", "# run,run", "a,f,run", "0.5,1,seven"])
-            .contains("line 5: column `run`: `seven` is not a whole number")
-    );
 }
 
 #[test]

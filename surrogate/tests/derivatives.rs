@@ -6,8 +6,8 @@ use approx::assert_relative_eq;
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use surrogate::{
-    Cell, Column, Dataset, DesignMethod, DynPce, FitOptions, Input, OrderRule, PceFit, Role, Scale,
-    Scales, SurrogateError,
+    Dataset, DesignMethod, DynPce, FitOptions, Input, OrderRule, PceFit, Scale, Scales,
+    SurrogateError,
 };
 
 type Model = fn(&[f64]) -> (Vec<f64>, Vec<Vec<f64>>);
@@ -110,14 +110,12 @@ fn validation(fit: &PceFit, inputs: &[Input], model: Model) -> Vec<f64> {
 fn a_file_keeps_derivatives_to_the_bit() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("runs.csv");
-    let mut data = runs(&prior(), response, 5, true)
-        .with_columns(vec![Column::new(Role::Run, "run")])
-        .unwrap();
+    let mut data = runs(&prior(), response, 5, true).with_notes(&["run"]).unwrap();
     data.push_differentiated(
         &[275.0, 1e-3, 0.1],
         &[1.0, 2.0, 3.0],
         &[[-0.0, 1.0 / 3.0, 5e-324]; 3],
-        &[Cell::Whole(17)],
+        &["17"],
     )
     .unwrap();
     data.write_csv(&path).unwrap();
@@ -125,7 +123,7 @@ fn a_file_keeps_derivatives_to_the_bit() {
     assert!(text.contains("\nyoung,toughness,viscosity,f0,f1,f2,d_f0_d_young,d_f0_d_toughness,"));
     let back = Dataset::read_csv(&path).unwrap();
     assert_eq!(back, data);
-    assert_eq!(back.run(5), Some(17));
+    assert_eq!(back.note(5, "run"), Some("17"));
     let derivatives = back.derivatives(5).unwrap();
     assert!(
         derivatives.len() == 9 && derivatives[3].is_sign_negative() && derivatives[5] == 5e-324

@@ -56,7 +56,7 @@ fn groups_of_one_size_about_a_mean_are_the_analysis_of_variance() {
     for (i, value) in values.iter().enumerate() {
         data.push(&[0.1 * i as f64, 0.3], value).unwrap();
     }
-    let errors = GroupedRuns::estimate(&fit(&data, 0), &data, &groups).unwrap();
+    let errors = GroupedRuns::of(&fit(&data, 0), &data, &groups).unwrap();
     let at = [1.0, 1.0];
     let (within, between) =
         (errors.within.scatter(&at).unwrap(), errors.between.scatter(&at).unwrap());
@@ -97,7 +97,7 @@ fn groups_of_one_run_are_runs() {
     let k: Vec<f64> = design.iter().map(|x| x[1]).collect();
     let data = simulated(&design, &groups, &k, &mut rng);
     let fit = fit(&data, 1);
-    let errors = GroupedRuns::estimate(&fit, &data, &groups).unwrap();
+    let errors = GroupedRuns::of(&fit, &data, &groups).unwrap();
     let point = [0.8, -0.4];
     let expected = fit.coefficients.error(&point, &[1.0; 2]).unwrap();
     let between = errors.between.error(&point, &[1.0; 2]).unwrap();
@@ -127,7 +127,7 @@ fn components_and_the_error_of_the_fit_are_those_of_simulated_runs() {
     for replicate in 0..replicates {
         let data = simulated(&design, &groups, &k, &mut rng);
         let fit = fit(&data, 1);
-        let errors = GroupedRuns::estimate(&fit, &data, &groups).unwrap();
+        let errors = GroupedRuns::of(&fit, &data, &groups).unwrap();
         within.push(errors.within.scatter(&[1.0; 2]).unwrap());
         between.push(errors.between.scatter(&[1.0; 2]).unwrap());
         let off = fit.pce.value(&point).unwrap();
@@ -164,11 +164,11 @@ fn groups_that_tell_nothing_are_refused() {
     let groups: Vec<usize> = (0..12).map(|i| i % 2).collect();
     let data = simulated(&design, &groups, &[-0.5, 0.5], &mut rng);
     let refused = |order: usize, groups: &[usize]| {
-        GroupedRuns::estimate(&fit(&data, order), &data, groups).unwrap_err().to_string()
+        GroupedRuns::of(&fit(&data, order), &data, groups).unwrap_err().to_string()
     };
     assert!(refused(0, &groups[..11]).contains("groups of runs"));
     assert!(refused(0, &[4; 12]).contains("or more groups of runs"));
     // the input k explains all differences between two groups
     assert!(refused(1, &groups).contains("degrees of freedom between groups"));
-    assert!(GroupedRuns::estimate(&fit(&data, 0), &data, &groups).is_ok());
+    assert!(GroupedRuns::of(&fit(&data, 0), &data, &groups).is_ok());
 }

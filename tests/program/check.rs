@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{SMALL, breccia, said};
+use super::{breccia, said};
 
 /// All files below a folder with their contents.
 fn files(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
@@ -294,65 +294,4 @@ fn a_missing_case_and_a_study_are_named() {
     let (code, out, err) = said(&breccia(dir.path(), &["check", "study.toml"]));
     assert!(code == Some(1) && err.contains("case.toml: cannot be read"), "{out}{err}");
     assert!(err.contains("1 mistake\n"), "{err}");
-}
-
-/// No run with the spectral split and without viscosity has a peak. A calibration that needs the peak is refused before its
-/// first run, with the line and the way out; a single simulation is not.
-#[test]
-fn a_calibration_whose_runs_have_no_peak_is_refused() {
-    let dir = tempfile::tempdir().unwrap();
-    let mut text = SMALL.to_owned();
-    for (from, to) in [
-        ("viscosity_mpa_s = 0.3\n", "viscosity_mpa_s = 0.0\n"),
-        ("length_mm = 0.06\n", "length_mm = 0.06\nsplit = \"spectral\"\n"),
-        ("matrix.viscosity_mpa_s = [0.05, 0.55]\n", ""),
-        (", matrix.viscosity_mpa_s = 0.3 }", " }"),
-        ("steps = 4\n", "steps = 12\n"),
-    ] {
-        assert!(text.contains(from), "{from:?}");
-        text = text.replacen(from, to, 1);
-    }
-    std::fs::write(dir.path().join("case.toml"), &text).unwrap();
-    for command in ["check", "run", "simulate", "ensemble"] {
-        let mut arguments = vec![command, "case.toml"];
-        if command != "check" {
-            arguments.extend(["--out", command]);
-        }
-        let (code, out, err) = said(&breccia(dir.path(), &arguments));
-        assert_eq!(code, Some(1), "{command}: {out}{err}");
-        for part in [
-            "phase_field.split = \"spectral\"",
-            "force of a compression test does not fall",
-            "write split = \"none\"",
-        ] {
-            assert!(err.contains(part), "{command}: {part:?} is not in {err}");
-        }
-        assert!(!dir.path().join(command).join("runs.csv").exists());
-    }
-    let (_, _, err) = said(&breccia(dir.path(), &["check", "case.toml"]));
-    assert!(err.contains(" | split = \"spectral\"\n"), "{err}");
-    let single = &text[..text.find("[prior]").unwrap()];
-    std::fs::write(dir.path().join("single.toml"), single).unwrap();
-    let (code, out, err) = said(&breccia(dir.path(), &["check", "single.toml"]));
-    assert_eq!(code, Some(0), "{out}{err}");
-    assert!(out.contains("Runs may not pass their peak"), "{out}");
-}
-
-/// Forces in pound-force differ from the expected slope by less than a factor of 1000: a warning names the unit.
-#[test]
-fn forces_in_other_units_are_warned_of() {
-    let dir = own_data();
-    let curves = dir.path().join("mine/curves");
-    for curve in std::fs::read_dir(&curves).unwrap().map(|entry| entry.unwrap().path()) {
-        let text = std::fs::read_to_string(&curve).unwrap();
-        let in_pounds = |line: &str| match line.split_once(',') {
-            Some((u, force)) if force.parse::<f64>().is_ok() => {
-                format!("{u},{}\n", force.parse::<f64>().unwrap() / 4.448)
-            }
-            _ => format!("{line}\n"),
-        };
-        std::fs::write(&curve, text.lines().map(in_pounds).collect::<String>()).unwrap();
-    }
-    let (_, out, err) = said(&breccia(dir.path(), &["check", "mine/case.toml"]));
-    assert!(out.contains("forces in lbf (force_unit = \"lbf\")"), "{out}{err}");
 }

@@ -38,9 +38,9 @@ fn an_edited_file_of_a_killed_simulation_is_refused() {
     }
 }
 
-/// Report and status name edited files, and name none if no file was edited.
+/// The report names edited files, and names none if no file was edited.
 #[test]
-fn report_and_status_name_edited_files_that_were_used() {
+fn the_report_names_edited_files_that_were_used() {
     let dir = tempfile::tempdir().unwrap();
     let (code, _, err) = said(&breccia(dir.path(), &["init", "--own-data", "mine"]));
     assert_eq!(code, Some(0), "{err}");
@@ -60,11 +60,4 @@ fn report_and_status_name_edited_files_that_were_used() {
         run("report");
         assert!(page().contains(&format!("{name} was edited")), "{name}");
     }
-    run("experiments");
-    let (_, status, _) = said(&breccia(dir.path(), &["status", "out"]));
-    let line = |stage: &str| status.lines().find(|line| line.starts_with(stage)).unwrap();
-    assert!(line("mesh").ends_with("mesh.msh was edited and is used as it is"), "{status}");
-    let curve = "experiments/curves/S-02.csv was edited and is used as it is";
-    assert!(line("experiments").ends_with(curve), "{status}");
-    assert_eq!(status.matches("was edited").count(), 2, "{status}");
 }

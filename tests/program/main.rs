@@ -14,7 +14,6 @@ mod named_inputs;
 mod pipes;
 mod schema;
 mod surfaces;
-mod test_kinds;
 
 use std::path::Path;
 use std::process::{Command, Output};

@@ -1,6 +1,5 @@
 //! Mesh files that cannot be used: each file is refused before any load step, with the reason and a remedy.
 
-use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use fem::TetMesh;
@@ -101,84 +100,6 @@ fn unusable_mesh_files_are_refused_before_any_step() {
     let mut unclosed = sound;
     unclosed.nodes[3][2] = f64::NAN;
     assert_refused(msh(&unclosed, |_| 1).as_bytes(), &["node", "NaN"]);
-}
-
-/// Runs `mesh` on a Gmsh file; returns the table `mesh.csv`, the list of folded tetrahedra and the messages.
-fn meshed(text: &str, order: usize) -> (BTreeMap<String, f64>, Option<String>, String) {
-    let dir = tempfile::tempdir().unwrap();
-    std::fs::write(dir.path().join("body.msh"), text).unwrap();
-    let case = SMALL.replace("order = 1", &format!("order = {order}")).replace(
-        "radius_mm = 2.5\nheight_mm = 4.4\nspacing_mm = 1.5\n",
-        "mesh = \"body.msh\"\nregions = { matrix = 1 }\nsurfaces = { bottom = 11, top = 12 }\n",
-    );
-    std::fs::write(dir.path().join("case.toml"), &case[..case.find("[prior]").unwrap()]).unwrap();
-    let (code, _, err) = said(&breccia(dir.path(), &["mesh", "case.toml", "--out", "out"]));
-    assert_eq!(code, Some(0), "{err}");
-    let read = |name: &str| std::fs::read_to_string(dir.path().join("out").join(name)).ok();
-    let rows = read("mesh.csv").unwrap();
-    let row = |line: &str| {
-        let (name, value) = line.split_once(',').unwrap();
-        (name.to_owned(), value.parse().unwrap())
-    };
-    (rows.lines().skip(1).map(row).collect(), read("folded_tets.csv"), err)
-}
-
-/// A second-order mesh: linear elements have straight edges, and folded elements are listed in a file.
-#[test]
-fn second_order_meshes_have_the_volumes_of_the_simulation() {
-    let lattice = fem::CylinderLattice { radius_mm: 2.5, height_mm: 4.4, spacing_mm: 1.5 };
-    let straight = lattice.build().unwrap();
-    // the edges of the wall bulge to the radius of the cylinder
-    let is_wall = |node: u32| {
-        let [x, y, _] = straight.nodes[node as usize];
-        (x.hypot(y) - 2.5).abs() < 1e-9
-    };
-    let mut curved = straight.clone();
-    for [a, b] in straight.edges() {
-        let [p, q] = [a, b].map(|node| straight.nodes[node as usize]);
-        let [x, y, z] = std::array::from_fn(|k| 0.5 * (p[k] + q[k]));
-        let radius = x.hypot(y);
-        if is_wall(a) && is_wall(b) && radius > 2.0 && radius < 2.5 - 1e-9 {
-            let out = 2.5 / radius;
-            curved.edge_points.push(([a, b], [x * out, y * out, z]));
-        }
-    }
-    let dir = tempfile::tempdir().unwrap();
-    let path = dir.path().join("a.msh");
-    fem::gmsh::write(&path, &curved).unwrap();
-    let text = std::fs::read_to_string(&path).unwrap();
-    for (order, mesh) in [(1, &straight), (2, &curved)] {
-        let (table, folded, err) = meshed(&text, order);
-        assert!((table["volume_mm3"] / mesh.volume() - 1.0).abs() < 1e-9, "order {order}");
-        let jacobian = fem::Quality::of(mesh).min_scaled_jacobian;
-        assert!((table["scaled_jacobian_min"] / jacobian - 1.0).abs() < 1e-6, "order {order}");
-        let is_noted = err.contains("linear elements have straight edges");
-        assert!(is_noted == (order == 1) && folded.is_none(), "order {order}: {err}");
-    }
-    assert!(curved.volume() > 1.01 * straight.volume());
-
-    // one mid-edge point moves so far that its elements are folded
-    let ([a, b], [x, y, z]) = curved.edge_points[0];
-    let moved = format!("{:?} {:?} {z:?}", 0.2 * x, 0.2 * y);
-    let folded_text = text.replacen(&format!("{x:?} {y:?} {z:?}\n"), &format!("{moved}\n"), 1);
-    assert_ne!(folded_text, text);
-    let (table, folded, err) = meshed(&folded_text, 2);
-    let list = folded.unwrap();
-    let mut lines = list.lines();
-    assert_eq!(lines.next(), Some("tet,x_mm,y_mm,z_mm,region"));
-    let numbers: Vec<usize> =
-        lines.map(|line| line.split(',').next().unwrap().parse().unwrap()).collect();
-    assert!(
-        !numbers.is_empty()
-            && numbers.iter().all(|&tet| {
-                let nodes = straight.tets[tet];
-                nodes.contains(&a) && nodes.contains(&b)
-            })
-    );
-    assert!(table["scaled_jacobian_min"] > 0.0);
-    for part in ["folded_tets.csv lists all of them", "matrix", "instead of"] {
-        assert!(err.contains(part), "{part}: {err}");
-    }
 }
 
 #[test]

@@ -21,9 +21,6 @@ fn files() -> Vec<(&'static str, String, bool)> {
     let cases = [
         "models/cases/default.toml",
         "models/cases/fast-and-slow.toml",
-        "models/cases/binder-rates.toml",
-        "models/cases/four-tests.toml",
-        "models/cases/steel-304l.toml",
         "models/cases/own-data/case.toml",
         "studies/bonded-granular/coarse.toml",
         "studies/viscoelastic/base.toml",

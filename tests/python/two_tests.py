@@ -108,7 +108,6 @@ class Test:
 
 class Model:
     def __init__(self, file):
-        assert file.get("covariance", "independent") == "independent", "not in this script: a pooled covariance"
         self.tests = [Test(test, file["between_tests"]) for test in file["tests"]]
         self.names, self.bounds = [], []
         for test in self.tests:

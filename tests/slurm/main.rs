@@ -173,7 +173,6 @@ fn jobs_make_what_one_process_would_whatever_happens_to_them() {
     refused(&cluster, folder);
     own_program(&cluster, folder);
     a_whole_study(&cluster, folder);
-    several_tests(&cluster, folder);
 }
 
 /// Tables that the case needs in addition for a calibration.
@@ -254,74 +253,6 @@ fn a_whole_study(cluster: &Cluster, folder: &Path) {
     let (code, _, err) =
         breccia(cluster, folder, &["study", "study.toml", "--out", "in one", "--only", "C"]);
     assert!(code == Some(1) && err.contains("is not a part of the study"), "{err}");
-}
-
-/// Two tests of the case, as [[tests]].
-const TESTS: &str = r#"
-[[tests]]
-name = "fast"
-set.design.runs = 8
-[[tests]]
-name = "slow"
-set.test = { displacement_mm = 0.11, duration_s = 30.0 }
-set.design.runs = 6
-"#;
-
-/// Each of several tests has its own array of jobs, its own script, and its own state. The joint calibration in one process
-/// then uses the runs of the jobs.
-fn several_tests(cluster: &Cluster, folder: &Path) {
-    let case = CASE.split("[fidelity]").next().unwrap();
-    std::fs::write(folder.join("two.toml"), format!("{case}{CALIBRATED}{TESTS}")).unwrap();
-    let submit = ["ensemble", "two.toml", "--out", "two jobs", "--slurm", "--tasks", "2"];
-    let (code, out, err) = breccia(cluster, folder, &submit);
-    assert_eq!(code, Some(0), "{err}");
-    assert_eq!(out.matches("2 tasks of 1 processors make the runs").count(), 2, "{out}");
-    let (code, told, _) = breccia(cluster, folder, &["status", "two jobs"]);
-    assert!(
-        code == Some(3) && told.contains("tests/fast") && told.contains("tests/slow"),
-        "{told}"
-    );
-    cluster.wait_until_idle();
-    let results = folder.join("two jobs");
-    let (code, _, err) = breccia(cluster, folder, &["ensemble", "two.toml", "--out", "two alone"]);
-    assert_eq!(code, Some(0), "{err}");
-    for (test, count) in [("fast", 8), ("slow", 6)] {
-        let [jobs, alone] =
-            ["two jobs", "two alone"].map(|out| folder.join(out).join("tests").join(test));
-        assert!(jobs.join("runs.csv").is_file(), "{}", logs(&jobs));
-        assert_eq!(runs(&jobs).len(), count);
-        assert_eq!(runs(&jobs), runs(&alone), "{test}\n{}", logs(&jobs));
-        let (_, told, _) = breccia(cluster, folder, &["status", &jobs.to_string_lossy()]);
-        assert!(told.contains(&format!("ensemble     done     {count} of {count} runs")), "{told}");
-    }
-    let (code, out, _) = breccia(cluster, folder, &submit);
-    assert!(code == Some(0) && out.matches("nothing is submitted").count() == 2, "{out}");
-    let (code, _, err) = breccia(cluster, folder, &["run", "two.toml", "--out", "two jobs"]);
-    assert_eq!(code, Some(0), "{err}");
-    assert!(results.join("posterior.csv").is_file() && results.join("report.html").is_file());
-
-    // one script for each test
-    let write = [
-        "ensemble",
-        "two.toml",
-        "--out",
-        "two by hand",
-        "--slurm-script",
-        "two.sbatch",
-        "--tasks",
-        "2",
-    ];
-    let (code, out, err) = breccia(cluster, folder, &write);
-    assert_eq!(code, Some(0), "{err}");
-    for (test, count) in [("fast", 8), ("slow", 6)] {
-        let script = format!("two-{test}.sbatch");
-        assert!(out.contains(&format!("sbatch {script}")), "{out}");
-        let output = cluster.output("sbatch", folder, &[&script]);
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        cluster.wait_until_idle();
-        let results = folder.join("two by hand/tests").join(test);
-        assert_eq!(runs(&results).len(), count, "{}", logs(&results));
-    }
 }
 
 /// A case whose runs are made by a program of the user.

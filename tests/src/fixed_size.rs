@@ -1,6 +1,5 @@
-//! The paper's calibration with all sizes known at compile time. `models::calibration_on`, whose sizes
-//! come from data, is compared with this model: the density in `calibration_instance.rs`, the speed in
-//! `benches/sampling.rs`. `delayed_acceptance.rs` samples this model, because it needs ten million evaluations.
+//! The paper's calibration with all sizes known at compile time: the reference for the speed and the density of
+//! `models::calibration_on`, whose sizes come from data.
 
 use models::Prior;
 use ppl::prelude::*;

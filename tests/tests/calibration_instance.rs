@@ -1,4 +1,4 @@
-//! Compares the shipped calibration on a fixed instance with independent codes: densities and gradient to 1e-10, and the
+//! Compares the paper's model on a fixed instance with independent codes: densities and gradient to 1e-10, and the
 //! posterior with two long independent runs (Stan and nutpie) within 4 standard errors.
 
 use breccia_tests::fixed_size::calibration;
@@ -27,17 +27,11 @@ fn density<M: Model>(model: &Bound<M>, y: &[f64]) -> f64 {
     model.log_density_without_jacobian(y, &mut Workspace::default()).unwrap()
 }
 
-/// Specimens of the instance.
-fn specimens(instance: &Instance) -> Specimens {
-    let rows: Vec<Vec<f64>> = instance.qois.iter().map(|row| row.to_vec()).collect();
-    Specimens::new(&rows).unwrap()
-}
-
 #[test]
 fn golden_log_densities() {
     let instance = Instance::load();
-    let (prior, specimens) = (Instance::prior(), specimens(&instance));
-    let model = calibration_on(&*instance.pce, &prior, &specimens);
+    let prior = Instance::prior();
+    let model = calibration(&instance.pce, &instance.qois, &prior);
     for golden in instance.json["golden_log_density"].as_array().unwrap() {
         let x = numbers::<3>(&golden["x"]);
         let qoi: [f64; 3] = instance.pce.at(x);
@@ -53,8 +47,8 @@ fn golden_log_densities() {
 #[test]
 fn golden_gradient() {
     let instance = Instance::load();
-    let (prior, specimens) = (Instance::prior(), specimens(&instance));
-    let model = calibration_on(&*instance.pce, &prior, &specimens);
+    let prior = Instance::prior();
+    let model = calibration(&instance.pce, &instance.qois, &prior);
     let golden = &instance.json["golden_gradient_stan_coordinates"];
     let u = numbers::<9>(&golden["u"]);
     let expected = numbers::<9>(&golden["grad"]);
@@ -85,8 +79,10 @@ fn golden_gradient() {
 #[test]
 fn sizes_from_the_data_change_nothing() {
     let instance = Instance::load();
-    let (prior, specimens) = (Instance::prior(), specimens(&instance));
+    let prior = Instance::prior();
     let fixed = calibration(&instance.pce, &instance.qois, &prior);
+    let qois: Vec<Vec<f64>> = instance.qois.iter().map(|y| y.to_vec()).collect();
+    let specimens = Specimens::new(&qois).unwrap();
     let by_data = calibration_on(&*instance.pce, &prior, &specimens);
     let golden = &instance.json["golden_gradient_stan_coordinates"];
     let y = numbers::<9>(&golden["u"]);
@@ -101,41 +97,19 @@ fn sizes_from_the_data_change_nothing() {
     ppl::check::gradient(&by_data, 1);
 }
 
-/// The shipped model and its submodel `of_specimens` run the same statements at every point, so that terms that depend on
-/// data only are computed once. Specimens with a shared error, with known inputs and with missing quantities execute
-/// other statements of the submodel.
-#[test]
-fn the_shipped_model_is_static() {
-    let instance = Instance::load();
-    let prior = Instance::prior();
-    let plain = specimens(&instance);
-    let shared = vec![vec![1e-4, 0.0, 0.0], vec![0.0, 1e-4, 0.0], vec![0.0, 0.0, 1e-4]];
-    let sharing = plain.clone().sharing(shared).unwrap();
-    let mut rows: Vec<Vec<f64>> = instance.qois.iter().map(|row| row.to_vec()).collect();
-    let known: Vec<_> = (0..rows.len()).map(|i| Some(vec![0.1 * i as f64 - 0.4])).collect();
-    let knowing = plain.clone().knowing(&known, None).unwrap();
-    rows[1][2] = f64::NAN;
-    let incomplete = Specimens::new(&rows).unwrap();
-    for (specimens, parameters) in [(plain, 3), (sharing, 3), (knowing, 2), (incomplete, 3)] {
-        let model = calibration_on(&*instance.pce, &prior[..parameters], &specimens);
-        assert_eq!(model.dim(), parameters + 6);
-        assert!(model.is_static(), "{specimens:?}");
-    }
-}
-
 #[test]
 fn posterior_of_two_independent_programs() {
     let instance = Instance::load();
     let reference: Value =
         serde_json::from_str(include_str!("../fixtures/calibration_reference.json")).unwrap();
-    let (prior, specimens) = (Instance::prior(), specimens(&instance));
-    let model = calibration_on(&*instance.pce, &prior, &specimens);
+    let prior = Instance::prior();
+    let model = calibration(&instance.pce, &instance.qois, &prior);
     let posterior = Nuts::default().chains(4).draws(5000).seed(11).sample(&model).unwrap();
     assert_eq!(posterior.summary().rows.iter().filter(|row| row.rhat >= 1.01).count(), 0);
     let names = [
-        ("x[1]", "theta[0]"),
-        ("x[2]", "theta[1]"),
-        ("x[3]", "theta[2]"),
+        ("x[1]", "young_mpa"),
+        ("x[2]", "toughness_n_per_mm"),
+        ("x[3]", "viscosity_mpa_s"),
         ("sd[1]", "sd[0]"),
         ("sd[2]", "sd[1]"),
         ("sd[3]", "sd[2]"),

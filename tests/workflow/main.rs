@@ -6,7 +6,6 @@ mod browser;
 mod conditions;
 mod creep;
 mod curve;
-mod declared;
 mod derivatives;
 mod discrepancy;
 mod fidelity;
@@ -21,7 +20,6 @@ mod relaxing;
 mod sequential;
 mod several_tests;
 mod sharing;
-mod shipped;
 mod simulator;
 mod stages;
 mod study;
@@ -340,7 +338,7 @@ fn from_an_empty_directory_to_every_documented_file() {
     let names: Vec<&str> = map.iter().map(|row| row["parameter"].as_str()).collect();
     assert_eq!(names, ["matrix.young_mpa", "matrix.toughness_n_per_mm", "matrix.viscosity_mpa_s"]);
     let data = surrogate::Dataset::read_csv(results.join("runs.csv")).unwrap();
-    assert_eq!((data.len(), data.inputs().len(), data.columns().len()), (12, 3, 4));
+    assert_eq!((data.len(), data.inputs().len(), data.notes().len()), (12, 3, 4));
     assert!((250.0..=300.0).contains(&number(&map[0], "map")));
     assert_eq!(number(&map[2], "truth"), 0.3);
     for row in table(&results.join("confirm.csv")) {

@@ -206,12 +206,6 @@ impl ImageError {
     pub(crate) fn io(action: &'static str, path: &Path, source: io::Error) -> Self {
         ImageError::Io { action, path: path.into(), source: Arc::new(source) }
     }
-
-    /// Returns the error of a file without content.
-    pub(crate) fn empty_file(path: &Path) -> Self {
-        let help = "write or copy the file again";
-        ImageError::Empty { path: path.into(), what: "content: the file has 0 bytes", help }
-    }
 }
 
 /// Returns the smallest edge of a voxel (mm).

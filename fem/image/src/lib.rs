@@ -57,7 +57,7 @@ pub use formats::read::{files_of, read, read_label_values, read_labels};
 pub use grains::regions::Region;
 pub use grains::score::{Score, score};
 pub use grains::statistics::SpecimenStatistics;
-pub use labels::rules::{LabelPhase, LabelRules};
+pub use labels::rules::{LabelPhase, LabelRules, MATRIX, VOID};
 pub use labels::specimen::LabelledSpecimen;
 #[doc(hidden)] // `fem-mesh` lists examples in the same words
 pub use listing::listed;
@@ -73,4 +73,3 @@ pub use volume::contrast::Contrast;
 pub use volume::cylinder::Cylinder;
 #[doc(hidden)] // `fem-mesh` uses the same union–find
 pub use volume::disjoint_sets::DisjointSets;
-pub use volume::phases::{MATRIX, VOID, VoidTreatment};

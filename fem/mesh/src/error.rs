@@ -191,9 +191,9 @@ pub enum MeshError {
         jacobian_mm3: f64,
     },
     /// Several errors that one check of the mesh has found.
-    #[error("the mesh has {count} errors: {}", all_of(first, *count))]
+    #[error("the mesh has {count} errors: {}{}", all_of(first), if *count > first.len() { "; …" } else { "" })]
     Several {
-        /// The first 1000 errors.
+        /// The first errors.
         first: Vec<MeshError>,
         /// Total number of errors.
         count: usize,
@@ -253,32 +253,8 @@ impl MeshError {
     pub(crate) fn io(action: &'static str, path: &Path, source: io::Error) -> Self {
         MeshError::Io { action, path: path.into(), source: Arc::new(source) }
     }
-
-    /// Returns the numbers of the tetrahedra that have the error; `None` for an error of another entity.
-    fn tets(&self) -> Option<String> {
-        match self {
-            MeshError::Inverted { tet, .. }
-            | MeshError::Degenerate { tet, .. }
-            | MeshError::Folded { tet, .. } => Some(tet.to_string()),
-            MeshError::Overlap { first, second } => Some(format!("{first} and {second}")),
-            _ => None,
-        }
-    }
 }
 
-/// Number of errors that a message describes; of further errors, it lists the numbers of the tetrahedra.
-const DESCRIBED: usize = 5;
-
-/// Describes the first errors, and lists the tetrahedra of the further errors.
-fn all_of(faults: &[MeshError], count: usize) -> String {
-    let (described, further) = faults.split_at(faults.len().min(DESCRIBED));
-    let mut text = described.iter().map(MeshError::to_string).collect::<Vec<_>>().join("; ");
-    let tets: Vec<String> = further.iter().filter_map(MeshError::tets).collect();
-    if !tets.is_empty() {
-        text += &format!("; further tetrahedra with errors: {}", tets.join(", "));
-    }
-    match count - described.len() - tets.len() {
-        0 => text,
-        others => format!("{text}; and {others} more errors"),
-    }
+fn all_of(faults: &[MeshError]) -> String {
+    faults.iter().map(MeshError::to_string).collect::<Vec<_>>().join("; ")
 }

@@ -155,23 +155,14 @@ pub enum Unsupported {
     #[error("a mixed element consists of two regions, but the mesh has only one region")]
     MixtureOfOne,
     /// A mixture of two phases with a law whose moduli cannot be homogenised.
+    #[error("a mixed element needs homogenised moduli, which exist for Hencky's law only")]
+    MixtureLaw,
+    /// A mixture with an inelastic law for which the strain of the matrix does not follow from the strain of the
+    /// mixture.
     #[error(
-        "a mixed element needs homogenised moduli, which exist for Hencky's law only, but the law is {law}"
+        "a mixed element with an inelastic material needs a matrix with a Prony series of the shear modulus only, viscous stresses that damage degrades, and elastic grains"
     )]
-    MixtureLaw {
-        /// Name of the law.
-        law: String,
-    },
-    /// A mixture with an inelastic law that is not defined in mixtures.
-    #[error("{law} (key `{key}`) is not defined in an element that is partly grain: {reason}")]
-    MixtureInelastic {
-        /// Name of the law.
-        law: &'static str,
-        /// Key of the law, within the table of the material.
-        key: &'static str,
-        /// Reason why the law is not defined there.
-        reason: &'static str,
-    },
+    MixtureInelastic,
     /// A mixed element with a strength.
     #[error(
         "a mixed element has only the mean stress of matrix and grain, but the strength of the matrix refers to the stress of the matrix"
@@ -363,10 +354,13 @@ impl Unsupported {
             Self::MixtureOfOne => {
                 "give the mesh at least two regions: the matrix first, then the phases of grains"
             }
-            Self::MixtureLaw { .. } => {
+            Self::MixtureLaw => {
                 "use law = \"hencky\" for all phases, or a mesh whose element faces follow the grain surfaces"
             }
-            Self::MixtureStrength | Self::MixtureInelastic { .. } => {
+            Self::MixtureStrength => {
+                "use a mesh whose element faces follow the grain surfaces (grain_mode = \"conforming\")"
+            }
+            Self::MixtureInelastic => {
                 "use a mesh whose element faces follow the grain surfaces (grain_mode = \"conforming\")"
             }
             Self::PlasticLaw => "use law = \"hencky\"",

@@ -207,6 +207,16 @@ impl Material {
         }
     }
 
+    /// Returns whether the law may be the law of a mixture's matrix: an elastic law, or Prony series of the shear
+    /// modulus alone. For other laws, the strain of the matrix does not follow from the strain of the mixture.
+    pub(crate) fn is_mixable(&self) -> bool {
+        match &self.inelasticity {
+            None => true,
+            Some(Inelasticity::Viscoelastic(series)) => series.bulk.is_empty(),
+            Some(Inelasticity::Plastic(_)) => false,
+        }
+    }
+
     /// Returns the material with a resistance to damage.
     pub fn with_fracture(self, fracture: Fracture) -> Self {
         Self { fracture: Some(fracture), ..self }

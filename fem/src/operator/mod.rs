@@ -1,16 +1,14 @@
 //! The discrete equations on a mesh: element kernels, memory layout, and the unknowns.
 //!
-//! The modules, in the order of their layers:
+//! The folders in the order of their layers; a file imports from its own folder and from lower layers only:
 //!
-//! 1. `bounds`, `graph`, `layout`, `unknowns`: unknowns, neighbours of nodes, elements in batches and chunks
-//! 2. `kernel`: residual, linearisation and contraction with the tangent of one element, for any number type; it calls
-//!    the point law of the module `material`
-//! 3. `cell_stress`, `deterministic_reduce`, `increment`: results of elements, sums, data of an increment
-//! 4. `pattern`: the assembled tangent
-//! 5. `equations`: the traits [`Operator`] and [`Product`] that solvers use
-//! 6. `cpu`, `sensitivity`: the kernel on SIMD registers with the matrix-free product; derivatives by parameters
-//! 7. `device`: the kernel recorded as C source, and its execution on a device
-//! 8. `assembly`: the operator of a mesh
+//! - `kernel`: residual, linearisation and contraction with the tangent of one element, for any number type; it calls
+//!   the point law of the module `material`.
+//! - files of this folder: the traits [`Operator`] and [`Product`] that solvers use, the layout of the elements in
+//!   batches and chunks, the assembled tangent.
+//! - `cpu`: the kernel on SIMD registers, and the matrix-free product.
+//! - `device`: the kernel recorded as C source, and its execution on a device.
+//! - `assembly`: the operator of a mesh.
 
 mod assembly;
 mod bounds;

@@ -12,7 +12,7 @@ use crate::problem::interface::{Interface, have_same_bands};
 /// The parameter may be any material constant of one or several regions, e.g. a modulus of a user-defined law, or a
 /// toughness shared by two regions. Finite differences are taken only of the equations at a quadrature point, not of
 /// the results of two runs. The derivative is exact for parameters that occur linearly in the equations, such as E, Gc
-/// and ξ. For other parameters the difference has an error of second order in the width: see [`Self::new`].
+/// and ξ.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MaterialParameter {
     /// Name with unit. The column of the curve file is `d_force_d_<name>`.
@@ -35,13 +35,6 @@ const RELATIVE_STEP: f64 = 1e-4;
 impl MaterialParameter {
     /// Creates a parameter with the value `value`. `materials` returns the materials of all regions for a parameter
     /// value near `value`.
-    ///
-    /// The derivative of the equations is the central difference between 0.9999 and 1.0001 times `value`. It is not exact
-    /// for parameters that do not occur linearly: the relative error is h² R‴/(6 R′) with the change h of the parameter.
-    /// For moduli, Prony fractions and relaxation times this is below 1e-8. It is 2e-6 for the reference temperature 50
-    /// °C of a WLF shift with C₁ = 17.44 and C₂ = 51.6 K, where h = 5 mK changes the relaxation times by 0.4 %. The test
-    /// `law_sensitivity` compares the derivatives of whole runs by every constant of the laws with differences of runs, and
-    /// requires agreement to 1e-5.
     ///
     /// If `value` is zero, the derivative is one-sided, from above: `materials` is called with 0 and 1e-4.
     pub fn new(

@@ -45,8 +45,7 @@ pub struct SolverOptions {
     pub tolerance: f64,
     /// Relative residual of the linear solution in a Newton iteration. The value 1e-2 is fastest. The value 1e-3 needs
     /// about 25 % more linear iterations, but makes the number of Newton iterations nearly independent of the linear
-    /// solver and of the number of ranks. With at most 1e-6, each iteration computes a new tangent, and Newton's method
-    /// converges quadratically.
+    /// solver and of the number of ranks.
     #[schemars(range(min = 1e-12, max = 0.1))]
     pub linear_tolerance: f64,
     /// Largest number of Newton iterations per increment.

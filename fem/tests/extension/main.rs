@@ -1,11 +1,9 @@
 //! User-defined extensions: a law, a split, a degradation function and a law with a state, defined outside the crate.
 
 mod own_degradation;
-mod own_history;
 mod own_law;
 mod own_split;
 mod own_state;
-mod own_state_runs;
 #[path = "../support/test_device.rs"]
 mod test_device;
 

@@ -12,7 +12,7 @@ use fem::{
 /// The state is α in the principal axes of the strain, which must not rotate. The strain is assumed constant in an
 /// increment, so that relaxation at constant strain is exact.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Maxwell {
+struct Maxwell {
     bulk_mpa: f64,
     shear_mpa: f64,
     /// Fraction f of the shear modulus that relaxes.
@@ -69,8 +69,7 @@ impl ConstitutiveLaw for Maxwell {
     }
 }
 
-pub(super) const BODY: Maxwell =
-    Maxwell { bulk_mpa: 180.0, shear_mpa: 110.0, fraction: 0.4, time_s: 0.2 };
+const BODY: Maxwell = Maxwell { bulk_mpa: 180.0, shear_mpa: 110.0, fraction: 0.4, time_s: 0.2 };
 
 /// Returns the diagonal of τ, MPa, after each increment. The increments have the duration `dt` and these axial logarithmic
 /// strains; the lateral strains are zero.
@@ -136,7 +135,7 @@ fn the_stress_at_a_constant_strain_rate_converges_with_first_order() {
 
 /// Problem on a block without lateral strain. The height of the block changes by `travel`, a function of time, in ten
 /// increments of 0.1 s.
-pub(super) fn confined(
+fn confined(
     order: Order,
     law: Maxwell,
     travel: impl Fn(f64) -> f64 + Send + Sync + 'static,
@@ -159,17 +158,17 @@ pub(super) fn confined(
         .expect("valid input")
 }
 
-pub(super) const STEPS: usize = 10;
+const STEPS: usize = 10;
 /// Logarithmic strain of the block that is held.
-pub(super) const HELD: f64 = -0.02;
+const HELD: f64 = -0.02;
 
 /// Problem in which the block is compressed in the first increment and then held at this strain.
-pub(super) fn held(order: Order) -> Problem {
+fn held(order: Order) -> Problem {
     confined(order, BODY, |time_s| if time_s > 0.0 { HELD.exp_m1() } else { 0.0 })
 }
 
 /// Axial Kirchhoff stress of the held block, MPa.
-pub(super) fn relaxed_stress(time_s: f64) -> f64 {
+fn relaxed_stress(time_s: f64) -> f64 {
     let relaxed = 1.0 - BODY.fraction * (1.0 - (-time_s / BODY.time_s).exp());
     (BODY.bulk_mpa + 4.0 / 3.0 * BODY.shear_mpa * relaxed) * HELD
 }

@@ -1,15 +1,15 @@
-//! Viscoelastic and plastic bodies: closed forms, convergence of Newton's method with damage, mixtures.
+//! Viscoelastic and plastic bodies: closed forms, convergence of Newton's method with damage, derivatives, mixtures.
 
 use fem::{
     Axis, Block, Conditions, End, EnergySet, Fracture, Hardening, Irreversibility, LinearScheme,
-    Material, Order, Outcome, PhaseField, Plasticity, Problem, PronyTerm, Schedule, SolverOptions,
-    Split, Viscoelasticity, YieldCriterion,
+    Material, MaterialParameter, Order, Outcome, PhaseField, PlasticRate, Plasticity, Problem,
+    PronyTerm, Schedule, SolverOptions, Split, Viscoelasticity, YieldCriterion,
 };
 
 use super::support::{grain, phase_field};
 
-pub(super) const YOUNG: f64 = 275.0;
-pub(super) const POISSON: f64 = 0.25;
+const YOUNG: f64 = 275.0;
+const POISSON: f64 = 0.25;
 /// Bulk and shear modulus, MPa.
 const BULK: f64 = YOUNG / (3.0 * (1.0 - 2.0 * POISSON));
 const SHEAR: f64 = YOUNG / (2.0 * (1.0 + POISSON));
@@ -25,13 +25,13 @@ fn binder() -> Material {
     Material::hencky(YOUNG, POISSON).with_viscoelasticity(series())
 }
 
-pub(super) fn fracture() -> Fracture {
+fn fracture() -> Fracture {
     Fracture { toughness_n_per_mm: 0.0025, viscosity_mpa_s: 0.3, residual_stiffness: 0.01 }
 }
 
 /// A unit block on planes of symmetry whose top has the displacement `travel` (mm) as a function of time. `confined`
 /// is true if the lateral strains are zero.
-pub(super) fn pressed(
+fn pressed(
     order: Order,
     material: &Material,
     field: Option<PhaseField>,
@@ -62,7 +62,7 @@ pub(super) fn pressed(
     builder.build().expect("valid input")
 }
 
-pub(super) fn run(problem: &Problem) -> Outcome {
+fn run(problem: &Problem) -> Outcome {
     let outcome = problem.run(&mut ());
     assert!(matches!(outcome.end, End::Displacement), "{:?}", outcome.end);
     outcome
@@ -134,6 +134,60 @@ fn newton_takes_few_iterations_with_every_law() {
                     most.is_some_and(|most| most <= 9),
                     "{name}, {split:?}, {order:?}: {most:?} iterations"
                 );
+            }
+        }
+    }
+}
+
+/// Derivatives of the force with respect to constants of the laws agree with differences of runs.
+#[test]
+fn derivatives_with_respect_to_constants_agree_with_differences_of_runs() {
+    type Law = fn(f64) -> Material;
+    let fraction: Law = |x| {
+        let mut series = series();
+        series.shear[0].fraction = x;
+        Material::hencky(YOUNG, POISSON).with_viscoelasticity(series)
+    };
+    let time: Law = |x| {
+        let mut series = series();
+        series.shear[1].time_s = x;
+        Material::hencky(YOUNG, POISSON).with_viscoelasticity(series)
+    };
+    fn plastic(yield_mpa: f64, saturation_mpa: f64) -> Material {
+        let hardening = Hardening::Voce { saturation_mpa, rate: 5.0 };
+        let rate = Some(PlasticRate::JohnsonCook { c: 0.05, reference_per_s: 1e-3 });
+        let law = Plasticity { hardening, rate, ..Plasticity::new(yield_mpa) };
+        Material::hencky(YOUNG, POISSON).with_plasticity(law)
+    }
+    let yields: Law = |x| plastic(x, 20.0);
+    let saturation: Law = |x| plastic(3.0, x);
+    let parameters = [
+        ("fraction", 0.3, fraction),
+        ("time", 1.0, time),
+        ("yield", 3.0, yields),
+        ("A", 20.0, saturation),
+    ];
+    let travel = |t: f64| -0.06 * (3.0 * t).sin();
+    for (name, value, law) in parameters {
+        for damaged in [false, true] {
+            let made = move |x: f64| {
+                let material = law(x);
+                if damaged { material.with_fracture(fracture()) } else { material }
+            };
+            let field = damaged.then(|| phase_field(Split::None));
+            let at = |x: f64| pressed(Order::Linear, &made(x), field, false, 8, travel);
+            let parameter = MaterialParameter::new(name, value, move |x| vec![made(x)]);
+            let outcome = run(&at(value).with_sensitivities(vec![parameter]).expect("valid"));
+            let reach = 1e-4 * value;
+            let [above, below] = [value + reach, value - reach].map(|x| run(&at(x)).curve);
+            let exact = above.iter().zip(&below);
+            let exact: Vec<f64> =
+                exact.map(|(a, b)| (a.force_n - b.force_n) / (2.0 * reach)).collect();
+            let size = exact.iter().fold(0.0f64, |most, x| most.max(x.abs()));
+            assert!(size > 0.0, "{name}");
+            for (row, exact) in outcome.sensitivities.force_n.iter().zip(&exact) {
+                let error = (row[0] - exact).abs();
+                assert!(error < 1e-5 * size, "{name}, {damaged}: {} and {exact}", row[0]);
             }
         }
     }

@@ -124,6 +124,7 @@ fn a_held_shear_relaxes_by_the_prony_series() {
     }
 }
 
+/// Storage and loss modulus over six decades of frequency, from the last of some periods of a harmonic shear.
 /// The reference temperature is above absolute zero, and a part of each modulus remains.
 #[test]
 fn series_without_a_remaining_modulus_or_a_real_temperature_are_refused() {
@@ -154,7 +155,6 @@ fn series_without_a_remaining_modulus_or_a_real_temperature_are_refused() {
     assert!(of([0.25, 0.749_999_9], PronyModuli::Instantaneous).validate("matrix").is_ok());
 }
 
-/// Storage and loss modulus over six decades of frequency, from the last of some periods of a harmonic shear.
 #[test]
 fn harmonic_shear_has_the_storage_and_loss_modulus_of_the_series() {
     let material = Material::hencky(YOUNG, POISSON).with_viscoelasticity(series());

@@ -77,10 +77,9 @@ pub use error::InputError;
 pub use experiment::{Specimen, SpecimenTable, TestCurve};
 pub use fracture::{
     BetweenTests, Calibration, CalibrationError, Evidence, Groups, JointCalibration, JointTest,
-    JointTests, Pooling, Population, PriorSensitivity, Scope, ScopedParameter, Specimens,
-    TestDraws, TestGroup, Trend, TrendOverTests, calibrate, calibrate_after, calibrate_groups,
-    calibrate_joint, calibrate_tests, calibration_of_draws, calibration_on,
-    calibration_over_groups, calibration_over_tests,
+    JointTests, Pooling, Population, PriorSensitivity, Specimens, TestDraws, TestGroup, Trend,
+    TrendOverTests, calibrate, calibrate_after, calibrate_groups, calibrate_tests,
+    calibration_of_draws, calibration_on, calibration_over_groups, calibration_over_tests,
 };
 pub use further_test::{
     AlikeTest, Belief, Expected, FurtherTest, FurtherTestError, Goal, Needed, TestAtDraw,

@@ -61,10 +61,6 @@ macro_rules! with_family {
             PriorFamily::Weibull => of!(Weibull(a, b)),
             PriorFamily::InverseGamma => of!(InverseGamma(a, b)),
             PriorFamily::Triangular => of!(Triangular(a, b, c)),
-            PriorFamily::Cauchy => of!(Cauchy(a, b)),
-            PriorFamily::HalfCauchy => of!(HalfCauchy(a)),
-            PriorFamily::HalfNormal => of!(HalfNormal(a)),
-            PriorFamily::Gumbel => of!(Gumbel(a, b)),
         }
     }};
 }

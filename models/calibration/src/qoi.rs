@@ -2,8 +2,8 @@
 //! separate file, with a line in [`QoiRegistry::standard`].
 //!
 //! In layers, lowest first:
-//! 1. `unit`, `extent`, `branch_number`, `error`: unit of a quantity, part of the curve that a quantity needs, number of a
-//!    branch, errors
+//! 1. `unit`, `extent`, `error`: unit of a quantity, part of the curve that a quantity needs,
+//!    errors
 //! 2. `fits`, `noise`, `line`, `reading`, `peak_window`, `peak`: fits to readings
 //! 3. `curve`, `definition`: a curve with its peak, and the interface of a quantity
 //! 4. `slope`, `peak_force`, `displacement_at_peak`, `energy_to_peak`: quantities up to the peak
@@ -13,7 +13,6 @@
 //! 7. `table_column`: quantities that are reported in tables, without a curve
 //! 7. `quantity`, `qois`: the registry, and quantities of one curve
 
-mod branch_number;
 mod creep_displacement;
 mod curve;
 mod definition;

@@ -59,30 +59,7 @@ impl Record {
             true => workbook::sheet(file, bytes, options)?,
             false => Sheet::of_text(file, &bytes, options)?,
         };
-        Self::of_sheet(file, &sheet, options, size).map_err(|error| match sheet.others.first() {
-            None => error,
-            Some(other) => {
-                let count = match sheet.others.len() {
-                    1 => "1 further sheet".to_owned(),
-                    further => format!("{further} further sheets"),
-                };
-                let help = format!(
-                    "{} The workbook has {count}: sheet = {other:?} under [experiments.read] reads another one.",
-                    error.help
-                );
-                InputError { help: help.into(), ..error }
-            }
-        })
-    }
-
-    /// Reads the rows of a text or of a sheet.
-    fn of_sheet(
-        file: &Path,
-        sheet: &Sheet,
-        options: &ReadOptions,
-        size: SpecimenSize,
-    ) -> Result<Self, InputError> {
-        let layout = Layout::of(file, sheet, options)?;
+        let layout = Layout::of(file, &sheet, options)?;
         let columns = Columns::of(file, &layout, options)?;
         let mut understood = sheet.understood.clone();
         understood.push(match layout.header_lines {
@@ -90,10 +67,10 @@ impl Record {
             lines => format!("{lines} header lines"),
         });
         understood.extend(layout.after_readings.clone());
-        let mut displacement_mm = columns.displacement.read(file, &layout, sheet)?;
-        let mut force_n = columns.force.read(file, &layout, sheet)?;
+        let mut displacement_mm = columns.displacement.read(file, &layout, &sheet)?;
+        let mut force_n = columns.force.read(file, &layout, &sheet)?;
         let time = columns.time.as_ref();
-        let time_s = time.map(|column| column.read(file, &layout, sheet)).transpose()?;
+        let time_s = time.map(|column| column.read(file, &layout, &sheet)).transpose()?;
         understood.push(converted(&mut displacement_mm, &columns.displacement, size));
         understood.push(converted(&mut force_n, &columns.force, size));
         understood.extend(time.map(|column| column.described("time")));

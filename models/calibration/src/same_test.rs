@@ -1,11 +1,9 @@
 //! Comparison of curves: whether two files have the readings of the same test.
 
-mod proportional;
 mod resolution;
 mod rounded;
 
 use crate::experiment::TestCurve;
-use proportional::is_proportional_copy;
 use rounded::{DIFFERENT, OUTSIDE, is_rounded_copy};
 
 /// Smallest number of readings that are compared.
@@ -20,8 +18,6 @@ pub enum SameTest {
     Readings,
     /// The readings are equal up to the rounding of their printed digits, and up to a constant displacement.
     Rounded,
-    /// The forces are proportional, with the same noise.
-    Proportional,
 }
 
 impl SameTest {
@@ -30,10 +26,7 @@ impl SameTest {
         if has_same_readings(a, b) {
             return Some(Self::Readings);
         }
-        if is_rounded_copy(a, b) {
-            return Some(Self::Rounded);
-        }
-        is_proportional_copy(a, b).then_some(Self::Proportional)
+        is_rounded_copy(a, b).then_some(Self::Rounded)
     }
 }
 
@@ -264,59 +257,6 @@ mod tests {
                 for other in [thinned, rounded(&curve, [1e-3, 0.5])] {
                     assert_eq!(SameTest::of(&fine, &other), Some(SameTest::Rounded));
                 }
-            }
-        }
-    }
-
-    #[test]
-    fn copies_with_multiplied_forces_are_recognised() {
-        for (readings, noise_n) in [(45, 1.5), (400, 0.3), (4000, 0.3), (4000, 1.5)] {
-            let curve = test(1, 150.0, noise_n, readings);
-            let printed = rounded(&curve, [1e-4, 0.01]);
-            let mut edited = printed.clone();
-            if readings > 100 {
-                edited.force_n[readings / 2] += 9.0;
-            }
-            let cut = printed.picked(&(2..readings * 9 / 10).collect::<Vec<_>>());
-            for (what, copy) in [("equal", printed.clone()), ("edited", edited), ("cut", cut)] {
-                for factor in [1.001, 0.98, 9.806_65] {
-                    for unit in [1e-12, 0.01] {
-                        let forces = copy.force_n.iter().map(|force| factor * force).collect();
-                        let other = TestCurve::new(copy.displacement_mm.clone(), forces);
-                        let other = rounded(&other, [1e-12, unit]);
-                        for pair in [[&printed, &other], [&other, &printed]] {
-                            assert_eq!(
-                                SameTest::of(pair[0], pair[1]),
-                                Some(SameTest::Proportional),
-                                "{what}: {readings}, {noise_n} N, factor {factor}, {unit} N"
-                            );
-                        }
-                    }
-                }
-            }
-        }
-    }
-
-    /// Virtual specimens may have proportional curves: without noise, or with displacements whose irregularity all
-    /// curves share.
-    #[test]
-    fn proportional_curves_without_noise_are_not_copies() {
-        for readings in [45, 400, 4000] {
-            let curve = test(1, 150.0, 0.0, readings);
-            let scaled = |curve: &TestCurve| {
-                let forces = curve.force_n.iter().map(|force| 1.01 * force).collect();
-                TestCurve::new(curve.displacement_mm.clone(), forces)
-            };
-            let kinked =
-                curve.force_n.iter().map(|force| if *force > 140.0 { 70.0 } else { *force });
-            let kinked = TestCurve::new(curve.displacement_mm.clone(), kinked.collect());
-            let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);
-            let jitter = Normal::new(0.0, 0.2 * 0.22 / readings as f64).unwrap();
-            let u: Vec<f64> =
-                curve.displacement_mm.iter().map(|u| u + jitter.sample(&mut rng)).collect();
-            let elastic = TestCurve::new(u.clone(), u.iter().map(|u| 1500.0 * u).collect());
-            for (what, curve) in [("smooth", curve), ("kinked", kinked), ("elastic", elastic)] {
-                assert_eq!(SameTest::of(&curve, &scaled(&curve)), None, "{what}, {readings}");
             }
         }
     }

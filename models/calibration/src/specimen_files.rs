@@ -170,9 +170,6 @@ impl SpecimenFiles {
                 SameTest::Rounded => format!(
                     "has the readings of {same}, with other digits or a constant shift of the displacement"
                 ),
-                SameTest::Proportional => format!(
-                    "has the readings of {same}, noise included, with forces that are multiplied by a constant"
-                ),
             };
             let help = "The same test would count twice: replace the wrong file, or remove one of the two \
                         lines from the table.";

@@ -208,10 +208,6 @@ pub struct CalibrationCase {
     /// Relation between the values of parameters in several tests; parameters that are not listed are shared.
     #[serde(skip_serializing_if = "is_without_relations")]
     pub between_tests: ByParameter<BetweenTestsCase>,
-    /// Covariance of the quantities between specimens in several tests.
-    #[serde(skip_serializing_if = "CovarianceCase::is_default")]
-    #[schemars(!skip_serializing_if)]
-    pub covariance: CovarianceCase,
     /// File with the draws of a joint calibration of several tests, relative to the results folder. The stage
     /// `calibrate` then uses these draws instead of sampling.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -275,26 +271,7 @@ struct WrittenCalibration {
     evidence: bool,
     discrepancy: DiscrepancyCase,
     between_tests: ByParameter<BetweenTestsCase>,
-    covariance: CovarianceCase,
     joint: Option<PathBuf>,
-}
-
-/// `calibration.covariance`: covariance of the quantities between the specimens of several tests, relative to the means of
-/// the specimens of each test.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum CovarianceCase {
-    /// Each test has its own covariance.
-    #[default]
-    Independent,
-    /// All tests have one covariance.
-    Pooled,
-}
-
-impl CovarianceCase {
-    fn is_default(&self) -> bool {
-        *self == Self::default()
-    }
 }
 
 /// `calibration.sampling`: preset of the sampling keys.
@@ -352,7 +329,6 @@ impl TryFrom<WrittenCalibration> for CalibrationCase {
             evidence: written.evidence,
             discrepancy: written.discrepancy,
             between_tests: written.between_tests,
-            covariance: written.covariance,
             joint: written.joint,
         })
     }
@@ -462,7 +438,6 @@ impl Default for CalibrationCase {
             evidence: false,
             discrepancy: DiscrepancyCase::default(),
             between_tests: ByParameter::default(),
-            covariance: CovarianceCase::default(),
             joint: None,
         }
     }

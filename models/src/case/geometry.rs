@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use fem::gmsh::{PhysicalGroup, PhysicalGroups};
 use fem::{
     Contrast, LabelRules, Meshing, Order, Packing, ReadOptions, Scanner, Segmentation,
-    SpecimenRegion, SurfaceImport, VoidTreatment,
+    SpecimenRegion, SurfaceImport,
 };
 
 use super::{CaseFile, ImageCase, NotchCase, SpecimenCase};
@@ -80,8 +80,6 @@ pub enum SpecimenGeometry {
         regions: BTreeMap<String, PhysicalGroups>,
         /// Physical surfaces of each named surface.
         surfaces: BTreeMap<String, PhysicalGroups>,
-        /// Order of the elements; elements of order 1 have straight edges.
-        order: Order,
     },
 }
 
@@ -350,7 +348,7 @@ impl CaseFile {
             }
         }
         let (regions, surfaces) = (s.regions.clone(), s.surfaces.clone());
-        Ok(SpecimenGeometry::Mesh { file, regions, surfaces, order: s.order })
+        Ok(SpecimenGeometry::Mesh { file, regions, surfaces })
     }
 
     /// Returns the path of a file named by a key of `[specimen]`; fails if the file does not exist.
@@ -392,7 +390,6 @@ fn for_grey_values(given: &Segmentation) -> Option<&'static str> {
     let is_set = [
         ("region.mask", given.region.mask.is_some()),
         ("contrast", given.contrast != Contrast::default()),
-        ("voids", given.voids != VoidTreatment::default()),
         ("void_threshold", given.void_threshold.is_some()),
         ("grain_threshold", given.grain_threshold.is_some()),
     ];

@@ -59,8 +59,8 @@ pub use between_tests::{BetweenTestsCase, TrendCase, TrendVariable};
 pub use block::NotchCase;
 pub(crate) use calibration::QoiComparison;
 pub use calibration::{
-    CalibrationCase, ConfirmCase, CovarianceCase, DesignCase, DesignSample, DiscrepancyCase,
-    ExtendCase, Likelihood, Microstructure, QoiCase, SequentialCase, SurrogateCase,
+    CalibrationCase, ConfirmCase, DesignCase, DesignSample, DiscrepancyCase, ExtendCase,
+    Likelihood, Microstructure, QoiCase, SequentialCase, SurrogateCase,
 };
 pub(crate) use changed::changed_keys;
 pub use conditions::{
@@ -341,9 +341,7 @@ impl Case {
         self.test.complete();
         // conditions that the user wrote beside a kind are kept; the validation refuses them
         if let (Some(kind), None) = (self.test.kind, &self.conditions) {
-            let mut conditions = kind.kind().conditions(&self.test_setting());
-            conditions.table = self.test.program_table().map(|(_, table)| table);
-            self.conditions = Some(conditions);
+            self.conditions = Some(kind.kind().conditions(&self.test_setting()));
         }
         if let Some(v) = self.experiments.as_mut().and_then(|e| e.virtual_specimens.as_mut()) {
             v.complete();
@@ -352,9 +350,8 @@ impl Case {
 
     /// Returns the keys on which the conditions of `test.kind` depend.
     fn test_setting(&self) -> TestSetting {
-        let largest_mm = self.test.program_table().map(|(largest_mm, _)| largest_mm);
         TestSetting {
-            displacement_mm: self.test.displacement_mm.or(largest_mm).unwrap_or(f64::NAN),
+            displacement_mm: self.test.displacement_mm.unwrap_or(f64::NAN),
             duration_s: self.test.duration_s(),
             block_mm: self.specimen.block_mm,
             notch: self.specimen.notch,

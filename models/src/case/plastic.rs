@@ -122,12 +122,6 @@ impl PlasticCase {
         Plasticity { criterion, yield_mpa, hardening, rate }
     }
 
-    /// Returns the index of the first row whose yield stress is below the row before it.
-    pub(super) fn first_fall(rows: &[YieldRow]) -> Option<usize> {
-        let falls = |rows: &[YieldRow]| rows[1].yield_mpa < rows[0].yield_mpa;
-        rows.windows(2).position(falls).map(|index| index + 1)
-    }
-
     /// Returns the name of the table of yield stresses that is not read yet.
     pub(super) fn table(&self) -> Option<&Path> {
         match &self.hardening {
@@ -181,12 +175,6 @@ fn read_rows(path: &Path) -> Result<Vec<YieldRow>, [String; 2]> {
             let problem = "must be larger than the plastic strain of the row before it";
             return Err(refused(row.error(strain, problem, help)));
         }
-        if rows.last().is_some_and(|last| yield_mpa < last.yield_mpa) {
-            let help = "List yield stresses that do not fall: softening needs a regularisation, which damage has \
-                        (docs/how-to/memory.md).";
-            let problem = "must be at least the yield stress of the row before it";
-            return Err(refused(row.error(stress, problem, help)));
-        }
         rows.push(YieldRow { plastic_strain, yield_mpa });
     }
     Ok(rows)
@@ -234,10 +222,6 @@ mod tests {
             (
                 "plastic_strain,yield_mpa\n0,200\n0.1,250\n0.05,260\n",
                 "line 4, column plastic_strain = 0.05: must be larger",
-            ),
-            (
-                "plastic_strain,yield_mpa\n0,200\n0.1,250\n0.2,249\n",
-                "line 4, column yield_mpa = 249: must be at least",
             ),
         ] {
             std::fs::write(&path, text).unwrap();

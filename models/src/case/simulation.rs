@@ -9,7 +9,6 @@ use fem::{
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::conditions::{ConditionsCase, TimeTable};
 use super::program::ProgramPointCase;
 use super::test_kind::TestKindCase;
 
@@ -175,17 +174,6 @@ impl TestCase {
         }
     }
 
-    /// Returns the largest displacement of the load program in mm and, as factors of this displacement, the displacement as
-    /// a function of time. `None` if the test has no program, or a program that prescribes a force or no displacement.
-    pub(super) fn program_table(&self) -> Option<(f64, TimeTable)> {
-        let points = self.program.as_deref()?.iter();
-        let points = points.map(|point| Some([point.time_s, point.displacement_mm?]));
-        let points = points.collect::<Option<Vec<_>>>()?;
-        let largest_mm = points.iter().fold(0.0_f64, |most, [_, mm]| most.max(*mm));
-        let factors = points.into_iter().map(|[time_s, mm]| [time_s, mm / largest_mm]);
-        (largest_mm > 0.0).then(|| (largest_mm, TimeTable::Points(factors.collect())))
-    }
-
     /// Returns the load program, if the test has one.
     ///
     /// # Errors
@@ -211,23 +199,6 @@ impl TestCase {
         // the validation of the case requires this key for tests with platens
         let displacement_mm = self.displacement_mm.unwrap_or(f64::NAN);
         Ok(CompressionTest::new(displacement_mm, self.schedule(steps)).platens(platens))
-    }
-
-    /// Returns duration, step control, stopping criterion and corners of a test with these conditions. `steps` replaces the
-    /// number of load steps of the case.
-    ///
-    /// # Errors
-    /// If the load program is invalid.
-    pub(crate) fn schedule_of(
-        &self,
-        conditions: &ConditionsCase,
-        steps: Option<u32>,
-    ) -> Result<Schedule, FemError> {
-        if self.program.is_some() {
-            // the conditions of `test.kind` follow the load program and have no other corners
-            return Ok(self.compression(steps)?.schedule);
-        }
-        Ok(Schedule { corners_s: conditions.corners_s(self.duration_s()), ..self.schedule(steps) })
     }
 
     /// Returns duration, step control and stopping criterion of a test without load program. `steps` replaces the

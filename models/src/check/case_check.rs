@@ -3,7 +3,7 @@
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
-use fem::{FemError, ReadOptions, StackHeader, TetMesh};
+use fem::{ReadOptions, StackHeader, TetMesh};
 
 use super::expected_cost::ExpectedCost;
 use super::mask::mask_in_words;
@@ -21,10 +21,9 @@ use crate::experiments::specimen_quantities::{SpecimenNames, compared};
 use crate::experiments::validation_folders::{refuse_calibrated, refuse_calibrated_by_others};
 use crate::pipeline::inputs::Inputs;
 use crate::pipeline::stage::Stage;
-use crate::results_folder::error::WorkflowError;
 use crate::simulation::setup::Setup;
 use crate::simulation::simulator::Simulator;
-use crate::simulation::without_viscosity::{refuse_without_peak, without_viscosity};
+use crate::simulation::without_viscosity::without_viscosity;
 use crate::specimen::build::{import_notes, imported_grains, imported_mesh};
 use crate::specimen::coarse_body::{CoarseCheck, check_on_coarse_body};
 use crate::specimen::mesh::grain_fraction;
@@ -203,18 +202,10 @@ impl CaseCheck {
             let text = format!("{name}: toughness {toughness} N/mm, in a band of {width} mm");
             self.say("interface", text);
         }
-        self.warnings.extend(without_viscosity(file));
-        if let Err(mistake) = refuse_without_peak(file) {
-            self.fail(file.with_line(mistake));
-        }
+        self.warnings.extend(without_viscosity(case));
         let test = &case.test;
         if let Some(program) = &test.program {
-            let program = program_in_words(program, test.steps);
-            let text = match test.kind {
-                Some(kind) => format!("{}, {program}", kind.kind().in_words()),
-                None => program,
-            };
-            self.say("test", text);
+            self.say("test", program_in_words(program, test.steps));
         }
         if let Some(conditions) = &case.conditions {
             let lines = conditions_in_words(conditions, test.duration_s());
@@ -239,7 +230,7 @@ impl CaseCheck {
                 "without [prior] and [experiments] the case is for segment, mesh and simulate";
             self.say("case", text);
         } else if let Err(mistake) = file.check_steps() {
-            self.fail(file.with_line(mistake));
+            self.fail(mistake);
         }
     }
 
@@ -253,7 +244,7 @@ impl CaseCheck {
                     self.notes.extend(notes);
                     self.warnings.extend(warnings);
                 }
-                Err(mistake) => self.fail(at_material(file, mistake)),
+                Err(mistake) => self.fail(mistake),
             }
         }
         match &geometry {
@@ -292,8 +283,8 @@ impl CaseCheck {
                 let radius_mm = 0.5 * length.hypot(*width);
                 Some(MeshSize { is_cylinder: false, ..MeshSize::of_cylinder([*depth, radius_mm]) })
             }
-            SpecimenGeometry::Mesh { file: mesh_file, regions, surfaces, order } => {
-                match imported_mesh(mesh_file, regions, surfaces, *order) {
+            SpecimenGeometry::Mesh { file: mesh_file, regions, surfaces } => {
+                match imported_mesh(mesh_file, regions, surfaces) {
                     Ok(imported) => {
                         for note in import_notes(mesh_file, &imported.notes) {
                             self.say("mesh", note);
@@ -535,19 +526,6 @@ impl CaseCheck {
             let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
             self.say("prior", format!("{parameter}: {prior}{unit}"));
         }
-    }
-}
-
-/// Adds the line of the material to the error of a material that the mesh of the case does not allow.
-fn at_material(file: &CaseFile, mistake: WorkflowError) -> WorkflowError {
-    match mistake {
-        WorkflowError::Test { source: FemError::Unsupported { entity, reason }, .. }
-            if entity.starts_with("material.") =>
-        {
-            let error = file.error(&entity, "", reason.to_string(), format!("{}.", reason.help()));
-            file.with_line(error).into()
-        }
-        other => other,
     }
 }
 

@@ -1,6 +1,6 @@
 //! Commands and arguments of the command line.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
@@ -8,7 +8,7 @@ use super::cluster::Jobs;
 use super::interrupt::INTERRUPT;
 use super::replace::replaceable;
 use crate::workflow::{DeviceChoice, missing_case};
-use crate::{CaseFile, FolderAccess, InputError, JointWorkflow, Stage, Workflow, WorkflowError};
+use crate::{CaseFile, FolderAccess, InputError, JointWorkflow, Workflow, WorkflowError};
 
 /// Calibrates the fracture of bonded granular materials, with uncertainty.
 ///
@@ -234,25 +234,10 @@ pub(super) struct CaseAndFolder {
 impl CaseAndFolder {
     /// Reads the case, or returns the built-in default case.
     pub(super) fn case_file(&self) -> Result<CaseFile, InputError> {
-        self.case_read_by(CaseFile::read)
-    }
-
-    /// Reads the case for a stage. The segmentation of an image needs fewer keys than the other stages.
-    pub(super) fn case_for(&self, stage: &Stage) -> Result<CaseFile, InputError> {
-        match stage.name {
-            "segment" => self.case_read_by(CaseFile::read_for_segmentation),
-            _ => self.case_file(),
-        }
-    }
-
-    fn case_read_by(
-        &self,
-        read: fn(&Path) -> Result<CaseFile, InputError>,
-    ) -> Result<CaseFile, InputError> {
         let copied_case = self.out.join("case.toml");
         match &self.case {
-            Some(path) => read(path),
-            None if copied_case.is_file() => read(&copied_case),
+            Some(path) => CaseFile::read(path),
+            None if copied_case.is_file() => CaseFile::read(&copied_case),
             None => missing_case(&self.out).map_or_else(|| Ok(CaseFile::default_case()), Err),
         }
     }

@@ -1,6 +1,5 @@
 //! Distribution of the work of a stage or a study to other processes and to a cluster.
 
-use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use crate::study::SlurmJobs;
@@ -22,7 +21,7 @@ pub(super) struct Sharing {
 }
 
 /// Options of the jobs of a cluster.
-#[derive(Args, Clone)]
+#[derive(Args)]
 pub(super) struct Jobs {
     /// Submit the work to Slurm as jobs that share DIR; each job starts after the jobs whose results it reads
     #[arg(long)]
@@ -61,19 +60,6 @@ impl Jobs {
     /// Whether jobs or their script were requested.
     pub(super) fn are_asked_for(&self) -> bool {
         self.slurm || self.slurm_script.is_some()
-    }
-
-    /// Returns the options for one of several tests: each test has its own script. The name of the test follows the name of
-    /// the requested script, as in `jobs-fast.sbatch`.
-    pub(super) fn of_test(&self, test: &str) -> Self {
-        let named = |script: &PathBuf| {
-            let text =
-                |part: Option<&OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();
-            let (stem, extension) = (text(script.file_stem()), text(script.extension()));
-            let dot = if extension.is_empty() { "" } else { "." };
-            script.with_file_name(format!("{stem}-{test}{dot}{extension}"))
-        };
-        Self { slurm_script: self.slurm_script.as_ref().map(named), ..self.clone() }
     }
 
     fn of(&self, results: &Path) -> Result<SlurmJobs, Failure> {

@@ -12,9 +12,7 @@ pub(super) enum Failure {
     Workflow(#[from] WorkflowError),
     #[error(transparent)]
     Slurm(#[from] SlurmError),
-    #[error(
-        "standard output cannot be written ({0}): direct it to another file; files of results are not affected"
-    )]
+    #[error("standard output cannot be written ({0}); the results are in the results folder")]
     Output(std::io::Error),
     #[cfg(feature = "mpi")]
     #[error(transparent)]

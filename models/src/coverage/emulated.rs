@@ -1,12 +1,11 @@
 //! Synthetic laboratories: a known response replaces the simulations of specimens and ensembles.
 
-use nalgebra::{Cholesky, Dyn};
+use nalgebra::{Cholesky, DMatrix, Dyn};
 use rand::{Rng, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_xoshiro::Xoshiro256PlusPlus;
-use surrogate::{Dataset, DesignMethod, DynPce, FitOptions, Input};
+use surrogate::{Dataset, DesignMethod, DynPce, FitOptions, Input, SurrogateError};
 
-use super::mesh_ratio::{MeshRatio, factor, normal};
 use super::study::{Laboratory, Setting};
 use crate::fracture::{CalibrationError, Population};
 
@@ -38,23 +37,6 @@ pub struct Emulated {
     pub method: DesignMethod,
     /// Options of the surrogate fits.
     pub fit: FitOptions,
-    /// Ratio of meshes, if the runs use a cheaper mesh than the specimens; `None` if all use the same mesh.
-    pub mesh: Option<MeshRatio>,
-}
-
-/// Specimens and ensemble of one test.
-pub(super) struct EmulatedTest {
-    pub(super) laboratory: Laboratory,
-    /// Calibration with the exact response.
-    pub(super) exact: Setting,
-    /// Calibration with a surrogate of the runs, and its shared errors.
-    pub(super) per_run: Setting,
-    /// Runs that have a separate packing each, corrected to the mesh of the specimens.
-    runs: Dataset,
-    /// Stiffness ratios of the runs; empty if the ratio is not an input of the response.
-    ratios: Vec<f64>,
-    /// Covariance of the error of the correction between meshes; empty without a correction.
-    of_mesh: Vec<Vec<f64>>,
 }
 
 impl Emulated {
@@ -69,65 +51,41 @@ impl Emulated {
     pub fn laboratory(&self, seed: u64) -> Result<(Laboratory, Vec<Setting>), CalibrationError> {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
         let truth = self.truth(&mut rng);
-        let rng = &mut rng;
-        let EmulatedTest { laboratory, exact, per_run, runs, ratios, of_mesh } =
-            self.test(truth, self.specimens, rng)?;
-        let mut settings = vec![exact, per_run];
+        let (specimens, stiffness_ratios) = self.specimens(&truth, &mut rng)?;
+        let exact = Setting::exact("exact", self.response.clone());
+        let (per_run, ratios) = self.ensemble(true, &mut rng)?;
+        let of_runs = Setting::shared("packing per run", DynPce::fit(&per_run, &self.fit)?);
+        let mut settings = match self.stiffness {
+            None => vec![exact, of_runs],
+            Some([mean, sd]) => {
+                let whole = Population::normal(vec![mean], vec![sd], f64::INFINITY);
+                vec![exact.knowing_stiffness(0, Some(whole)), of_runs]
+            }
+        };
         if self.stiffness.is_some() {
-            let stiffness_ratios = &laboratory.stiffness_ratios;
             let population = |known_ratios: usize| {
                 let members = ratios.iter().chain(&stiffness_ratios[..known_ratios]);
                 Population::of(&members.map(|&ratio| vec![ratio]).collect::<Vec<_>>())
             };
-            let seen = [&population(0)?.places().concat()[..], stiffness_ratios].concat();
-            let fit = DynPce::fit(&with_ratios(&runs, &ratios, &seen)?, &self.fit)?;
+            let seen = [&population(0)?.places().concat()[..], &stiffness_ratios].concat();
+            let fit = DynPce::fit(&with_ratios(&per_run, &ratios, &seen)?, &self.fit)?;
             for (name, known_ratios) in [
                 ("stiffness unknown", 0),
                 ("stiffness half known", self.specimens / 2),
                 ("stiffness known", self.specimens),
             ] {
-                let setting = Setting::shared(name, fit.clone()).sharing(of_mesh.clone());
+                let setting = Setting::shared(name, fit.clone());
                 settings
                     .push(setting.knowing_stiffness(known_ratios, Some(population(known_ratios)?)));
             }
         }
-        let (one, _) = self.ensemble(false, rng)?;
+        let (one, _) = self.ensemble(false, &mut rng)?;
         settings.push(Setting::exact("one packing", DynPce::fit(&one, &self.fit)?.pce));
-        Ok((laboratory, settings))
-    }
-
-    /// Draws the specimens and the ensemble of a test with the given true parameters and number of specimens.
-    ///
-    /// # Errors
-    /// The errors of [`Self::laboratory`].
-    pub(super) fn test<R: Rng>(
-        &self,
-        truth: Vec<f64>,
-        specimens: usize,
-        rng: &mut R,
-    ) -> Result<EmulatedTest, CalibrationError> {
-        let (specimens, stiffness_ratios) = self.specimens(&truth, specimens, rng)?;
-        let exact = Setting::exact("exact", self.response.clone());
-        let exact = match self.stiffness {
-            None => exact,
-            Some([mean, sd]) => {
-                let whole = Population::normal(vec![mean], vec![sd], f64::INFINITY);
-                exact.knowing_stiffness(0, Some(whole))
-            }
-        };
-        let (runs, ratios) = self.ensemble(true, rng)?;
-        let (runs, of_mesh) = match &self.mesh {
-            None => (runs, Vec::new()),
-            Some(mesh) => mesh.corrected(&runs, rng)?,
-        };
-        let per_run = Setting::shared("packing per run", DynPce::fit(&runs, &self.fit)?);
-        let per_run = per_run.sharing(of_mesh.clone());
-        let laboratory = Laboratory { truth, specimens, stiffness_ratios };
-        Ok(EmulatedTest { laboratory, exact, per_run, runs, ratios, of_mesh })
+        Ok((Laboratory { truth, specimens, stiffness_ratios }, settings))
     }
 
     /// Inputs of the response that are parameters (all except the stiffness ratio).
-    pub(super) fn parameters(&self) -> &[Input] {
+    fn parameters(&self) -> &[Input] {
         let inputs = self.response.inputs();
         &inputs[..inputs.len() - usize::from(self.stiffness.is_some())]
     }
@@ -144,29 +102,27 @@ impl Emulated {
         inputs.map(|input| input.lower + position(rng) * (input.upper - input.lower)).collect()
     }
 
-    /// Draws the quantities and stiffness ratios of `count` specimens. The response is linearised about the true
+    /// Draws the quantities and stiffness ratios of the specimens. The response is linearised about the true
     /// parameters, so that it is never evaluated outside the prior box.
-    pub(super) fn specimens<R: Rng>(
+    fn specimens<R: Rng>(
         &self,
         truth: &[f64],
-        count: usize,
         rng: &mut R,
     ) -> Result<(Vec<Vec<f64>>, Vec<f64>), CalibrationError> {
         let factor = self.factor()?;
         let (mut rows, mut ratios) = (Vec::new(), Vec::new());
-        for _ in 0..count {
+        for _ in 0..self.specimens {
             let ratio = self.ratio(rng);
             let inputs: Vec<f64> = truth.iter().copied().chain(ratio).collect();
             let (mean, jacobian) = self.response.value_and_jacobian(&inputs)?;
-            let parameters: Vec<f64> =
-                self.scatter.iter().map(|sd| sd * rng.sample::<f64, _>(StandardNormal)).collect();
-            let packing = factor.l() * normal(mean.len(), rng);
+            let mut normal = || rng.sample::<f64, _>(StandardNormal);
+            let parameters: Vec<f64> = self.scatter.iter().map(|sd| sd * normal()).collect();
+            let packing = factor.l() * nalgebra::DVector::from_fn(mean.len(), |_, _| normal());
             let row = (0..mean.len()).map(|m| {
                 let moved = (0..truth.len())
                     .map(|i| jacobian[m][i] * truth[i] / mean[m] * parameters[i])
                     .sum::<f64>();
-                let noise = self.noise * rng.sample::<f64, _>(StandardNormal);
-                mean[m] * (moved + packing[m] + noise).exp()
+                mean[m] * (moved + packing[m] + self.noise * normal()).exp()
             });
             rows.push(row.collect());
             ratios.extend(ratio);
@@ -188,7 +144,10 @@ impl Emulated {
         let mut ratios = Vec::new();
         let factor = self.factor()?;
         let size = self.packings.len();
-        let packing = |rng: &mut R| (factor.l() * normal(size, rng), self.ratio(rng));
+        let packing = |rng: &mut R| {
+            let normal = nalgebra::DVector::from_fn(size, |_, _| rng.sample(StandardNormal));
+            (factor.l() * normal, self.ratio(rng))
+        };
         let common = packing(rng);
         for x in parameter_points {
             let (deviations, ratio) = if per_run { packing(rng) } else { common.clone() };
@@ -203,7 +162,13 @@ impl Emulated {
     }
 
     fn factor(&self) -> Result<Cholesky<f64, Dyn>, CalibrationError> {
-        factor(&self.packings, "covariance between packings")
+        let size = self.packings.len();
+        let covariance = DMatrix::from_fn(size, size, |i, j| self.packings[i][j]);
+        Cholesky::new(covariance).ok_or_else(|| {
+            let value = format!("{:?}", self.packings);
+            let allowed = "positive definite".to_owned();
+            SurrogateError::Option { option: "covariance between packings", value, allowed }.into()
+        })
     }
 }
 
@@ -269,7 +234,6 @@ mod tests {
             runs: 40,
             method: DesignMethod::LatinHypercube,
             fit: FitOptions { max_order: 2, ..FitOptions::default() },
-            mesh: None,
         }
     }
 

@@ -1,17 +1,16 @@
 //! Calibrates many experiments with a known truth, and counts how often the intervals contain the
 //! truth.
 
-use std::collections::BTreeMap;
-
-use ppl::{Nuts, Posterior, SampleError};
+use ppl::Nuts;
+use ppl::diagnostics::quantile;
 use rayon::prelude::*;
 use surrogate::{CoefficientPosterior, DynPce, PceFit};
 
-use super::table::{CalibratedLaboratory, CoverageRow, SettingIntervals, intervals, rows};
-use crate::fracture::{
-    CalibrationError, Evidence, JointTest, JointTests, Population, calibration_over_tests, sample,
-};
+use crate::fracture::{CalibrationError, Evidence, Population, sample};
 use crate::prior::Prior;
+
+/// Probabilities of the central intervals whose coverage is determined.
+const NOMINAL: [f64; 3] = [0.5, 0.9, 0.95];
 
 /// Synthetic experiment with a known truth.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,9 +43,6 @@ pub struct Setting {
     /// Error of the forward model relative to the mean response over packings; `None` if the forward model is assumed
     /// to be exact.
     pub error: Option<CoefficientPosterior>,
-    /// Covariance of a further error that all specimens share, relative to the means of the quantities, such as the error
-    /// of a correction between meshes; empty without such an error.
-    pub shared: Vec<Vec<f64>>,
     /// Known stiffness ratios, if the stiffness ratio is the last input of the forward model.
     pub stiffness: Option<KnownStiffness>,
 }
@@ -54,7 +50,7 @@ pub struct Setting {
 impl Setting {
     /// Setting with a forward model that is assumed to be exact.
     pub fn exact(name: impl Into<String>, forward: DynPce) -> Self {
-        Self { name: name.into(), forward, error: None, shared: Vec::new(), stiffness: None }
+        Self { name: name.into(), forward, error: None, stiffness: None }
     }
 
     /// Setting with a surrogate of runs that have a separate packing each. All specimens share the error of the
@@ -69,84 +65,29 @@ impl Setting {
     pub fn knowing_stiffness(self, specimens: usize, population: Option<Population>) -> Self {
         Self { stiffness: Some(KnownStiffness { specimens, population }), ..self }
     }
-
-    /// Setting with a further error that all specimens share.
-    pub fn sharing(self, covariance: Vec<Vec<f64>>) -> Self {
-        Self { shared: covariance, ..self }
-    }
-
-    /// Setting with the same forward model, which is assumed to be exact. Its intervals are too narrow if the forward
-    /// model has an error.
-    pub fn without_error(self, name: impl Into<String>) -> Self {
-        Self { name: name.into(), error: None, shared: Vec::new(), ..self }
-    }
-
-    /// Names of the parameters, which are the first `count` inputs of the forward model.
-    fn parameters(&self, count: usize) -> Vec<String> {
-        self.forward.inputs().iter().take(count).map(|input| input.name.clone()).collect()
-    }
-
-    /// Priors of the parameters. They are uniform, because the true parameters are drawn uniformly and not from the priors
-    /// of a case.
-    fn priors(&self, count: usize) -> Vec<Prior> {
-        Prior::uniform_on(&self.forward.inputs()[..count])
-    }
-
-    /// Data of a laboratory, and the errors of the forward model.
-    fn evidence(&self, laboratory: &Laboratory) -> Evidence {
-        let ratios = laboratory.stiffness_ratios.iter().enumerate();
-        let (known, population) = match &self.stiffness {
-            None => (Vec::new(), None),
-            Some(KnownStiffness { specimens, population }) => {
-                let known = ratios.map(|(i, &ratio)| (i < *specimens).then(|| vec![ratio]));
-                (known.collect(), population.clone())
-            }
-        };
-        Evidence {
-            qois: laboratory.specimens.clone(),
-            known,
-            population,
-            shared: self.shared.clone(),
-            open: self.error.iter().cloned().collect(),
-        }
-    }
-
-    /// Converts to a test of a joint calibration, with the data of a laboratory.
-    pub fn joint_test(&self, name: &str, laboratory: &Laboratory) -> JointTest {
-        JointTest {
-            name: name.to_owned(),
-            forward: self.forward.clone(),
-            priors: self.priors(laboratory.truth.len()),
-            own: Vec::new(),
-            evidence: self.evidence(laboratory),
-        }
-    }
 }
 
-/// Synthetic experiments of several tests of one material with a known truth.
-#[derive(Clone, Debug)]
-pub struct JointLaboratory {
-    /// True parameters, which all tests share.
-    pub truth: Vec<f64>,
-    /// Settings of the joint calibration.
-    pub settings: Vec<JointSetting>,
-}
-
-/// Setting of a joint calibration.
-#[derive(Clone, Debug)]
-pub struct JointSetting {
-    /// Name of the setting in the table.
-    pub name: String,
-    /// Forward model, specimens and errors of each test. All tests have the same parameters in the same order.
-    pub tests: Vec<JointTest>,
+/// Coverage of the intervals of a nominal probability.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CoverageRow {
+    /// Name of the setting.
+    pub setting: String,
+    /// Name of the parameter.
+    pub parameter: String,
+    /// Probability of the central interval.
+    pub nominal: f64,
+    /// Fraction of the laboratories in which the interval contains the truth.
+    pub covered: f64,
+    /// Number of laboratories.
+    pub laboratories: usize,
+    /// Mean width of the interval, in the parameter's unit.
+    pub mean_width: f64,
 }
 
 /// Study that calibrates many laboratories.
 #[derive(Clone, Debug)]
 pub struct CoverageStudy {
-    /// Sampler of every calibration; the study replaces its seed. Do not set its number of threads: a sampler with its own
-    /// threads lets the threads of the study begin further laboratories while they wait for it, up to all laboratories at
-    /// once.
+    /// Sampler of every calibration; the study replaces its seed and number of threads.
     pub sampler: Nuts<'static>,
     /// Seed of all random numbers.
     pub seed: u64,
@@ -158,6 +99,9 @@ impl Default for CoverageStudy {
         Self { sampler, seed: 1 }
     }
 }
+
+/// Intervals of one laboratory: lower and upper ends for each setting, parameter and probability.
+type Intervals = Vec<Vec<[[f64; 2]; NOMINAL.len()]>>;
 
 impl CoverageStudy {
     /// Calibrates the given number of laboratories. `make(k)` returns laboratory k and its settings; all laboratories
@@ -175,91 +119,89 @@ impl CoverageStudy {
         make: impl Fn(usize) -> Result<(Laboratory, Vec<Setting>), E> + Sync,
         on_finished: impl Fn(usize) + Sync,
     ) -> Result<Vec<CoverageRow>, E> {
-        let calibrated = |k| {
-            let (laboratory, settings) = make(k)?;
-            let size = laboratory.truth.len();
-            let calibrated = |setting: &Setting| {
-                let (priors, evidence) = (setting.priors(size), setting.evidence(&laboratory));
-                let seed = self.seed_of(k);
-                let sampler = self.sampler.clone().seed(seed);
-                let posterior = sample(&setting.forward, &priors, &evidence, &sampler, seed)?;
-                Ok(SettingIntervals {
-                    setting: setting.name.clone(),
-                    parameters: setting.parameters(size),
-                    intervals: intervals(theta(&posterior), size),
-                })
-            };
-            let settings = settings.iter().map(calibrated).collect::<Result<_, CalibrationError>>();
-            Ok(CalibratedLaboratory { settings: settings?, truth: laboratory.truth })
-        };
-        self.on_all_threads(laboratories, calibrated, on_finished)
+        type Found = (Vec<f64>, Intervals, Vec<(String, Vec<String>)>);
+        let calibrated: Vec<Found> = (0..laboratories)
+            .into_par_iter()
+            .map(|k| {
+                let (laboratory, settings) = make(k)?;
+                let seed = self.seed.wrapping_add(k as u64);
+                let intervals = settings
+                    .iter()
+                    .map(|setting| self.intervals(setting, &laboratory, seed))
+                    .collect::<Result<Intervals, CalibrationError>>()?;
+                let named = |setting: &Setting| {
+                    let inputs = setting.forward.inputs().iter().take(laboratory.truth.len());
+                    (setting.name.clone(), inputs.map(|input| input.name.clone()).collect())
+                };
+                let names = settings.iter().map(named).collect();
+                on_finished(k);
+                Ok((laboratory.truth, intervals, names))
+            })
+            .collect::<Result<_, E>>()?;
+        let Some((_, _, names)) = calibrated.first() else { return Ok(Vec::new()) };
+        let mut rows = Vec::new();
+        for (s, (setting, parameters)) in names.iter().enumerate() {
+            for (i, parameter) in parameters.iter().enumerate() {
+                for (p, nominal) in NOMINAL.into_iter().enumerate() {
+                    let (mut covered, mut width) = (0.0, 0.0);
+                    for (truth, intervals, _) in &calibrated {
+                        let [low, high] = intervals[s][i][p];
+                        covered += f64::from(u8::from((low..=high).contains(&truth[i])));
+                        width += high - low;
+                    }
+                    let n = calibrated.len() as f64;
+                    rows.push(CoverageRow {
+                        setting: setting.clone(),
+                        parameter: parameter.clone(),
+                        nominal,
+                        covered: covered / n,
+                        laboratories: calibrated.len(),
+                        mean_width: width / n,
+                    });
+                }
+            }
+        }
+        Ok(rows)
     }
 
-    /// Calibrates the given number of laboratories like [`Self::run`]. Each laboratory has several tests of one material,
-    /// which are calibrated jointly.
-    ///
-    /// # Errors
-    /// The first error of a calibration or of `make`.
-    pub fn run_joint<E: From<CalibrationError> + Send>(
+    /// Calibrates a laboratory and returns the intervals of every parameter.
+    fn intervals(
         &self,
-        laboratories: usize,
-        make: impl Fn(usize) -> Result<JointLaboratory, E> + Sync,
-        on_finished: impl Fn(usize) + Sync,
-    ) -> Result<Vec<CoverageRow>, E> {
-        let calibrated = |k| {
-            let JointLaboratory { truth, settings } = make(k)?;
-            let calibrated = |JointSetting { name, tests }: &JointSetting| {
-                let posterior = self.joint_posterior(tests, k)?;
-                let first = tests.first().map_or(&[][..], |test| test.forward.inputs());
-                let parameters = first.iter().take(truth.len()).map(|input| input.name.clone());
-                Ok(SettingIntervals {
-                    setting: name.clone(),
-                    parameters: parameters.collect(),
-                    intervals: intervals(theta(&posterior), truth.len()),
-                })
-            };
-            let settings = settings.iter().map(calibrated).collect::<Result<_, CalibrationError>>();
-            Ok(CalibratedLaboratory { settings: settings?, truth })
+        setting: &Setting,
+        laboratory: &Laboratory,
+        seed: u64,
+    ) -> Result<Vec<[[f64; 2]; NOMINAL.len()]>, CalibrationError> {
+        let ratios = laboratory.stiffness_ratios.iter().enumerate();
+        let (known_inputs, population) = match &setting.stiffness {
+            None => (Vec::new(), None),
+            Some(KnownStiffness { specimens, population }) => {
+                let known_inputs = ratios.map(|(i, &ratio)| (i < *specimens).then(|| vec![ratio]));
+                (known_inputs.collect(), population.clone())
+            }
         };
-        self.on_all_threads(laboratories, calibrated, on_finished)
-    }
-
-    /// Samples the joint posterior of the tests of laboratory `k`, which share all parameters.
-    pub(super) fn joint_posterior(
-        &self,
-        tests: &[JointTest],
-        k: usize,
-    ) -> Result<Posterior, CalibrationError> {
-        let prepared = JointTests::new(tests, &BTreeMap::new())?;
-        let model = calibration_over_tests(&prepared);
-        let seed = self.seed_of(k);
-        let sampler = self.sampler.clone().seed(seed);
-        let chains = sampler.run(&model).map_err(SampleError::from)?;
-        Ok(Posterior::from_chains(&model, chains, seed)?)
-    }
-
-    fn seed_of(&self, laboratory: usize) -> u64 {
-        self.seed.wrapping_add(laboratory as u64)
-    }
-
-    fn on_all_threads<E: Send>(
-        &self,
-        laboratories: usize,
-        calibrated: impl Fn(usize) -> Result<CalibratedLaboratory, E> + Sync,
-        on_finished: impl Fn(usize) + Sync,
-    ) -> Result<Vec<CoverageRow>, E> {
-        let calibrated = |k| {
-            let laboratory = calibrated(k)?;
-            on_finished(k);
-            Ok(laboratory)
+        let size = laboratory.truth.len();
+        let qois = laboratory.specimens.clone();
+        let coefficients = setting.error.iter().cloned().collect();
+        let evidence = Evidence {
+            qois,
+            known: known_inputs,
+            population,
+            open: coefficients,
+            ..Evidence::default()
         };
-        let all: Vec<CalibratedLaboratory> =
-            (0..laboratories).into_par_iter().map(calibrated).collect::<Result<_, E>>()?;
-        Ok(rows(&all))
+        let sampler = self.sampler.clone().seed(seed).threads(1);
+        // uniform priors, because the true parameters are drawn uniformly and not from the priors of a case
+        let priors = Prior::uniform_on(&setting.forward.inputs()[..size]);
+        let posterior = sample(&setting.forward, &priors, &evidence, &sampler, seed)?;
+        let group = &posterior.posterior;
+        let theta = group.variables.iter().find(|variable| variable.name == "theta");
+        let theta = theta.map_or(&[][..], |variable| &variable.data[..]);
+        let interval = |i: usize| {
+            let mut draws: Vec<f64> = theta.iter().skip(i).step_by(size).copied().collect();
+            // sort once: `quantile` sorts its argument in each call, which is fast for sorted values
+            draws.sort_by(f64::total_cmp);
+            NOMINAL.map(|p| [quantile(&draws, 0.5 * (1.0 - p)), quantile(&draws, 0.5 * (1.0 + p))])
+        };
+        Ok((0..size).map(interval).collect())
     }
-}
-
-/// Draws of the parameters, one row per draw.
-pub(super) fn theta(posterior: &Posterior) -> &[f64] {
-    posterior.posterior.get("theta").map_or(&[], |values| &values.data)
 }

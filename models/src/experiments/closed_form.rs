@@ -6,10 +6,9 @@ use fem::CrackDensity;
 use super::mesh_scale::MeshSize;
 use super::specimen_quantities::{SpecimenNames, compared};
 use crate::case::{BoundsCase, MaterialCase, Parameter, Property};
-use crate::case_inputs::CaseInputs;
 use crate::error::InputError;
 use crate::experiment::{Specimen, SpecimenTable};
-use crate::experiments::data_range::{Range, unit_rank};
+use crate::pipeline::gate::{Range, unit_rank};
 use crate::pipeline::inputs::Inputs;
 use crate::prior::PriorBounds;
 use crate::qoi::{HomogeneousCylinder, Qoi};
@@ -28,7 +27,7 @@ pub(crate) fn far_from_closed_form(
     mesh: MeshSize,
     names: &SpecimenNames<'_>,
 ) -> Option<(String, InputError)> {
-    let (setup, qoi) = (inputs.setup(), &inputs.qoi());
+    let (setup, qoi) = (inputs.setup(), inputs.qoi());
     let bounds = inputs.whole_prior().map(|prior| prior.bounds()).unwrap_or_default();
     let form = ClosedForm::of(&setup, &bounds)?;
     let mut quantities = qoi.quantities.clone();

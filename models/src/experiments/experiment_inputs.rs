@@ -4,7 +4,6 @@
 use std::path::{Path, PathBuf};
 
 use crate::case::{MachineCase, PriorCase, Toe};
-use crate::case_inputs::CaseInputs;
 use crate::experiment::SpecimenTable;
 use crate::pipeline::inputs::Inputs;
 use crate::results_folder::error::WorkflowError;

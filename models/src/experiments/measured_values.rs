@@ -6,7 +6,6 @@ use std::path::Path;
 use super::experiment_inputs;
 use super::mesh_scale::MeshScale;
 use super::specimen_quantities::{cell, check_scatter, missing_quantities, read_cell};
-use crate::case_inputs::CaseInputs;
 use crate::error::InputError;
 use crate::experiment::{Specimen, SpecimenTable, TestCurve};
 use crate::fracture::column_means;
@@ -125,7 +124,7 @@ pub(crate) fn check_measured(
 /// Fails if the table cannot be used, or if a file cannot be written.
 pub(crate) fn write_measured(task: &Task<'_>, file: &Path) -> Result<String, WorkflowError> {
     let inputs = &task.inputs;
-    let qoi = &inputs.qoi();
+    let qoi = inputs.qoi();
     let test = experiment_inputs::test_of_specimens(inputs);
     let all = read_measured(file, &qoi.quantities, test)?;
     let chosen = experiment_inputs::chosen(inputs, without_curves(&all))?;

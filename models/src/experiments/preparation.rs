@@ -2,7 +2,6 @@
 
 use super::experiment_inputs;
 use crate::case::{ProgramPointCase, Toe};
-use crate::case_inputs::CaseInputs;
 use crate::curve_check::{
     CheckedProgram, Finding, InspectedCurve, ProgramLoad, ProgramSegment, Weight, inspect_confined,
 };

@@ -4,7 +4,6 @@ use super::experiment_inputs;
 use super::mesh_scale::{MeshScale, MeshSize};
 use super::specimen_quantities::SpecimenNames;
 use crate::case::TestCase;
-use crate::case_inputs::CaseInputs;
 use crate::error::InputError;
 use crate::experiment::SpecimenTable;
 use crate::pipeline::inputs::Inputs;
@@ -32,7 +31,7 @@ pub(crate) fn early_end(
     mesh: MeshSize,
     names: &SpecimenNames<'_>,
 ) -> Option<EarlyEnd> {
-    let qoi = &inputs.qoi();
+    let qoi = inputs.qoi();
     let needs_peak = qoi.quantities.iter().any(|quantity| quantity.needs_peak());
     if !needs_peak
         || inputs.conditions().is_some()

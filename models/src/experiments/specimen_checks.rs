@@ -12,8 +12,6 @@ use super::specimen_notes::{Notes, check_machine, check_rates, note_sizes};
 use super::specimen_quantities::{
     MeasuredQuantities, SpecimenNames, check_scatter, compared, missing_quantities,
 };
-use super::unit_slip::unit_slip;
-use crate::case_inputs::CaseInputs;
 use crate::curve_check::{Finding, NO_QUANTITIES, Weight};
 use crate::error::InputError;
 use crate::experiment::{Specimen, SpecimenTable};
@@ -96,7 +94,7 @@ pub(crate) fn inspect(
         mistakes.extend(check_machine(machine, &table, names.curve, &mut notes));
         mistakes.extend(check_programs(inputs.test(), &table, mesh, names.curve, &mut notes));
     }
-    let (qoi, preparation) = (&inputs.qoi(), Preparation::of(inputs));
+    let (qoi, preparation) = (inputs.qoi(), Preparation::of(inputs));
     let is_bent = is_bent_from_start(inputs);
     let mut toes = Vec::new();
     let mut measured: Vec<(String, MeasuredQuantities)> = Vec::new();
@@ -164,20 +162,15 @@ pub(crate) fn inspect(
             }
             Some((_, mistake)) => mistakes.push(mistake),
             // a wrong unit can also be the reason for a peak beyond the end, and is reported first
-            None => {
-                if let Some(warning) = unit_slip(inputs, &table, mesh) {
-                    notes.warn("unit", warning);
+            None => match early_end(inputs, &table, mesh, names) {
+                Some(EarlyEnd::BeforeAllPeaks(mistake)) if accept_out_of_range => {
+                    let InputError { place, value, problem, help, .. } = mistake;
+                    notes.warn("range", format!("{place} = {value} {problem}. {help}"));
                 }
-                match early_end(inputs, &table, mesh, names) {
-                    Some(EarlyEnd::BeforeAllPeaks(mistake)) if accept_out_of_range => {
-                        let InputError { place, value, problem, help, .. } = mistake;
-                        notes.warn("range", format!("{place} = {value} {problem}. {help}"));
-                    }
-                    Some(EarlyEnd::BeforeAllPeaks(mistake)) => mistakes.push(mistake),
-                    Some(EarlyEnd::NearPeaks(warning)) => notes.warn("range", warning),
-                    None => {}
-                }
-            }
+                Some(EarlyEnd::BeforeAllPeaks(mistake)) => mistakes.push(mistake),
+                Some(EarlyEnd::NearPeaks(warning)) => notes.warn("range", warning),
+                None => {}
+            },
         }
     }
     Ok(InspectedSpecimens { table, notes, mistakes })

@@ -63,7 +63,7 @@ impl Fitted {
         let fitted_to = with_stiffness.as_ref().unwrap_or(runs);
         let fit = DynPce::fit(fitted_to, &options)?;
         let groups = of_specimens_of_runs(&fit, fitted_to, &made_on)?;
-        let placed = |&i: &usize| runs.batch(i).is_some();
+        let placed = |&i: &usize| runs.note(i, BATCH).is_some_and(|batch| !batch.is_empty());
         let placed: Vec<usize> = (0..runs.len()).filter(placed).collect();
         let report = match placed.len() >= LEAST_LOCAL {
             true => fit.about(&placed)?,
@@ -163,14 +163,14 @@ pub(crate) fn options_on(
 /// Separates the error of a fit into scatter within and between specimens; `None` unless runs share specimens.
 ///
 /// # Errors
-/// The errors of [`GroupedRuns::estimate`].
+/// The errors of [`GroupedRuns::of`].
 pub(crate) fn of_specimens_of_runs(
     fit: &PceFit,
     runs: &Dataset,
     made_on: &MadeOn,
 ) -> Result<Option<GroupedRuns>, SurrogateError> {
     match made_on {
-        MadeOn::Several(groups) => GroupedRuns::estimate(fit, runs, groups).map(Some),
+        MadeOn::Several(groups) => GroupedRuns::of(fit, runs, groups).map(Some),
         _ => Ok(None),
     }
 }

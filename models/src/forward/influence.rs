@@ -3,7 +3,6 @@
 use ppl::Nuts;
 use surrogate::Input;
 
-use crate::case_inputs::CaseInputs;
 use crate::fracture::{Calibration, CalibrationError, WithoutSpecimen};
 use crate::pipeline::task::Task;
 use crate::results_folder::error::WorkflowError;

@@ -6,11 +6,10 @@ use std::sync::atomic::AtomicBool;
 use fem::{RunInput, RunRecord};
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
-use surrogate::{Column, Dataset, DesignMethod, Input, Role};
+use surrogate::{Dataset, DesignMethod, Input};
 
 use super::specimen_stiffness::with_stiffness_ratio;
 use crate::case::{ByParameter, CaseFile, Parameter};
-use crate::case_inputs::CaseInputs;
 use crate::coverage::Laboratory;
 use crate::experiments::preparation::Preparation;
 use crate::experiments::{experiment_inputs, virtual_inputs};
@@ -21,7 +20,6 @@ use crate::pipeline::task::Task;
 use crate::prior::Prior;
 use crate::qoi::Qois;
 use crate::results_folder::error::WorkflowError;
-use crate::runs::keyed_levels::keyed_levels;
 use crate::runs::level_runs::Runner;
 use crate::runs::microstructures::Microstructures;
 use crate::runs::run_source::key_of_runs;
@@ -29,6 +27,7 @@ use crate::runs::run_sources::source_of;
 use crate::simulation::recorded::recorded_run;
 use crate::simulation::run_values::quantities;
 use crate::simulation::stiffness::STIFFNESS_RATIO;
+use crate::specimen::levels::Level;
 use crate::virtual_specimen::VirtualSpecimen;
 
 /// Result of [`simulate_laboratories`]. Specimens and ensembles are simulated on the same mesh (the cheapest mesh
@@ -120,8 +119,7 @@ impl Study<'_> {
         let packings = self.packings(seeds)?;
         let source = source_of(&self.task.inputs)?;
         let key = key_of_runs(&self.task.inputs, &*source, Some(&packings))?;
-        let level = keyed_levels(&self.task.inputs, &key.with(&points_and_seeds), Some(&packings))?
-            .swap_remove(0);
+        let level = Level::all(&self.task.inputs, &key.with(&points_and_seeds)).swap_remove(0);
         let specimens = Some(&packings);
         let runner = Runner { task: self.task, source: &*source, names: &names, specimens };
         let run = |(i, inputs): (usize, &Vec<f64>)| RunInput { id: i + 1, inputs: inputs.clone() };
@@ -140,14 +138,14 @@ impl Study<'_> {
         parameter_points: &[Vec<f64>],
         seeds: Vec<u64>,
     ) -> Result<Dataset, WorkflowError> {
-        let qoi = &self.task.inputs.qoi();
+        let qoi = self.task.inputs.qoi();
         let outputs = qoi.quantities.iter().map(|q| q.column().into_owned()).collect();
         let mut data = Dataset::new(self.prior.clone(), outputs, "coverage")?
-            .with_columns(vec![Column::new(Role::Covariate, STIFFNESS_RATIO)])?;
+            .with_notes(&[STIFFNESS_RATIO])?;
         let (records, ratios) = self.records(parameter_points, seeds)?;
         for (record, ratio) in records.iter().zip(ratios) {
             if let Ok(values) = quantities(record, qoi) {
-                data.push_described(&record.inputs, &values, &[ratio.into()])?;
+                data.push_noted(&record.inputs, &values, &[&ratio.to_string()])?;
             }
         }
         Ok(data)
@@ -165,7 +163,7 @@ impl Study<'_> {
         parameter_points: &[Vec<f64>],
         seeds: Vec<u64>,
     ) -> Result<Dataset, WorkflowError> {
-        let qoi = &self.task.inputs.qoi();
+        let qoi = self.task.inputs.qoi();
         let middle: Vec<f64> = self.prior.iter().map(|i| 0.5 * (i.lower + i.upper)).collect();
         let (at_point, _) = self.records(parameter_points, seeds.clone())?;
         let (in_middle, _) = self.records(&vec![middle; parameter_points.len()], seeds)?;
@@ -188,7 +186,7 @@ impl Study<'_> {
     fn laboratories(&self, count: usize, inner: f64) -> Result<Vec<Laboratory>, WorkflowError> {
         let inputs = &self.task.inputs;
         let (specimens, seed, qoi) =
-            (*virtual_inputs::specimens(inputs)?, *virtual_inputs::seed(inputs)?, &inputs.qoi());
+            (*virtual_inputs::specimens(inputs)?, *virtual_inputs::seed(inputs)?, inputs.qoi());
         let case_seed = self.packings(Vec::new())?.case_seed();
         let parameters = inputs.parameters()?;
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);

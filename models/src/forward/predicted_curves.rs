@@ -8,7 +8,6 @@ use surrogate::{Dataset, DynPce, FitReport, GroupedRuns};
 
 use super::fitted::{of_specimens_of_runs, options_on};
 use super::specimen_stiffness::with_stiffness_ratio;
-use crate::case_inputs::CaseInputs;
 use crate::experiment::TestCurve;
 use crate::experiments::experiment_inputs;
 use crate::experiments::few_specimens::of_few;
@@ -25,8 +24,9 @@ use crate::report::BandEnd;
 use crate::results_folder::error::WorkflowError;
 use crate::runs::fidelity::{Correction, added, error_of_all};
 use crate::runs::level_runs::curve_of_level;
-use crate::runs::made_on::MadeOn;
+use crate::runs::made_on::{IMAGE, MadeOn, SEED};
 use crate::simulation::recorded::recorded_with;
+use crate::simulation::stiffness::STIFFNESS_RATIO;
 use crate::table::CsvTable;
 
 /// Maximum number of posterior draws; more draws do not make the quantiles visibly smoother.
@@ -159,31 +159,31 @@ struct Curves {
     runs: Dataset,
     of_runs: Vec<Named>,
     /// For each more accurate level: the curves of the runs that were repeated on this level, by the number of the run.
-    better: Vec<BTreeMap<u64, Named>>,
+    better: Vec<BTreeMap<String, Named>>,
     specimens: Vec<Named>,
 }
 
 impl Curves {
     fn read(inputs: &Inputs<'_>) -> Result<Self, Reason> {
         let runs = Dataset::read_csv(inputs.file("runs.csv")?)?;
-        let run = |i: usize| runs.run(i).unwrap_or_default();
+        let run = |i: usize| runs.note(i, "run").unwrap_or_default();
         let of_runs = (0..runs.len())
-            .map(|i| Named::simulated(inputs, format!("curves/run-{:03}.csv", run(i)), &runs, i))
+            .map(|i| Named::simulated(inputs, format!("curves/run-{:0>3}.csv", run(i)), &runs, i))
             .collect::<Result<_, Reason>>()?;
-        let mut better: Vec<BTreeMap<u64, Named>> = Vec::new();
+        let mut better: Vec<BTreeMap<String, Named>> = Vec::new();
         if let Some(path) = inputs.file_if_there("fidelity_runs.csv") {
             let table = CsvTable::read(&path, &["level", "run"]).map_err(WorkflowError::from)?;
             for row in table.rows() {
-                let number = |column| row.number(column).map_err(WorkflowError::from);
-                let (level, run) = (number("level")?, number("run")? as u64);
+                let (level, run) =
+                    (row.number("level").map_err(WorkflowError::from)?, row.text("run"));
                 let Some(level_index) = (level as usize).checked_sub(2) else { continue };
-                let Some(i) = (0..runs.len()).find(|&i| runs.run(i) == Some(run)) else {
+                let Some(i) = (0..runs.len()).find(|&i| runs.note(i, "run") == Some(run)) else {
                     continue;
                 };
                 better.resize_with(better.len().max(level_index + 1), BTreeMap::new);
                 let curve =
                     Named::simulated(inputs, curve_of_level(level as usize, run), &runs, i)?;
-                better[level_index].insert(run, curve);
+                better[level_index].insert(run.to_owned(), curve);
             }
         }
         // a curve that ends before its peak has no shape relative to the peak
@@ -239,6 +239,9 @@ pub(crate) fn specimen_curves(inputs: &Inputs<'_>) -> Result<Vec<TestCurve>, Wor
     Ok(specimens(inputs)?.into_iter().map(|named| named.curve).collect())
 }
 
+/// Notes of a run that identify its specimen.
+const NOTES: [&str; 3] = [SEED, IMAGE, STIFFNESS_RATIO];
+
 /// Surrogate of the curve shape as a function of the parameters, on the mesh of the case.
 struct ShapeModel {
     pce: DynPce,
@@ -264,16 +267,16 @@ impl ShapeModel {
             .collect();
         let mut shapes =
             of_runs.iter().map(|run| run.shape(percent)).collect::<Result<Vec<_>, _>>()?;
-        // shape of each run by the number of the run, before the correction by runs on more accurate meshes
-        let run = |i: usize| runs.run(i).unwrap_or_default();
-        let mut before: BTreeMap<u64, Vec<f64>> =
+        // shape of each run by the name of the run, before the correction by runs on more accurate meshes
+        let run = |i: usize| runs.note(i, "run").unwrap_or_default();
+        let mut before: BTreeMap<&str, Vec<f64>> =
             (0..runs.len()).map(run).zip(shapes.iter().cloned()).collect();
-        let row_of: BTreeMap<u64, usize> = (0..runs.len()).map(|i| (run(i), i)).collect();
+        let row_of: BTreeMap<&str, usize> = (0..runs.len()).map(|i| (run(i), i)).collect();
         let mut corrections = Vec::new();
         for level in better {
             let mut now = BTreeMap::new();
             for (run, curve) in level {
-                now.insert(*run, curve.shape(percent)?);
+                now.insert(run.as_str(), curve.shape(percent)?);
             }
             let both: Vec<(&[f64], &[f64], &[f64])> = now
                 .iter()
@@ -290,9 +293,10 @@ impl ShapeModel {
             before = now;
         }
         let mut data = Dataset::new(runs.inputs().to_vec(), outputs, "breccia ensemble")?
-            .with_columns(runs.columns().to_vec())?;
+            .with_notes(&NOTES)?;
         for (i, shape) in shapes.iter().enumerate() {
-            data.push_described(runs.row(i).0, shape, runs.cells(i))?;
+            let notes = NOTES.map(|name| runs.note(i, name).unwrap_or_default());
+            data.push_noted(runs.row(i).0, shape, &notes)?;
         }
         let mut with_ratio = None;
         if pce.inputs().len() > runs.inputs().len() {

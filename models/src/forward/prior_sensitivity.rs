@@ -3,7 +3,6 @@
 use ppl::{PowerScalingError, Sensitivity};
 
 use crate::bridge::{BridgeError, MarginalLikelihood};
-use crate::case_inputs::CaseInputs;
 use crate::fracture::PriorSensitivity;
 use crate::pipeline::task::Task;
 use crate::results_folder::error::WorkflowError;

@@ -7,7 +7,7 @@ use crate::error::InputError;
 use crate::fracture::Population;
 use crate::pipeline::inputs::Inputs;
 use crate::results_folder::error::WorkflowError;
-use crate::runs::made_on::{LEAST_FOR_STIFFNESS, MadeOn};
+use crate::runs::made_on::{LEAST_FOR_STIFFNESS, MadeOn, specimen_of};
 use crate::simulation::stiffness::STIFFNESS_RATIO;
 use crate::table::{CsvTable, TableRow};
 
@@ -24,17 +24,17 @@ pub(crate) fn of_specimens(inputs: &Inputs<'_>) -> Result<Vec<Option<f64>>, Work
 
 /// Stiffness ratio of the microstructure of each run; `None` unless all runs have a ratio.
 fn of_runs(runs: &Dataset) -> Option<Vec<f64>> {
-    (0..runs.len()).map(|i| runs.covariate(i, STIFFNESS_RATIO)).collect()
+    (0..runs.len()).map(|i| runs.note(i, STIFFNESS_RATIO)?.parse().ok()).collect()
 }
 
 /// Population of stiffness ratios. Its members are the microstructures of the design, each counted once, and the
 /// specimens with an image. `None` if the runs have no ratios, or if there are too few members.
 pub(crate) fn population(runs: &Dataset, specimens: &[Option<f64>]) -> Option<Population> {
-    let mut members: Vec<(Option<u64>, f64)> = Vec::new();
+    let mut members: Vec<(&str, f64)> = Vec::new();
     for (i, ratio) in of_runs(runs)?.into_iter().enumerate() {
-        let specimen = runs.group(i);
-        if !members.iter().any(|(other, _)| *other == specimen) {
-            members.push((specimen, ratio));
+        let name = specimen_of(runs, i);
+        if !members.iter().any(|(other, _)| *other == name) {
+            members.push((name, ratio));
         }
     }
     let of_design: Vec<f64> = members.into_iter().map(|(_, ratio)| ratio).collect();

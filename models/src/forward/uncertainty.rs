@@ -5,7 +5,6 @@ use ppl::{Posterior, Summary, Univariate};
 use surrogate::CoefficientPosterior;
 
 use super::fitted::Fitted;
-use super::shares_table::{SharesOfParameter, write_shares};
 use super::specimen_stiffness::KnownStiffness;
 use crate::budget::{largest_part, matrix, shares};
 use crate::case::DiscrepancyCase;
@@ -342,13 +341,13 @@ impl Budget {
 
     /// Writes `uncertainty.csv`.
     pub(crate) fn write(&self, task: &Task<'_>) -> Result<(), WorkflowError> {
-        let of_parameter = |(parameter, shares): (&String, &Vec<f64>)| {
-            let sources = self.sources.iter().map(ToString::to_string);
-            (parameter.clone(), sources.zip(shares.iter().copied()).collect())
-        };
-        let parameters: Vec<SharesOfParameter> =
-            self.parameters.iter().zip(&self.shares).map(of_parameter).collect();
-        write_shares(task, &parameters)
+        let rows = self.parameters.iter().zip(&self.shares).flat_map(|(parameter, shares)| {
+            let row = |(source, share): (&&str, &f64)| {
+                [parameter.clone(), (*source).to_owned(), share.to_string()]
+            };
+            self.sources.iter().zip(shares).map(row).collect::<Vec<_>>()
+        });
+        task.write_csv("uncertainty.csv", ["parameter", "source", "share"], rows)
     }
 
     /// Returns a warning if the error of the runs widens the posterior: n S/Σ > 0.1 for some quantity, where S is the

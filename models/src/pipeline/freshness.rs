@@ -5,10 +5,23 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use super::inputs::Inputs;
-use super::stages_file::Records;
 use super::task::StageRecord;
 use crate::results_folder::editable::is_editable;
 use crate::results_folder::error::WorkflowError;
+
+/// Name of the file with the records of finished stages.
+pub(crate) const STAGES_FILE: &str = "stages.toml";
+
+/// Records of the finished stages by name: the inputs and the products of each stage.
+pub(crate) type Records = BTreeMap<String, StageRecord>;
+
+/// Reads the records of the finished stages of a results folder.
+pub(crate) fn finished_in(dir: &Path) -> Records {
+    fem::read_regular_text(&dir.join(STAGES_FILE))
+        .ok()
+        .and_then(|text| toml::from_str(&text).ok())
+        .unwrap_or_default()
+}
 
 /// Cache of the checks: names of files that are up to date. Such a file has the content that its stage wrote, and the
 /// inputs of this stage are unchanged.

@@ -4,11 +4,12 @@
 //! [`inputs::Inputs`]. The recorded inputs decide whether the stage has to run again (`freshness`), and whether a
 //! neighbouring results folder has the same products (`neighbours`).
 
+pub(crate) mod adoption;
 pub(crate) mod extensions;
 pub(crate) mod freshness;
+pub(crate) mod gate;
 pub(crate) mod inputs;
 pub(crate) mod neighbours;
 pub(crate) mod run_key;
 pub(crate) mod stage;
-pub(crate) mod stages_file;
 pub(crate) mod task;

@@ -87,6 +87,11 @@ impl StageRecord {
         self.products.keys().map(String::as_str)
     }
 
+    /// Names of the stage's products with the hashes of their contents.
+    pub(crate) fn contents(&self) -> impl Iterator<Item = (&str, ContentHash)> {
+        self.products.iter().filter_map(|(name, sum)| Some((name.as_str(), sum.parse().ok()?)))
+    }
+
     /// Whether a file or folder is a product of the stage.
     pub(crate) fn has_written(&self, name: &str) -> bool {
         self.products.contains_key(name)

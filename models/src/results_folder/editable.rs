@@ -16,17 +16,7 @@ pub(crate) fn is_editable(name: &str) -> bool {
 pub(crate) fn finished_before(edited: &[&str]) -> String {
     match edited {
         [] => "finished before, unchanged".to_owned(),
-        edited => format!("finished before; {}", used_as_edited(edited)),
+        // do not mention --replace here: it would discard the edit
+        edited => format!("finished before; {} was edited and is used as it is", edited.join(", ")),
     }
-}
-
-/// Message about files that the user has edited. It does not mention `--replace`, which would discard the edit.
-pub(crate) fn used_as_edited(names: &[impl AsRef<str>]) -> String {
-    let listed: Vec<&str> = names.iter().map(AsRef::as_ref).collect();
-    let words = if names.len() == 1 {
-        "was edited and is used as it is"
-    } else {
-        "were edited and are used as they are"
-    };
-    format!("{} {words}", listed.join(", "))
 }

@@ -161,20 +161,6 @@ pub enum WorkflowError {
         /// The file.
         path: PathBuf,
     },
-    /// The results in the folder have another format.
-    #[error(
-        "{} has results of format {format}, and this version of breccia has format {present}: they are neither read nor \
-         changed; name another folder with --out, or use the version of breccia that wrote them",
-        path.display()
-    )]
-    OtherFormat {
-        /// The folder.
-        path: PathBuf,
-        /// Format of the results in the folder.
-        format: u32,
-        /// Format of this program.
-        present: u32,
-    },
     /// The folder contains runs of another version of the program.
     #[error(
         "{} has runs by another version of the program ({difference}), which may give other results: \

@@ -61,6 +61,15 @@ impl ProductFolder {
         Self::new(dir, &self.replaceable)
     }
 
+    /// Adds a product to the record of written files, for folders of earlier versions of the program, which did
+    /// not write such a record.
+    ///
+    /// # Errors
+    /// Fails if the record cannot be written.
+    pub(crate) fn adopt(&self, name: &str, content: ContentHash) -> Result<(), WorkflowError> {
+        self.written.add(name, content)
+    }
+
     /// The path of a file.
     pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.dir.join(name)

@@ -1,9 +1,7 @@
 //! Rule: the model at the posterior mode must reproduce the means of the specimens.
 
 use super::rule::{Rule, Warning, qualified};
-use crate::case_inputs::CaseInputs;
 use crate::error::InputError;
-use crate::forward::confirmation::ConfirmedQuantity;
 use crate::pipeline::inputs::Inputs;
 use crate::qoi::Quantity;
 use crate::report;
@@ -97,10 +95,13 @@ fn misfits(inputs: &Inputs<'_>) -> Result<Vec<Misfit>, WorkflowError> {
 
 /// Reads the misfit of the simulation at the posterior mode, %, in the order of the quantities.
 fn simulated(inputs: &Inputs<'_>) -> Result<Vec<f64>, WorkflowError> {
-    let percent = |confirmed: ConfirmedQuantity| {
-        100.0 * (confirmed.map_simulation / confirmed.experiment_mean - 1.0)
+    let path = inputs.file("confirm.csv")?;
+    let table = CsvTable::read(&path, &["experiment_mean", "map_simulation"])?;
+    let percent = |row: TableRow<'_>| {
+        let [mean, simulation] = ["experiment_mean", "map_simulation"].map(|c| row.number(c));
+        Ok(100.0 * (simulation? / mean? - 1.0))
     };
-    Ok(ConfirmedQuantity::read(inputs)?.into_iter().map(percent).collect())
+    Ok(table.rows().map(percent).collect::<Result<_, InputError>>()?)
 }
 
 /// Misfit of each compared quantity with its threshold; if `confirmed`, also the misfit of the

@@ -4,7 +4,6 @@ use surrogate::Dataset;
 
 use super::rule::{Rule, Warning, qualified};
 use crate::case::{Microstructure, SpecimenGeometry};
-use crate::case_inputs::CaseInputs;
 use crate::pipeline::inputs::Inputs;
 use crate::report::Qualifier;
 use crate::results_folder::error::WorkflowError;

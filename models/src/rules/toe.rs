@@ -4,7 +4,6 @@ use fem::read_curve;
 
 use super::rule::{Rule, Warning, qualified};
 use crate::case::Toe;
-use crate::case_inputs::CaseInputs;
 use crate::curve_check::InspectedCurve;
 use crate::experiment::TestCurve;
 use crate::experiments::experiment_inputs;

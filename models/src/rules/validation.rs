@@ -1,7 +1,6 @@
 //! Rule: held-out specimens must not contradict their prediction.
 
 use super::rule::{Rule, Warning};
-use crate::case_inputs::CaseInputs;
 use crate::error::InputError;
 use crate::pipeline::inputs::Inputs;
 use crate::qoi::Quantity;

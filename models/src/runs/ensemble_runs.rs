@@ -13,7 +13,6 @@ use fem::{
 
 use crate::pipeline::neighbours::Neighbours;
 use crate::pipeline::run_key::RunKey;
-use crate::pipeline::stages_file::FORMAT;
 use crate::pipeline::task::Task;
 use crate::progress::{Bar, speaker};
 use crate::results_folder::error::WorkflowError;
@@ -91,10 +90,9 @@ pub(crate) fn run_jobs(
         // reuse runs that were computed before the folder had neighbouring folders
         copy_records(&unshared, &directory)?;
     }
-    // another version or format of the program may compute other results: both are part of the fingerprint, so
+    // another version of the program may compute other results: the version is part of the fingerprint, so
     // that the runs of two versions are not mixed
-    let version = env!("CARGO_PKG_VERSION");
-    let fingerprint = format!("program = breccia {version}, format {FORMAT}\n{key}");
+    let fingerprint = format!("program = breccia {}\n{key}", env!("CARGO_PKG_VERSION"));
     let ensemble = Ensemble::open(&directory, &fingerprint).map_err(|error| match error {
         // the folder name already identifies everything but the program version
         EnsembleError::Foreign { directory, difference } => {

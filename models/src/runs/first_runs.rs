@@ -6,13 +6,12 @@ use std::path::Path;
 use fem::{RunInput, RunRecord};
 
 use crate::case::{BoundsCase, QoiComparison};
-use crate::case_inputs::CaseInputs;
 use crate::error::InputError;
 use crate::experiments::closed_form::ClosedForm;
-use crate::experiments::data_range::unit_rank;
 use crate::experiments::experiment_inputs;
 use crate::experiments::specimen_quantities::read_cell;
 use crate::fracture::column_means;
+use crate::pipeline::gate::unit_rank;
 use crate::pipeline::task::Task;
 use crate::prior::PriorBounds;
 use crate::progress::say;
@@ -47,7 +46,7 @@ pub(crate) fn check_first_runs(
     size: SpecimenSize,
     records: &[RunRecord],
 ) -> Result<(), WorkflowError> {
-    let qoi = &task.inputs.qoi();
+    let qoi = task.inputs.qoi();
     let prior = task.inputs.whole_prior();
     let Some(prior) =
         prior.filter(|_| experiment_inputs::are_specimens_virtual(&task.inputs).is_ok_and(|v| !v))

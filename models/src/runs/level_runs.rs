@@ -16,8 +16,8 @@ use crate::specimen::levels::Level;
 pub(crate) const FOLDER: &str = "ensemble";
 
 /// Name of the curve file of a run that was repeated on a more accurate mesh. The cheapest level is level 1.
-pub(crate) fn curve_of_level(level: usize, run: u64) -> String {
-    format!("curves/level-{level}-run-{run:03}.csv")
+pub(crate) fn curve_of_level(level: usize, run: &str) -> String {
+    format!("curves/level-{level}-run-{run:0>3}.csv")
 }
 
 /// Computes the runs of a level.

@@ -32,18 +32,17 @@ pub(crate) enum MadeOn {
 
 impl MadeOn {
     pub(crate) fn of(runs: &Dataset) -> Self {
-        // runs without a group share the specimen of the case
-        let mut numbers: Vec<Option<u64>> = Vec::new();
+        let mut names: Vec<&str> = Vec::new();
         let mut groups = Vec::with_capacity(runs.len());
         for i in 0..runs.len() {
-            let number = runs.group(i);
-            let index = numbers.iter().position(|group| *group == number).unwrap_or(numbers.len());
-            if index == numbers.len() {
-                numbers.push(number);
+            let name = specimen_of(runs, i);
+            let index = names.iter().position(|group| *group == name).unwrap_or(names.len());
+            if index == names.len() {
+                names.push(name);
             }
             groups.push(index);
         }
-        match numbers.len() {
+        match names.len() {
             0 | 1 => Self::One,
             count if count == runs.len() => Self::Each,
             _ => Self::Several(groups),
@@ -88,31 +87,35 @@ impl MadeOn {
     }
 }
 
+/// Name of the specimen of a run; empty if all runs share a specimen without a name.
+pub(crate) fn specimen_of(runs: &Dataset, run: usize) -> &str {
+    let named = |column| runs.note(run, column).filter(|name| !name.is_empty());
+    named(SEED).or_else(|| named(IMAGE)).unwrap_or_default()
+}
+
 #[cfg(test)]
 mod tests {
-    use surrogate::{Cell, Column, Input, Role};
+    use surrogate::Input;
 
     use super::*;
 
-    fn made_on(role: Role, column: &str, numbers: [Option<u64>; 4]) -> MadeOn {
+    fn made_on(column: &str, names: &[&str]) -> MadeOn {
         let input = Input::new("x", 0.0, 1.0).unwrap();
         let mut runs = Dataset::new(vec![input], vec!["y".into()], "made up").unwrap();
-        let columns = vec![Column::new(Role::Run, "run"), Column::new(role, column)];
-        runs = runs.with_columns(columns).unwrap();
-        for (i, number) in (1..).zip(numbers) {
-            runs.push_described(&[0.5], &[1.0], &[Cell::Whole(i), number.into()]).unwrap();
+        runs = runs.with_notes(&["run", column]).unwrap();
+        for (i, name) in names.iter().enumerate() {
+            runs.push_noted(&[0.5], &[1.0], &[&i.to_string(), name]).unwrap();
         }
         MadeOn::of(&runs)
     }
 
     #[test]
     fn runs_tell_what_they_were_made_on() {
-        let seeds = |numbers| made_on(Role::Group, SEED, numbers);
-        assert_eq!(seeds([None; 4]), MadeOn::One);
-        assert_eq!(seeds([Some(7); 4]), MadeOn::One);
-        assert_eq!(seeds([7, 8, 9, 10].map(Some)), MadeOn::Each);
-        assert_eq!(made_on(Role::Batch, "batch", [7, 8, 9, 10].map(Some)), MadeOn::One);
-        let shared = made_on(Role::Group, IMAGE, [2, 1, 3, 1].map(Some));
+        assert_eq!(made_on(SEED, &["", "", ""]), MadeOn::One);
+        assert_eq!(made_on(SEED, &["7", "7", "7"]), MadeOn::One);
+        assert_eq!(made_on(SEED, &["7", "8", "9"]), MadeOn::Each);
+        assert_eq!(made_on("other", &["7", "8", "9"]), MadeOn::One);
+        let shared = made_on(IMAGE, &["2", "1", "3", "1"]);
         assert_eq!(shared, MadeOn::Several(vec![0, 1, 2, 1]));
         assert_eq!(shared.several(), Some(3));
         assert!(shared.are_too_few_for_stiffness() && !MadeOn::Each.are_too_few_for_stiffness());

@@ -5,9 +5,8 @@ use std::borrow::Cow;
 use fem::{Meshing, Order, RunInput, RunRecord, write_curve};
 
 use super::ensemble_runs::{NamedRuns, run_named};
-use super::simulation_key::{key_of_simulations, with_made_meshes};
 use crate::case::{Parameter, SpecimenGeometry};
-use crate::case_inputs::CaseInputs;
+use crate::pipeline::run_key::RunKey;
 use crate::pipeline::task::Task;
 use crate::results_folder::error::WorkflowError;
 use crate::simulation::run_values::quantities;
@@ -45,18 +44,20 @@ pub(crate) fn mesh_errors(
     let mesh = mesh_with(inputs, images::FIRST, &second)?.0;
     let simulator = Simulator::new(&inputs.setup(), mesh, parameters)?;
     let run = RunInput { id: 1, inputs: mode.inputs.clone() };
-    let key = key_of_simulations(inputs, &["confirm.second_spacing_mm"], &["mesh.msh", "map.csv"]);
+    let further = ["confirm.second_spacing_mm"];
     let named = NamedRuns {
         folder: "confirm/second",
         label: "run on the second mesh",
-        key: &with_made_meshes(&key, inputs)?,
+        // the mesh of the case identifies the image from which the second mesh is made
+        key: &RunKey::of_simulations(inputs, &further, &["mesh.msh", "map.csv"])
+            .and_specimen(inputs)?,
         names,
         runs: &[run],
         wait: true,
     };
     let records = run_named(task, named, &|_| Ok(Cow::Borrowed(&simulator)))?;
     task.product("curves/second-mesh.csv", |path| write_curve(path, &records[0].curve))?;
-    let other = match quantities(&records[0], &inputs.qoi()) {
+    let other = match quantities(&records[0], inputs.qoi()) {
         Ok(other) => other,
         Err(reason) => {
             task.warn(&format!(

@@ -11,7 +11,6 @@ use rayon::prelude::*;
 
 use super::made_on::{IMAGE, SEED};
 use crate::case::Microstructure;
-use crate::case_inputs::CaseInputs;
 use crate::pipeline::inputs::Inputs;
 use crate::results_folder::error::WorkflowError;
 use crate::results_folder::turns::in_turn;
@@ -117,12 +116,12 @@ impl Microstructures {
         }
     }
 
-    /// Number of the specimen of a run, which is the entry of the run in the column [`Self::column`].
-    pub(crate) fn number(&self, run: usize) -> u64 {
+    /// Identifier of the specimen of a run, i.e. the entry of the run in the column [`Self::column`].
+    pub(crate) fn name(&self, run: usize) -> String {
         let specimen = self.of_run(run);
         match &self.source {
-            Source::Packings(packings) => packings.seeds[specimen],
-            Source::Images(_) => (images::FIRST + specimen) as u64,
+            Source::Packings(packings) => packings.seeds[specimen].to_string(),
+            Source::Images(_) => (images::FIRST + specimen).to_string(),
         }
     }
 

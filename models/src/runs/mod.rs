@@ -2,15 +2,13 @@
 //!
 //! 1. `ensemble_runs`, `made_on`, `unusable_runs`: folders and records of runs, their specimens, runs without quantities
 //! 2. `first_runs`: comparison of the first runs with the specimens
-//! 3. `simulation_key`, `microstructures`, `keyed_levels`: identity of runs, their packings or images, and their meshes
-//! 4. `run_source`, `run_sources`: where the runs come from
-//! 5. `level_runs`, `fidelity`, `quadrature`: runs on several meshes, and what meshes and quadratures change
-//! 6. `mesh_error`, `map_fields`: error of the mesh and fields at the posterior mode
+//! 3. `microstructures`, `run_source`, `run_sources`: packings or images of the runs, and where the runs come from
+//! 4. `level_runs`, `fidelity`, `quadrature`: runs on several meshes, and what meshes and quadratures change
+//! 5. `mesh_error`, `map_fields`: error of the mesh and fields at the posterior mode
 
 pub(crate) mod ensemble_runs;
 pub(crate) mod fidelity;
 pub(crate) mod first_runs;
-pub(crate) mod keyed_levels;
 pub(crate) mod level_runs;
 pub(crate) mod made_on;
 pub(crate) mod map_fields;
@@ -19,5 +17,4 @@ pub(crate) mod microstructures;
 pub(crate) mod quadrature;
 pub(crate) mod run_source;
 pub(crate) mod run_sources;
-pub(crate) mod simulation_key;
 pub(crate) mod unusable_runs;

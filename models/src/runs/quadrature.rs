@@ -8,7 +8,6 @@ use surrogate::Input;
 use super::fidelity::spread;
 use super::level_runs::{LevelRuns, Runner};
 use crate::case::{Case, MaterialCase};
-use crate::case_inputs::CaseInputs;
 use crate::progress::say;
 use crate::results_folder::error::WorkflowError;
 use crate::simulation::resolution::can_break;
@@ -95,7 +94,7 @@ pub(crate) fn compare_quadratures(
     let other = PhaseField { quadrature: choice[1], ..*field };
     let run = fem::RunInput { id: record.id, inputs: record.inputs.clone() };
     let other_runs = runner.run(&level.with_phase_field(&other), &[run], true)?;
-    let qoi = &runner.task.inputs.qoi();
+    let qoi = runner.task.inputs.qoi();
     let [own_name, other_name] = choice.map(name);
     let with_other = match quantities(&other_runs[0], qoi) {
         Ok(with_other) => with_other,

@@ -4,7 +4,6 @@ use fem::RunRecord;
 
 use super::ensemble_runs::NamedRuns;
 use super::microstructures::Microstructures;
-use super::simulation_key::{key_of_simulations, with_specimen};
 use crate::pipeline::inputs::Inputs;
 use crate::pipeline::run_key::RunKey;
 use crate::pipeline::task::Task;
@@ -50,8 +49,7 @@ pub(crate) trait RunSource: Sync {
         Vec::new()
     }
 
-    /// Reads the keys of the case that change the results of the stage and do not enter the key of a run, so that the keys
-    /// are recorded as inputs of the stage.
+    /// Reads the keys of the case on which the results depend, but not the identity of the runs.
     fn read_rest(&self, inputs: &Inputs<'_>) {
         let _ = inputs;
     }
@@ -79,11 +77,11 @@ pub(crate) fn key_of_runs(
         (images::FIRST..).take(meshes).map(|image| images::mesh_file(image, "msh")).collect();
     files.iter().try_for_each(|name| inputs.file(name).map(drop))?;
     let files: Vec<&str> = files.iter().map(String::as_str).collect();
-    let key = key_of_simulations(inputs, &["prior", "design"], &files);
-    let key = source.identified(key, inputs);
+    let key =
+        source.identified(RunKey::of_simulations(inputs, &["prior", "design"], &files), inputs);
     match specimens {
         // packings have no mesh files: they are made from the specimen of the case
-        Some(specimens) if specimens.meshes() == 0 => with_specimen(&key, inputs),
+        Some(specimens) if specimens.meshes() == 0 => key.and_specimen(inputs),
         _ => Ok(key),
     }
 }

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use crate::case_inputs::CaseInputs;
 use crate::pipeline::inputs::Inputs;
 
 /// Largest share of runs without quantities at which the verdict is still "identified"; with a larger share, the verdict is

@@ -3,7 +3,6 @@
 use std::iter;
 
 use fem::{End, FemError, RunEnd, RunRecord, RunStatus};
-use fem_image::listed;
 
 use super::recorded::recorded_run;
 use crate::case::QoiComparison;
@@ -42,7 +41,7 @@ fn up_to_limit_load(record: &RunRecord, qoi: &QoiComparison) -> Result<Vec<f64>,
         last.time_s, last.force_n, last.displacement_mm
     );
     let is_of_branch = |quantity: &&Quantity| {
-        matches!(quantity.extent(), Extent::Hold(_) | Extent::ForceHold | Extent::Unloading(_))
+        matches!(quantity.extent(), Extent::Hold | Extent::ForceHold | Extent::Unloading)
     };
     if let Some(quantity) = qoi.quantities.iter().find(is_of_branch) {
         return Err(format!("{failure} ({quantity} needs the whole program)"));
@@ -56,8 +55,8 @@ fn reported(record: &RunRecord, qoi: &QoiComparison) -> Result<Vec<f64>, String>
     let value = |quantity: &Quantity| {
         let column = quantity.column();
         record.values.get(&*column).copied().ok_or_else(|| {
-            let names = listed(record.values.keys(), ", ");
-            format!("unusable: there is no {column} among the results {names}")
+            let names: Vec<&str> = record.values.keys().map(String::as_str).collect();
+            format!("unusable: there is no {column} among the results {}", names.join(", "))
         })
     };
     qoi.quantities.iter().map(value).collect()

@@ -1,10 +1,9 @@
 //! The simulation of a case whose parameters are set for each run.
 
 use fem::{
-    ComputeDevice, CurvePoint, FemError, Homogenisation, Order, Outcome, Problem, Ranks,
+    ComputeDevice, CurvePoint, FemError, Homogenisation, Order, Outcome, Problem, Ranks, Schedule,
     SolverOptions, TetMesh, Unsupported,
 };
-use fem_image::listed;
 
 use super::setup::Setup;
 use crate::case::{
@@ -59,7 +58,7 @@ impl Simulator {
             })
         };
         if let Some(p) = parameters.iter().find(is_outside) {
-            let region_names = listed(&mesh.regions, ", ");
+            let region_names = mesh.regions.join(", ");
             let message = format!("{p} is calibrated, but the mesh's regions are: {region_names}");
             return Err(WorkflowError::Unusable(message));
         }
@@ -74,7 +73,7 @@ impl Simulator {
         for name in simulation.interface.keys().filter(is_idle) {
             let table = format!("interface.{name}.");
             if let Some(p) = parameters.iter().find(|p| p.path().starts_with(&table)) {
-                let region_names = listed(&mesh.regions, ", ");
+                let region_names = mesh.regions.join(", ");
                 let message =
                     format!("{p} is calibrated, but the mesh's regions are: {region_names}");
                 return Err(WorkflowError::Unusable(message));
@@ -195,7 +194,10 @@ fn problem(rest: &Rest, simulation: &SimulationParts, mesh: TetMesh) -> Result<P
     let builder = match &rest.conditions {
         Some(conditions) => Problem::builder(mesh)
             .conditions(conditions.in_fem(test.duration_s()))
-            .schedule(test.schedule_of(conditions, rest.steps)?),
+            .schedule(Schedule {
+                corners_s: conditions.corners_s(test.duration_s()),
+                ..test.schedule(rest.steps)
+            }),
         None => test.compression(rest.steps)?.builder(mesh)?,
     };
     builder

@@ -5,9 +5,8 @@ use std::path::{Path, PathBuf};
 
 use fem::{
     Cylinder, GrainList, ImageError, ImportedSurfaces, LabelRules, MeshError, MeshReport, Meshed,
-    Meshing, Order, Packing, ReadOptions, Reading, Scanner, Segmentation, StackHeader,
-    SurfaceImport, SurfaceImportError, TetMesh, Volume, VoxelGrains, gmsh, read_image,
-    read_label_values,
+    Meshing, Packing, ReadOptions, Reading, Scanner, Segmentation, StackHeader, SurfaceImport,
+    SurfaceImportError, TetMesh, Volume, VoxelGrains, gmsh, read_image, read_label_values,
 };
 
 use super::block::block_mesh;
@@ -291,19 +290,14 @@ pub(crate) fn grains_mesh(
     labelled_mesh(case, grains.labels(), measured, grains.phases(), grains.cylinder(), meshing)
 }
 
-/// Reads a mesh file. The result includes the notes of the reader. A mesh of linear elements has straight edges.
+/// Reads a mesh file. The result includes the notes of the reader.
 pub(crate) fn imported_mesh(
     file: &Path,
     regions: &BTreeMap<String, gmsh::PhysicalGroups>,
     surfaces: &BTreeMap<String, gmsh::PhysicalGroups>,
-    order: Order,
 ) -> Result<gmsh::Imported, WorkflowError> {
     let names = gmsh::GmshNames { regions: regions.clone(), surfaces: surfaces.clone() };
-    let imported = gmsh::import(file, &names).and_then(|imported| match order {
-        Order::Linear => imported.with_straight_edges(),
-        Order::Quadratic => Ok(imported),
-    });
-    imported.map_err(|e| match e {
+    gmsh::import(file, &names).map_err(|e| match e {
         MeshError::File { .. } | MeshError::Io { .. } => e.into(),
         // errors from the check of the mesh do not contain the path of the file
         source => WorkflowError::UnsoundMesh { path: file.to_owned(), source },
@@ -350,8 +344,8 @@ pub(crate) fn direct_mesh(
     geometry: &SpecimenGeometry,
 ) -> Result<(TetMesh, Option<MeshReport>), WorkflowError> {
     match geometry {
-        SpecimenGeometry::Mesh { file, regions, surfaces, order } => {
-            Ok((imported_mesh(file, regions, surfaces, *order)?.mesh, None))
+        SpecimenGeometry::Mesh { file, regions, surfaces } => {
+            Ok((imported_mesh(file, regions, surfaces)?.mesh, None))
         }
         SpecimenGeometry::Cylinder { radius_mm, height_mm, grains, meshing, .. } => {
             let size = [*radius_mm, *height_mm];
@@ -387,8 +381,8 @@ pub(crate) fn mesh_of(file: &CaseFile) -> Result<TetMesh, WorkflowError> {
         file.check_spacing("specimen.spacing_mm", meshing.spacing_mm, size[0], size[1])?;
         return Ok(grains_mesh(&file.path, &grains, &meshing)?.mesh);
     }
-    if let SpecimenGeometry::Mesh { file: mesh_file, regions, surfaces, order } = &geometry {
-        let imported = imported_mesh(mesh_file, regions, surfaces, *order)?;
+    if let SpecimenGeometry::Mesh { file: mesh_file, regions, surfaces } = &geometry {
+        let imported = imported_mesh(mesh_file, regions, surfaces)?;
         import_notes(mesh_file, &imported.notes).iter().for_each(|note| say("warning", note));
         return Ok(imported.mesh);
     }

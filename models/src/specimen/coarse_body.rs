@@ -4,7 +4,7 @@ use fem::{CylinderLattice, GrainMode, Meshing, Mixture, ProblemWarning, TetMesh}
 
 use super::block::block_mesh;
 use super::build::packed;
-use crate::case::{CaseFile, ConditionsCase, SpecimenGeometry, TestKindCase};
+use crate::case::{CaseFile, ConditionsCase, SpecimenGeometry};
 use crate::results_folder::error::WorkflowError;
 use crate::simulation::resolution::note_at_edge;
 use crate::simulation::setup::Setup;
@@ -61,7 +61,7 @@ pub(crate) fn check_on_coarse_body(
     let coarse =
         |is_mixed| set_up_cylinder(file, [radius_mm, height_mm], &regions, meshing, is_mixed);
     let has_grains = regions.len() > 1;
-    let mut checked = match meshing.mode {
+    match meshing.mode {
         GrainMode::Fraction => coarse(has_grains),
         GrainMode::Auto if has_grains => match coarse(true) {
             Ok(checked) => Ok(checked),
@@ -70,11 +70,7 @@ pub(crate) fn check_on_coarse_body(
             Err(_) => coarse(false),
         },
         _ => coarse(false),
-    }?;
-    let kind = file.case.test.kind;
-    let warning = kind.and_then(|kind| kind.kind().too_coarse(radius_mm, meshing.spacing_mm));
-    checked.warnings.extend(warning);
-    Ok(checked)
+    }
 }
 
 /// Sets up the test on a coarse cylinder \[radius, height\] in mm, whose matrix consists of mixtures if `is_mixed` is true.
@@ -98,10 +94,17 @@ fn set_up_cylinder(
 }
 
 /// Sets up the test on a coarse mesh. `refinement` is the ratio of the spacing of the case to the spacing of this mesh.
-fn set_up(file: &CaseFile, mesh: TetMesh, refinement: f64) -> Result<CoarseCheck, WorkflowError> {
-    // elements of this mesh may be larger than a surface of the test
-    let mut test = file.case.test.clone();
-    test.kind = test.kind.map(TestKindCase::on_few_elements);
+fn set_up(
+    file: &CaseFile,
+    mut mesh: TetMesh,
+    refinement: f64,
+) -> Result<CoarseCheck, WorkflowError> {
+    if let Some(kind) = file.case.test.kind
+        && kind.kind().add_surfaces(&mut mesh).is_err()
+    {
+        // elements of this mesh may be larger than a surface of the test
+        return Ok(CoarseCheck::default());
+    }
     // a strength depends on the distance of the nodes in the mesh of the case
     let mut material = file.case.material.clone();
     let mean_edge_mm = mesh.mean_edge() * refinement;
@@ -113,12 +116,7 @@ fn set_up(file: &CaseFile, mesh: TetMesh, refinement: f64) -> Result<CoarseCheck
     // the gauge points have been compared with the size of the specimen
     let conditions = file.case.conditions.clone();
     let conditions = conditions.map(|all| ConditionsCase { extensometer: None, ..all });
-    let setup = Setup {
-        material: &material,
-        conditions: conditions.as_ref(),
-        test: &test,
-        ..Setup::from(file)
-    };
+    let setup = Setup { material: &material, conditions: conditions.as_ref(), ..Setup::from(file) };
     let notes = note_at_edge(&setup, &mesh, mean_edge_mm).into_iter().collect();
     let parameters = file.case.whole_prior();
     let parameters = parameters.iter().flat_map(|prior| prior.parameters()).cloned();
@@ -218,29 +216,6 @@ steps = 30
             assert!(notes[0].contains("effective toughness"), "{notes:?}");
         }
         assert!(checked(&[("grains = { fraction = 0.2, seed = 1 }", "")]).is_ok());
-    }
-
-    /// The jaws of a disc touch an arc that is narrower than an element of the coarse body. The materials are checked all
-    /// the same.
-    #[test]
-    fn a_disc_with_narrow_jaws_is_checked() {
-        let kind = |contact_deg: f64| {
-            format!("[test]\nkind = {{ brazilian-disc = {{ contact_deg = {contact_deg:?} }} }}")
-        };
-        // elements of 0.12 mm are smaller than the arc of 5 degrees
-        let fine = ("spacing_mm = 1.2", "spacing_mm = 0.12");
-        for contact_deg in [90.0, 10.0, 5.0] {
-            let CoarseCheck { warnings, .. } =
-                checked(&[("[test]", &kind(contact_deg)), fine]).expect("valid");
-            assert!(warnings.is_empty(), "{contact_deg}: {warnings:?}");
-        }
-        let CoarseCheck { warnings, .. } = checked(&[("[test]", &kind(5.0))]).expect("valid");
-        assert_eq!(warnings.len(), 1, "{warnings:?}");
-        assert!(warnings[0].contains("larger than the arc of 0.218 mm"), "{warnings:?}");
-        let strength = "strength = { tensile_mpa = 2.0, compressive_mpa = 20.0 }\n[material.grain]";
-        let refused = checked(&[("[test]", &kind(10.0)), ("[material.grain]", strength)]);
-        let reason = fem::Unsupported::MixtureStrength.to_string();
-        assert!(refused.unwrap_err().contains(&reason));
     }
 
     #[test]

@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use super::build::{Scanned, Source};
 use crate::case::{ImageCase, Microstructure, SpecimenGeometry};
-use crate::case_inputs::CaseInputs;
 use crate::pipeline::inputs::Inputs;
 use crate::results_folder::error::WorkflowError;
 

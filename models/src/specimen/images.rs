@@ -8,7 +8,6 @@ use std::path::PathBuf;
 use super::build::Scanned;
 use super::image_inputs;
 use crate::case::{Microstructure, SpecimenGeometry};
-use crate::case_inputs::CaseInputs;
 use crate::pipeline::inputs::Inputs;
 use crate::results_folder::error::WorkflowError;
 

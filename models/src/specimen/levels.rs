@@ -5,7 +5,6 @@ use fem::{Meshing, PhaseField, TetMesh, gmsh};
 use super::images;
 use super::mesh::mesh_with;
 use crate::case::LevelCase;
-use crate::case_inputs::CaseInputs;
 use crate::pipeline::inputs::Inputs;
 use crate::pipeline::run_key::RunKey;
 use crate::results_folder::error::WorkflowError;

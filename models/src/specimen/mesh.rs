@@ -9,11 +9,10 @@ use super::build::{
     surfaces_mesh,
 };
 use super::images;
-use super::images::{mesh_file, segmented_file};
+use super::images::mesh_file;
 use super::segment::write_picture;
 use super::segmented_grains::SegmentedGrains;
 use crate::case::SpecimenGeometry;
-use crate::case_inputs::CaseInputs;
 use crate::pipeline::inputs::Inputs;
 use crate::pipeline::task::Task;
 use crate::progress::say;
@@ -50,19 +49,10 @@ pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     for warning in report.iter().flat_map(MeshReport::warnings) {
         task.warn(&warning);
     }
-    if let SpecimenGeometry::Mesh { file, regions, surfaces, order } = &geometry {
-        let notes = imported_mesh(file, regions, surfaces, *order)?.notes;
-        for (note, text) in notes.iter().zip(import_notes(file, &notes)) {
-            match note {
-                gmsh::ImportNote::Straightened { tets, .. } => {
-                    write_folded(task, &mesh, tets)?;
-                    task.warn(&format!("{text}; {FOLDED} lists all of them"));
-                }
-                _ => task.warn(&text),
-            }
-        }
+    if let SpecimenGeometry::Mesh { file, regions, surfaces } = &geometry {
+        let notes = imported_mesh(file, regions, surfaces)?.notes;
+        import_notes(file, &notes).iter().for_each(|note| task.warn(note));
     }
-    warn_without_grains(task, &geometry, images::FIRST, report.as_ref());
     task.product("mesh.msh", |path| gmsh::write(path, &mesh).map(drop))?;
     task.product("mesh.vtu", |path| vtu::write(path, &mesh, &[], &[]))?;
     write_picture(task, "mesh.png", &mesh_picture(&mesh))?;
@@ -93,43 +83,12 @@ pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     Ok(format!("{tets} tetrahedra, {nodes} nodes, {part}"))
 }
 
-/// Product that lists the folded tetrahedra of a mesh file.
-const FOLDED: &str = "folded_tets.csv";
-
-/// Writes the number (from 0), the centre and the region of each folded tetrahedron of a mesh file.
-fn write_folded(task: &Task<'_>, mesh: &TetMesh, tets: &[u32]) -> Result<(), WorkflowError> {
-    let row = |&tet: &u32| {
-        let corners = mesh.corners(tet as usize);
-        let centre = |axis: usize| corners.iter().map(|p| 0.25 * p[axis]).sum::<f64>().to_string();
-        let region = usize::from(mesh.region_of[tet as usize]);
-        [tet.to_string(), centre(0), centre(1), centre(2), mesh.regions[region].clone()]
-    };
-    task.write_csv(FOLDED, ["tet", "x_mm", "y_mm", "z_mm", "region"], tets.iter().map(row))
-}
-
-/// Warns if the labels of an image have no grain in the specimen.
-fn warn_without_grains(
-    task: &Task<'_>,
-    geometry: &SpecimenGeometry,
-    image: usize,
-    report: Option<&MeshReport>,
-) {
-    let is_empty = report.is_some_and(|report| report.solid_grains().next().is_none());
-    if is_empty && Scanned::of(geometry).is_some() {
-        let labels = segmented_file(image, "labels.tif");
-        task.warn(&format!(
-            "the mesh has no grain: no voxel of {labels} in the specimen is the label of a grain; check the edited labels"
-        ));
-    }
-}
-
 /// Meshes image number `image` (2 or more), which shows a further specimen.
 fn further(task: &Task<'_>, image: usize) -> Result<(), WorkflowError> {
     let (mesh, report) = mesh_with(&task.inputs, image, &|meshing| *meshing)?;
     for warning in report.iter().flat_map(MeshReport::warnings) {
         task.warn(&format!("image {image}: {warning}"));
     }
-    warn_without_grains(task, &task.inputs.geometry()?, image, report.as_ref());
     task.product(&mesh_file(image, "msh"), |path| gmsh::write(path, &mesh).map(drop))?;
     let mut rows = quantities(&mesh);
     rows.extend(report.iter().flat_map(of_report));

@@ -5,7 +5,6 @@ use fem::{FemError, GrainList, Meshing, MeshingError, Packing, TetMesh, Unsuppor
 use super::build::packed_mesh;
 use super::levels::Level;
 use crate::case::{Parameter, SpecimenGeometry};
-use crate::case_inputs::CaseInputs;
 use crate::pipeline::inputs::Inputs;
 use crate::results_folder::error::WorkflowError;
 use crate::simulation::simulator::Simulator;

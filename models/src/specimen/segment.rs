@@ -7,7 +7,6 @@ use super::build::{Image, Scanned, resize};
 use super::images::segmented_file;
 use super::specimen_grains::SpecimenGrains;
 use super::{image_inputs, images};
-use crate::case_inputs::CaseInputs;
 use crate::pipeline::task::Task;
 use crate::progress::{Bar, say};
 use crate::report::{Raster, grain_picture, grain_sizes, side_by_side};
@@ -277,12 +276,11 @@ fn quantities(result: &SpecimenGrains, fractions: &[(String, f64)]) -> Vec<(Stri
         rows.push(("void_fraction", number(result.void_fraction)));
         rows.push(("rim_over_centre", number(result.rim_over_centre)));
         rows.push(("top_over_bottom", number(result.top_over_bottom)));
-        rows.extend(result.blur_voxels.map(|blur| ("blur_voxels", number(blur))));
         rows.extend(result.void_threshold.map(|grey| ("void_threshold", number(grey))));
     }
     let mut rows: Vec<(String, String)> =
         rows.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
-    if matches!(result, SpecimenGrains::Labels(_)) || fractions.len() > 1 {
+    if let SpecimenGrains::Labels(_) = result {
         let of_phase = |(name, part): &(String, f64)| (format!("fraction_{name}"), number(*part));
         rows.extend(fractions.iter().map(of_phase));
     }

@@ -1,17 +1,15 @@
 //! The grains that the stage `segment` has written to the results folder.
 
 use std::collections::BTreeSet;
-use std::path::Path;
 
-use fem::{Cylinder, ReadOptions, StackHeader, Volume, tiff};
+use fem::{Cylinder, LabelRules, Volume, tiff};
 
 use super::build::{Measured, Scanned, Source};
-use super::image_inputs;
-use super::images::{self, segmented_file};
+use super::images::segmented_file;
 use super::segment::WHOLE;
 use super::specimen_grains::GrainPhases;
+use crate::pipeline::freshness::finished_in;
 use crate::pipeline::inputs::Inputs;
-use crate::pipeline::stages_file::finished_in;
 use crate::results_folder::error::WorkflowError;
 use crate::table::{CsvTable, TableRow};
 
@@ -41,25 +39,14 @@ impl SegmentedGrains {
         let cylinder = cylinder(inputs, image)?;
         let voxel_mm = Some(quantity(inputs, image, "voxel_mm")?);
         let labels = tiff::read_labels(&inputs.file(&name)?, voxel_mm)?;
-        let is_edited = is_edited(inputs, &name);
-        if is_edited {
-            check_edited(inputs, image, scanned, &labels)?;
-        }
         let phases = match &scanned.source {
-            Source::Labels { rules, .. } => {
-                let phases = phases(inputs, image, rules.grain_phases())?;
-                check_phases(image, &phases, &labels)?;
-                phases
-            }
-            // a grain that the user has added is a grain of the first phase
-            Source::Stack { .. } | Source::Scan(..) => {
-                phases(inputs, image, scanned.segmentation.phases())?
-            }
+            Source::Labels { rules, .. } => phases(inputs, image, rules, &labels)?,
+            Source::Stack { .. } | Source::Scan(..) => GrainPhases::default(),
         };
         let (solid, volumes_mm3) = match &scanned.source {
             Source::Labels { .. } => (None, Vec::new()),
             // the labels were edited, but the measurements from grey values belong to the original grains
-            _ if is_edited => (None, Vec::new()),
+            _ if is_edited(inputs, &name) => (None, Vec::new()),
             _ => {
                 let solid = solid(inputs, image, voxel_mm, labels.shape)?;
                 (Some(solid), volumes(inputs, image)?)
@@ -76,11 +63,16 @@ impl SegmentedGrains {
 }
 
 /// Phase of each grain, as the segmentation recorded it in `grains.csv`.
+///
+/// # Errors
+/// With several phases, fails if edited labels contain a grain without a row in `grains.csv`.
 fn phases(
     inputs: &Inputs<'_>,
     image: usize,
-    names: Vec<String>,
+    rules: &LabelRules,
+    labels: &Volume<u32>,
 ) -> Result<GrainPhases, WorkflowError> {
+    let names = rules.grain_phases();
     if names.len() == 1 {
         return Ok(GrainPhases { names, of_grains: Vec::new() });
     }
@@ -94,19 +86,6 @@ fn phases(
         };
         of_grains.push((row.number("id")? as u32, phase));
     }
-    Ok(GrainPhases { names, of_grains })
-}
-
-/// Returns an error if edited labels of several phases contain a grain without a row in `grains.csv`.
-fn check_phases(
-    image: usize,
-    phases: &GrainPhases,
-    labels: &Volume<u32>,
-) -> Result<(), WorkflowError> {
-    let GrainPhases { names, of_grains } = phases;
-    if names.len() == 1 {
-        return Ok(());
-    }
     let listed: BTreeSet<u32> = of_grains.iter().map(|(grain, _)| *grain).collect();
     let unknown = labels.values.iter().find(|label| **label > 0 && !listed.contains(label));
     if let Some(label) = unknown {
@@ -117,7 +96,7 @@ fn check_phases(
         );
         return Err(WorkflowError::Unusable(message));
     }
-    Ok(())
+    Ok(GrainPhases { names, of_grains })
 }
 
 /// Whether the user has edited the labels file since the stage `segment` wrote it.
@@ -125,60 +104,6 @@ fn is_edited(inputs: &Inputs<'_>, labels: &str) -> bool {
     let records = finished_in(inputs.folder());
     let segmented = records.get("segment").filter(|record| record.has_written(labels));
     segmented.is_some_and(|record| !record.wrote(labels, inputs.folder()))
-}
-
-/// Returns an error if edited labels have another shape than the image, or labels that cannot be grain numbers.
-fn check_edited(
-    inputs: &Inputs<'_>,
-    image: usize,
-    scanned: &Scanned,
-    labels: &Volume<u32>,
-) -> Result<(), WorkflowError> {
-    let file = segmented_file(image, "labels.tif");
-    let (compared, shape) = image_shape(inputs, image, scanned)?;
-    if labels.shape != shape {
-        let voxels = |[x, y, z]: [usize; 3]| format!("{x} × {y} × {z}");
-        return Err(WorkflowError::Unusable(format!(
-            "{file} was edited and has {} voxels, but {compared} has {}: the grains would be at wrong positions; save the \
-             labels of the whole image without cropping, or remove {file} and run `breccia segment`",
-            voxels(labels.shape),
-            voxels(shape)
-        )));
-    }
-    // the mesher has a list of all numbers up to the largest label
-    let largest = labels.values.iter().copied().max().unwrap_or(0);
-    if largest as usize > labels.values.len() {
-        return Err(WorkflowError::Unusable(format!(
-            "{file} was edited and has the label {largest}, more than its {} voxels: number the grains from 1",
-            labels.values.len()
-        )));
-    }
-    Ok(())
-}
-
-/// Returns the name and the shape of a file whose voxels are the voxels of the image: `solid.tif`, or the labels of
-/// the user.
-fn image_shape(
-    inputs: &Inputs<'_>,
-    image: usize,
-    scanned: &Scanned,
-) -> Result<(String, [usize; 3]), WorkflowError> {
-    let header = |path: &Path, options: &ReadOptions| StackHeader::read(path, options);
-    match &scanned.source {
-        Source::Labels { path, options, .. } => {
-            let further = image_inputs::further_scanned(inputs)?;
-            let further = further.get(image.wrapping_sub(images::FIRST + 1));
-            let path = further.and_then(|scanned| scanned.source.path()).unwrap_or(path);
-            inputs.reads_image(path);
-            Ok((path.display().to_string(), header(path, options)?.shape))
-        }
-        Source::Stack { .. } | Source::Scan(..) => {
-            let name = segmented_file(image, "solid.tif");
-            // the voxel size does not matter here
-            let options = ReadOptions { voxel_mm: Some(1.0), ..ReadOptions::default() };
-            Ok((name.clone(), header(&inputs.file(&name)?, &options)?.shape))
-        }
-    }
 }
 
 /// Reads the grain fraction of each voxel, 0 to 1.

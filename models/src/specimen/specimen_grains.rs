@@ -91,10 +91,7 @@ impl SpecimenGrains {
 
     pub(crate) fn phases(&self) -> GrainPhases {
         match self {
-            Self::Grey(grains) => GrainPhases {
-                names: grains.phases.clone(),
-                of_grains: (1..).zip(grains.phase_of.iter().copied()).collect(),
-            },
+            Self::Grey(_) => GrainPhases::default(),
             Self::Labels(grains) => GrainPhases {
                 names: grains.phases.clone(),
                 of_grains: (1..).zip(grains.phase_of.iter().copied()).collect(),
@@ -106,10 +103,7 @@ impl SpecimenGrains {
     /// label is the number of the grain.
     pub(crate) fn phase_and_label(&self, grain: &Region) -> (&str, i64) {
         match self {
-            Self::Grey(grains) => {
-                let phase = grains.phase_of[grain.id as usize - 1];
-                (&grains.phases[phase], i64::from(grain.id))
-            }
+            Self::Grey(_) => ("grain", i64::from(grain.id)),
             Self::Labels(grains) => {
                 let index = grain.id as usize - 1;
                 (&grains.phases[grains.phase_of[index]], grains.label_of[index])

@@ -10,7 +10,6 @@ use super::levels::Level;
 use super::segment::write_16_bits;
 use super::{image_inputs, images};
 use crate::case::SpecimenGeometry;
-use crate::case_inputs::CaseInputs;
 use crate::experiment::{Specimen, SpecimenTable};
 use crate::pipeline::run_key::RunKey;
 use crate::pipeline::task::Task;
@@ -80,7 +79,7 @@ pub(crate) fn stiffness_ratios(
             return Ok(vec![None; table.specimens.len()]);
         }
     };
-    let level = Level::all(inputs, &RunKey::new(inputs, &[], &[])).swap_remove(0);
+    let level = Level::all(inputs, &RunKey::of_simulations(inputs, &[], &[])).swap_remove(0);
     let meshing = level.meshing(&meshing);
     let image_case = image_inputs::image_settings(inputs);
     let (segmentation, options) = (&image_case.segmentation, image_case.read_options());

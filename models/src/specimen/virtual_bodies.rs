@@ -57,14 +57,6 @@ impl<'a> VirtualBodies<'a> {
         }
     }
 
-    /// Files of the results folder from which the bodies are read.
-    pub(crate) fn files(&self) -> &'static [&'static str] {
-        match self {
-            Self::Packings { .. } => &[],
-            Self::Shared(_) => &["mesh.msh"],
-        }
-    }
-
     /// Element size of the case in mm; `None` for a mesh file.
     pub(crate) fn spacing_mm(&self) -> Option<f64> {
         match self {

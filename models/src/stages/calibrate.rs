@@ -7,8 +7,6 @@ use ppl::diagnostics::e_bfmi;
 use ppl::{ChainStatus, Posterior, Progress, Summary, WarningKind};
 use surrogate::Input;
 
-use crate::case_inputs::CaseInputs;
-use crate::experiments::data_range::check_range;
 use crate::experiments::{experiment_inputs, virtual_inputs};
 use crate::forward::extension::offers;
 use crate::forward::fit::write_fit;
@@ -20,6 +18,7 @@ use crate::forward::uncertainty::{Budget, SharedError, budget};
 use crate::fracture::{
     CalibrationError, TestDraws, calibrate_after, calibration_of_draws, column_means,
 };
+use crate::pipeline::gate::check_range;
 use crate::pipeline::inputs::Inputs;
 use crate::pipeline::task::Task;
 use crate::progress::{Bar, say};
@@ -163,7 +162,7 @@ pub(crate) fn write_summary<'n>(
 ) -> Result<Vec<String>, WorkflowError> {
     for row in &mut summary.rows {
         row.name = parameter_name(&row.name);
-        row.indexed_name.clone_from(&row.name);
+        row.place.clone_from(&row.name);
     }
     summary.warnings.retain(|warning| warning.kind != WarningKind::NoData);
     task.product("summary.csv", |path| {

@@ -6,9 +6,7 @@ use std::path::Path;
 use fem::{RunInput, RunRecord, gmsh, write_curve};
 
 use crate::case::Parameter;
-use crate::case_inputs::CaseInputs;
 use crate::error::InputError;
-use crate::forward::confirmation::ConfirmedQuantity;
 use crate::forward::fitted::read_experiments;
 use crate::fracture::column_means;
 use crate::pipeline::run_key::RunKey;
@@ -19,7 +17,6 @@ use crate::runs::map_fields::write_fields;
 use crate::runs::mesh_error::mesh_errors;
 use crate::runs::run_source::RequestedRuns;
 use crate::runs::run_sources::source_of;
-use crate::runs::simulation_key::key_of_simulations;
 use crate::simulation::run_values::quantities;
 use crate::simulation::simulator::Simulator;
 use crate::table::CsvTable;
@@ -44,7 +41,7 @@ pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     let named = NamedRuns {
         folder: "confirm",
         label: LABEL,
-        key: &key_of_simulations(inputs, &KEYS_OF_POINTS, &files),
+        key: &RunKey::of_simulations(inputs, &KEYS_OF_POINTS, &files),
         names: &names,
         runs: &runs,
         wait: true,
@@ -117,7 +114,7 @@ fn write_runs(
     names: &[String],
     records: &[RunRecord],
 ) -> Result<Vec<f64>, WorkflowError> {
-    let qoi = &task.inputs.qoi();
+    let qoi = task.inputs.qoi();
     let mut rows = Vec::new();
     for (i, record) in records.iter().enumerate() {
         let label = if i == 0 { "map".to_owned() } else { format!("draw-{i}") };
@@ -160,15 +157,14 @@ fn write_misfits(
     let errors: Vec<f64> =
         map.iter().zip(&experiments).map(|(map, mean)| 100.0 * (map / mean - 1.0).abs()).collect();
     let worst = errors.iter().copied().fold(0.0, f64::max);
-    let quantity = |(m, column): (usize, String)| ConfirmedQuantity {
-        column,
-        experiment_mean: experiments[m],
-        map_simulation: map[m],
-        percent_error: errors[m],
-        mesh_error_percent: mesh_errors.map(|errors| errors[m]),
-    };
-    let quantities: Vec<_> = columns.into_iter().enumerate().map(quantity).collect();
-    ConfirmedQuantity::write(task, &quantities)?;
+    let rows = columns.iter().enumerate().map(|(m, column)| {
+        let percentages = [experiments[m], map[m], errors[m]].map(|x| x.to_string());
+        let mesh = mesh_errors.map_or_else(String::new, |errors| errors[m].to_string());
+        [column.clone()].into_iter().chain(percentages).chain([mesh]).collect::<Vec<_>>()
+    });
+    let header =
+        ["qoi", "experiment_mean", "map_simulation", "percent_error", "mesh_error_percent"];
+    task.write_csv("confirm.csv", header, rows.collect::<Vec<_>>())?;
     Ok(format!("the simulation at the mode is within {worst:.2} % of the experimental means"))
 }
 
@@ -181,7 +177,7 @@ fn baseline(task: &Task<'_>) -> Result<(), WorkflowError> {
     let named = NamedRuns {
         folder: "confirm/baseline",
         label: "run of the case without calibration",
-        key: &key_of_simulations(inputs, &[], &["mesh.msh"]),
+        key: &RunKey::of_simulations(inputs, &[], &["mesh.msh"]),
         names: &[],
         runs: &[run],
         wait: true,

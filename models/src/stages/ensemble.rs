@@ -4,10 +4,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use fem::{EnsembleState, RunInput, RunRecord, write_curve};
-use surrogate::{Cell, Column, Dataset, Input, Role};
+use surrogate::{Dataset, Input};
 
 use super::sequential::{Batches, Look};
-use crate::case_inputs::CaseInputs;
 use crate::forward::fitted::BATCH;
 use crate::pipeline::inputs::Inputs;
 use crate::pipeline::neighbours::Neighbours;
@@ -18,27 +17,20 @@ use crate::results_folder::error::WorkflowError;
 use crate::runs::ensemble_runs::folder_of_runs;
 use crate::runs::fidelity::{Correction, spread, write_corrections};
 use crate::runs::first_runs::{SpecimenSize, check_first_runs, first_of};
-use crate::runs::keyed_levels::keyed_levels;
 use crate::runs::level_runs::{FOLDER, LevelRuns, Runner, curve_of_level};
 use crate::runs::made_on::{IMAGE, MadeOn, SEED};
 use crate::runs::microstructures::Microstructures;
 use crate::runs::quadrature::compare_quadratures;
 use crate::runs::run_source::{RunSource, key_of_runs};
 use crate::runs::run_sources::source_of;
-use crate::runs::simulation_key::with_made_meshes;
 use crate::runs::unusable_runs::{RunOrigin, UnusableRuns};
 use crate::simulation::setup::{height_mm, radius_mm};
 use crate::simulation::stiffness::STIFFNESS_RATIO;
 use crate::specimen::levels::Level;
 
-/// Columns of `runs.csv` that describe the runs of every ensemble: number of the run, computing time (s), seed of the
-/// packing, and stiffness ratio of the packing.
-const COLUMNS: [(Role, &str); 4] = [
-    (Role::Run, "run"),
-    (Role::Cost, "seconds"),
-    (Role::Group, SEED),
-    (Role::Covariate, STIFFNESS_RATIO),
-];
+/// Columns of notes in `runs.csv`, for every ensemble: number of the run, computing time (s), seed of the packing, and
+/// stiffness ratio of the packing.
+const NOTES: [&str; 4] = ["run", "seconds", SEED, STIFFNESS_RATIO];
 
 /// Smallest number of runs from which a surrogate can be fitted.
 const LEAST_ROWS: usize = 2;
@@ -68,8 +60,7 @@ impl<'a> Plan<'a> {
             None => design.parameter_points(first, design.runs, design.seed)?,
         };
         let mut specimens = source.specimens(inputs, filled.min(parameter_points.len()))?;
-        let key = key_of_runs(inputs, &*source, specimens.as_ref())?;
-        let levels = keyed_levels(inputs, &key, specimens.as_ref())?;
+        let levels = Level::all(inputs, &key_of_runs(inputs, &*source, specimens.as_ref())?);
         source.read_rest(inputs);
         let prior = inputs.prior()?;
         for (extension, k) in inputs.extend().iter().zip(1..) {
@@ -111,17 +102,12 @@ impl<'a> Plan<'a> {
 
     /// Computes the runs of the design on the first level only, for a case without a mesh from the stage `mesh`.
     pub(crate) fn make_cheap(&mut self, task: &Task<'_>) -> Result<LevelRuns, WorkflowError> {
-        // the keys of cheaper levels and of runs on packings have the specimen already
-        let are_packings = self.specimens.as_ref().is_some_and(|all| all.meshes() == 0);
-        let has_file = self.levels.len() == 1 && !are_packings;
         let level = &mut self.levels[0];
         level.is_made_anew = true;
-        if has_file {
-            level.key = with_made_meshes(&level.key, &task.inputs)?;
-        }
+        level.key = level.key.and_specimen(&task.inputs)?;
         let level = &self.levels[0];
         let records = self.runner(task).run(level, &self.runs, true)?;
-        Ok(LevelRuns::new(records, &task.inputs.qoi(), level.setup.derivatives))
+        Ok(LevelRuns::new(records, task.inputs.qoi(), level.setup.derivatives))
     }
 
     /// Returns the dataset to which a surrogate is fitted, and the corrections. The dataset contains the runs of the
@@ -193,7 +179,7 @@ pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
     }
     for (level, better) in (2..).zip(&done[1..]) {
         for record in &better.records {
-            let name = curve_of_level(level, record.id as u64);
+            let name = curve_of_level(level, &record.id.to_string());
             task.product(&name, |path| write_curve(path, &record.curve))?;
         }
     }
@@ -300,13 +286,13 @@ impl Corrected {
             self.stiffness.extend(specimens.stiffness_ratios(inputs, &levels[0], &more)?);
         }
         let differentiated = if inputs.design().derivatives { prior.len() } else { 0 };
-        let mut columns = COLUMNS.to_vec();
+        let mut names = NOTES.to_vec();
         let of_images = specimens.as_ref().is_some_and(|all| all.column() == IMAGE);
-        columns.extend(of_images.then_some((Role::Group, IMAGE)));
-        columns.extend(batches.as_ref().map(|_| (Role::Batch, BATCH)));
+        names.extend(of_images.then_some(IMAGE));
+        names.extend(batches.as_ref().map(|_| BATCH));
         let mut data = Dataset::new(prior.clone(), self.outputs.clone(), "breccia ensemble")?
             .with_derivatives_in(differentiated)?
-            .with_columns(columns.iter().map(|(role, name)| Column::new(*role, *name)).collect())?;
+            .with_notes(&names)?;
         for (record, quantities, jacobian) in first.differentiated() {
             let (mut quantities, mut jacobian) = (quantities.to_vec(), jacobian.to_vec());
             for correction in &self.corrections {
@@ -315,23 +301,21 @@ impl Corrected {
             let run_specimens = specimens.as_ref();
             let ratio = run_specimens.and_then(|all| self.stiffness.get(&all.of_run(record.id)));
             let batch = batches.as_ref().and_then(|b| b.batch_of(record.id));
-            let cell = |(role, name): &(Role, &str)| -> Cell {
-                match role {
-                    Role::Run => (record.id as u64).into(),
-                    // to the millisecond
-                    Role::Cost => ((1e3 * record.seconds).round() / 1e3).into(),
-                    Role::Covariate => ratio.copied().into(),
-                    Role::Batch => batch.map(|batch| batch as u64).into(),
-                    Role::Group => {
-                        let named = run_specimens.filter(|all| all.column() == *name);
-                        named.map(|all| all.number(record.id)).into()
-                    }
+            let note = |name: &&str| match *name {
+                "run" => record.id.to_string(),
+                "seconds" => format!("{:.3}", record.seconds),
+                STIFFNESS_RATIO => ratio.map(f64::to_string).unwrap_or_default(),
+                BATCH => batch.map(|batch| batch.to_string()).unwrap_or_default(),
+                column => {
+                    let named = run_specimens.filter(|all| all.column() == column);
+                    named.map(|all| all.name(record.id)).unwrap_or_default()
                 }
             };
-            let cells: Vec<Cell> = columns.iter().map(cell).collect();
+            let notes: Vec<String> = names.iter().map(note).collect();
+            let notes: Vec<&str> = notes.iter().map(String::as_str).collect();
             match differentiated {
-                0 => data.push_described(&record.inputs, &quantities, &cells)?,
-                _ => data.push_differentiated(&record.inputs, &quantities, &jacobian, &cells)?,
+                0 => data.push_noted(&record.inputs, &quantities, &notes)?,
+                _ => data.push_differentiated(&record.inputs, &quantities, &jacobian, &notes)?,
             }
         }
         Ok(data)
@@ -348,7 +332,7 @@ fn all_levels(runner: &Runner<'_>, plan: &Plan<'_>) -> Result<Vec<LevelRuns>, Wo
         // chosen after the last level, so that a process need not wait for others
         let is_last = k + 1 == plan.levels.len() && plan.batches.is_none();
         let records = runner.run(level, &runs, !(is_last && runner.task.leave_to_others))?;
-        let qoi = &runner.task.inputs.qoi();
+        let qoi = runner.task.inputs.qoi();
         let level_runs = LevelRuns::new(records, qoi, level.setup.derivatives);
         // a process that does not wait for other processes may lack runs
         if k == 0 && !runner.task.leave_to_others {
@@ -399,7 +383,7 @@ pub(crate) fn progress(inputs: &Inputs<'_>, dir: &Path) -> Result<Vec<Progress>,
     let neighbours = Neighbours::of(dir);
     let look = |folder: &Path, derivatives: bool, total: usize| {
         let state = EnsembleState::of(folder)?;
-        let runs = LevelRuns::new(state.records, &inputs.qoi(), derivatives);
+        let runs = LevelRuns::new(state.records, inputs.qoi(), derivatives);
         let (ended, failed) = (runs.records.len().min(total), runs.failed().count());
         let seconds = runs.records.iter().map(|record| record.seconds).sum();
         let (under_way, damaged) = (state.under_way.len(), state.damaged.len());
@@ -438,12 +422,12 @@ pub(crate) fn so_far(inputs: &Inputs<'_>) -> Result<(LevelRuns, usize), Workflow
     let plan = Plan::with_batches(inputs, dir, 1)?;
     let level = &plan.levels[0];
     if plan.source.parameter_points().is_some() {
-        let none = LevelRuns::new(Vec::new(), &inputs.qoi(), false);
+        let none = LevelRuns::new(Vec::new(), inputs.qoi(), false);
         return Ok((none, plan.levels.len()));
     }
     let ended = |folder: &Path| {
         let records = EnsembleState::of(folder)?.records;
-        Ok::<_, WorkflowError>(LevelRuns::new(records, &inputs.qoi(), level.setup.derivatives))
+        Ok::<_, WorkflowError>(LevelRuns::new(records, inputs.qoi(), level.setup.derivatives))
     };
     let mut runs = ended(&folder_of_runs(dir, Neighbours::of(dir).as_ref(), FOLDER, &level.key))?;
     if let Some(batches) = &plan.batches {

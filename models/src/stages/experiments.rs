@@ -6,19 +6,18 @@ use fem::{RunInput, RunRecord, RunStatus, gmsh};
 use rayon::prelude::*;
 
 use crate::case::{ByParameter, Parameter, QoiComparison};
-use crate::case_inputs::CaseInputs;
 use crate::experiment::{Specimen, SpecimenTable, TestCurve};
 use crate::experiments::measured_values::write_measured;
 use crate::experiments::mesh_scale::{MeshScale, MeshSize};
 use crate::experiments::specimen_checks::checked;
 use crate::experiments::specimen_quantities::{cell, compared};
 use crate::experiments::{experiment_inputs, virtual_inputs};
+use crate::pipeline::run_key::RunKey;
 use crate::pipeline::task::Task;
 use crate::qoi::Qois;
 use crate::results_folder::error::WorkflowError;
 use crate::results_folder::files::SPECIMENS;
 use crate::runs::ensemble_runs::{NamedRuns, run_named};
-use crate::runs::simulation_key::{key_of_simulations, with_specimen};
 use crate::simulation::recorded::recorded_run;
 use crate::simulation::simulator::Simulator;
 use crate::simulation::stiffness::STIFFNESS_RATIO;
@@ -42,7 +41,7 @@ pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         }
         false => None,
     };
-    let comparison = Comparison { mesh, qoi: &inputs.qoi() };
+    let comparison = Comparison { mesh, qoi: inputs.qoi() };
     let table = checked(task, experiment_inputs::chosen(inputs, table)?, mesh)?;
     let specimens = table.specimens.iter();
     let mut rows: Vec<Vec<String>> = specimens.map(|specimen| comparison.row(specimen)).collect();
@@ -124,11 +123,10 @@ fn test_virtual_specimens(task: &Task<'_>) -> Result<SpecimenTable, WorkflowErro
         .map(|(id, (_, parameters))| RunInput { id, inputs: parameters.clone() })
         .collect();
     let names: Vec<String> = truth.names().collect();
-    let key = key_of_simulations(inputs, &["experiments.virtual"], bodies.files());
     let named = NamedRuns {
         folder: "experiments/runs",
         label: "virtual specimens",
-        key: &with_specimen(&key, inputs)?,
+        key: &RunKey::of_simulations(inputs, &["experiments.virtual"], &[]).and_specimen(inputs)?,
         names: &names,
         runs: &runs,
         wait: true,
@@ -206,7 +204,7 @@ fn write_bias(
     spacing_mm: [f64; 2],
     runs: [&RunRecord; 2],
 ) -> Result<(), WorkflowError> {
-    let qoi = &task.inputs.qoi();
+    let qoi = task.inputs.qoi();
     let qois = |record: &RunRecord| {
         Qois::values_of(&recorded_run(record), qoi.slope_fraction, &qoi.quantities)
             .map_err(|e| WorkflowError::Unusable(format!("the comparison of the two meshes: {e}")))

@@ -4,7 +4,7 @@
 //! 1. `experiments`, `sequential`, `ensemble`, `surrogate`, `calibrate`, `confirm`, `validate`: from specimens to predictions
 //! 2. `next_test`, `report`, `verdict`: further tests, the report, and the verdict on each parameter
 //! 3. `joint`: the stages of several tests together
-//! 4. `reads`, `table`: what each stage may read, and all stages in order
+//! 4. `table`: all stages in order
 
 pub(crate) mod calibrate;
 pub(crate) mod confirm;
@@ -12,7 +12,6 @@ pub(crate) mod ensemble;
 pub(crate) mod experiments;
 pub(crate) mod joint;
 pub(crate) mod next_test;
-mod reads;
 pub(crate) mod report;
 pub(crate) mod sequential;
 pub(crate) mod surrogate;

@@ -13,12 +13,11 @@ use serde::{Deserialize, Serialize};
 use surrogate::{Dataset, FitReport};
 
 use crate::case::{CalibrationCase, SequentialCase};
-use crate::case_inputs::CaseInputs;
-use crate::experiments::data_range::is_in_range;
 use crate::forward::fitted::{Fitted, read_experiments};
 use crate::forward::specimen_stiffness::of_specimens;
 use crate::forward::uncertainty::{Budget, OF_SURROGATE, SharedError, budget, draws_of};
 use crate::fracture::{column_means, sample};
+use crate::pipeline::gate::is_in_range;
 use crate::pipeline::inputs::Inputs;
 use crate::pipeline::neighbours::Neighbours;
 use crate::pipeline::task::Task;
@@ -154,7 +153,7 @@ impl<'a> Batches<'a> {
             let runs: Vec<RunInput> = next.into_iter().enumerate().map(run).collect();
             let records: Vec<RunRecord> = runner.run(&self.level, &runs, true)?;
             let derivatives = self.level.setup.derivatives;
-            done.extend(LevelRuns::new(records, &task.inputs.qoi(), derivatives));
+            done.extend(LevelRuns::new(records, task.inputs.qoi(), derivatives));
         }
         Ok(looks)
     }

@@ -2,7 +2,6 @@
 
 use surrogate::{Dataset, OrderReport};
 
-use crate::case_inputs::CaseInputs;
 use crate::forward::fitted::Fitted;
 use crate::forward::specimen_stiffness::of_specimens;
 use crate::pipeline::task::Task;

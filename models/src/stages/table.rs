@@ -1,10 +1,10 @@
-//! Table of the stages: name, products, inputs and function of each.
+//! Table of the stages: name, products and function of each.
 
 use std::sync::LazyLock;
 
 use super::{
-    calibrate, confirm, ensemble, experiments, joint, next_test, reads, report, surrogate,
-    validate, verdict,
+    calibrate, confirm, ensemble, experiments, joint, next_test, report, surrogate, validate,
+    verdict,
 };
 use crate::case::Case;
 use crate::experiments::validation_folders::VALIDATE;
@@ -43,7 +43,6 @@ pub(crate) const BUILT_IN: [Stage; 11] = [
             "images/#-slices.png",
             "warnings/segment.txt",
         ],
-        reads: reads::SEGMENT,
         share: None,
         run: segment::run,
     },
@@ -56,12 +55,10 @@ pub(crate) const BUILT_IN: [Stage; 11] = [
             "mesh.png",
             "mesh_quality.svg",
             "mesh.csv",
-            "folded_tets.csv",
             "meshes/#.msh",
             "meshes/#.csv",
             "warnings/mesh.txt",
         ],
-        reads: reads::MESH,
         share: None,
         run: mesh::run,
     },
@@ -78,7 +75,6 @@ pub(crate) const BUILT_IN: [Stage; 11] = [
             "experiments/scans/*.tif",
             "warnings/experiments.txt",
         ],
-        reads: reads::EXPERIMENTS,
         share: None,
         run: experiments::run,
     },
@@ -97,7 +93,6 @@ pub(crate) const BUILT_IN: [Stage; 11] = [
             "curves/level-#-run-#.csv",
             "warnings/ensemble.txt",
         ],
-        reads: reads::ENSEMBLE,
         share: Some(ensemble::share),
         run: ensemble::run,
     },
@@ -112,7 +107,6 @@ pub(crate) const BUILT_IN: [Stage; 11] = [
             "surrogate_specimens.json",
             "sobol.csv",
         ],
-        reads: reads::SURROGATE,
         share: None,
         run: surrogate::run,
     },
@@ -137,7 +131,6 @@ pub(crate) const BUILT_IN: [Stage; 11] = [
             "evidence.csv",
             "warnings/calibrate.txt",
         ],
-        reads: reads::CALIBRATE,
         share: None,
         run: calibrate::run,
     },
@@ -161,7 +154,6 @@ pub(crate) const BUILT_IN: [Stage; 11] = [
             "fields/map.csv",
             "warnings/confirm.txt",
         ],
-        reads: reads::CONFIRM,
         share: None,
         run: confirm::run,
     },
@@ -175,7 +167,6 @@ pub(crate) const BUILT_IN: [Stage; 11] = [
             "validation_curves.csv",
             "warnings/validate.txt",
         ],
-        reads: reads::VALIDATE,
         share: None,
         run: validate::run,
     },
@@ -183,7 +174,6 @@ pub(crate) const BUILT_IN: [Stage; 11] = [
         name: "verdict",
         about: "Report which parameters are identified, and all warnings: verdict.csv, warnings.txt, summary.txt",
         products: &["verdict.csv", "warnings.txt", "summary.txt"],
-        reads: reads::VERDICT,
         share: None,
         run: verdict::run,
     },
@@ -196,7 +186,6 @@ pub(crate) const BUILT_IN: [Stage; 11] = [
             "next-test-failed.csv",
             "next-test/candidate-#.csv",
         ],
-        reads: reads::NEXT_TEST,
         share: None,
         run: next_test::run,
     },
@@ -204,14 +193,13 @@ pub(crate) const BUILT_IN: [Stage; 11] = [
         name: "report",
         about: "Write figures and tables of all stages to one page: report.html",
         products: &["report.html"],
-        reads: reads::REPORT,
         share: None,
         run: report::run,
     },
 ];
 
 /// Stages that calibrate several tests together, in order. All other stages are run in the folder of each test.
-pub static JOINT_STAGES: [Stage; 3] = [
+pub(crate) static JOINT_STAGES: [Stage; 3] = [
     Stage {
         name: "calibrate",
         about: "Sample the joint posterior of several tests, and the posteriors that omit one test each",
@@ -232,7 +220,6 @@ pub static JOINT_STAGES: [Stage; 3] = [
             "joint/candidate/*.json",
             "warnings/calibrate.txt",
         ],
-        reads: reads::JOINT_CALIBRATE,
         share: None,
         run: joint::calibrate,
     },
@@ -240,7 +227,6 @@ pub static JOINT_STAGES: [Stage; 3] = [
         name: "verdict",
         about: "Report which parameters all tests together identify, and all warnings",
         products: &["verdict.csv", "warnings.txt", "summary.txt"],
-        reads: reads::JOINT_VERDICT,
         share: None,
         run: joint::verdict,
     },
@@ -248,7 +234,6 @@ pub static JOINT_STAGES: [Stage; 3] = [
         name: "report",
         about: "Write figures and tables of all tests to one page: report.html",
         products: &["report.html"],
-        reads: reads::JOINT_REPORT,
         share: None,
         run: joint::report,
     },

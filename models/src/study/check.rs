@@ -110,8 +110,7 @@ impl Concerning {
         }
     }
 
-    /// Returns one line per message: the names of the parts of the study that have the message, and the message. A message of
-    /// all `count` parts begins with `all parts`.
+    /// Returns the messages, each preceded by the names of its parts; `count` is the number of all parts.
     fn into_texts(self, count: usize) -> Vec<String> {
         let text = |(text, mut part_names): (String, Vec<String>)| {
             part_names.dedup();

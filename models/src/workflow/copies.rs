@@ -11,7 +11,7 @@ use crate::case::{
     Case, CaseFile, make_absolute, validations_with_absolute_paths, with_absolute_paths,
 };
 use crate::error::InputError;
-use crate::pipeline::stages_file::STAGES_FILE;
+use crate::pipeline::freshness::STAGES_FILE;
 use crate::progress::say;
 use crate::results_folder::error::WorkflowError;
 use crate::results_folder::files::{IMPORTED, INPUTS, SPECIMENS, VALUES, same_file};

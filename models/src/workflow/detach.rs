@@ -13,8 +13,8 @@ use super::in_place::named_by_table;
 use crate::case::{Case, CaseFile, PROGRAM, visit_paths};
 use crate::experiment::SpecimenTable;
 use crate::experiments::validation_folders::folder_of;
+use crate::pipeline::freshness::{STAGES_FILE, finished_in};
 use crate::pipeline::neighbours::Neighbours;
-use crate::pipeline::stages_file::{STAGES_FILE, check_format, finished_in, to_text};
 use crate::progress::say;
 use crate::results_folder::content_hash::ContentHash;
 use crate::results_folder::error::WorkflowError;
@@ -73,7 +73,6 @@ fn check(from: &Path, to: &Path) -> Result<(), WorkflowError> {
     if to.starts_with(from) {
         return refuse(format!("{} is inside the folder of the case", to.display()));
     }
-    check_format(from)?;
     if let Some((stage, process)) =
         STAGES.iter().find_map(|s| Some((s.name, holder(from, s.name)?)))
     {
@@ -330,8 +329,10 @@ fn move_records(moved: &Move<'_>, dir: &Path) -> Result<(), WorkflowError> {
     if records.is_empty() {
         return Ok(());
     }
-    let records = records.into_iter().map(|(stage, record)| (stage, record.moved(moved)));
-    rewrite(dir, STAGES_FILE, &to_text(records.collect()))
+    let records: BTreeMap<_, _> =
+        records.into_iter().map(|(stage, record)| (stage, record.moved(moved))).collect();
+    let text = toml::to_string(&records).expect("names and fingerprints are plain text");
+    rewrite(dir, STAGES_FILE, &text)
 }
 
 /// Names of all files that stages in the folder have read.

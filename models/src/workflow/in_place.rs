@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use crate::case::{CaseFile, named_paths};
 use crate::experiment::curve_file;
-use crate::pipeline::stages_file::STAGES_FILE;
+use crate::pipeline::freshness::STAGES_FILE;
 use crate::results_folder::error::{InputInPlace, WorkflowError};
 use crate::results_folder::files::{IMPORTED, SPECIMENS, VALUES, same_file};
 use crate::results_folder::pattern::{folder, matches};

@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | (opening) | the case and the files that it names | `case.toml` (includes all default values), `specimen.msh` or `experiments/` (copies), `origin.toml` (path of the case file) |
 //! | segment | the image, labels of the user, or a packing to be scanned | `scan.tif` (virtual scan), `labels.tif`, `solid.tif` (grain fraction of each voxel; not for labels of the user), `grains.csv`, `segment.csv` (`quantity,value`), `slices.png`, `grains.png`, `grain_sizes.svg`; for each further image the tables, images and slices as `images/2-…` |
-//! | mesh | `case.toml`; STL files of grains; `labels.tif`, `solid.tif`, `segment.csv` if the specimen is an image | `mesh.vtu` (regions, grains), `mesh.msh` (Gmsh 4.1), `mesh.csv` (`quantity,value`), `folded_tets.csv` (folded tetrahedra of a mesh file, if there are any), `mesh.png` (view of the cut specimen), `mesh_quality.svg`; for each further image `meshes/2.msh`, `meshes/2.csv` |
+//! | mesh | `case.toml`; STL files of grains; `labels.tif`, `solid.tif`, `segment.csv` if the specimen is an image | `mesh.vtu` (regions, grains), `mesh.msh` (Gmsh 4.1), `mesh.csv` (`quantity,value`), `mesh.png` (view of the cut specimen), `mesh_quality.svg`; for each further image `meshes/2.msh`, `meshes/2.csv` |
 //! | experiments | `mesh.msh`, `experiments/` | for virtual specimens `experiments/{specimens,truth,bias}.csv`, `experiments/curves/`; always `experiments.csv`, `curve_checks.csv` (`id,finding,value,help`) |
 //! | ensemble | `mesh.msh` and `meshes/`, `labels.tif`, `solid.tif` and `images/` if the runs share one or more images; with `[sequential]` also `experiments.csv` | `ensemble/` (one file per run, for resuming), `runs.csv` (a [`Dataset`](::surrogate::Dataset)), `failed_runs.csv`, `curves/run-*.csv`, `quadrature.csv` if two quadratures of the damage terms are possible; with `[sequential]` `sequential.csv` (`batches,runs,parameter,contraction,surrogate_share`); with `[fidelity]` `curves/level-*.csv` (runs on more accurate meshes), `fidelity.csv` (`level,qoi,order,ratio,scatter_percent,error_percent,runs`), `fidelity_runs.csv` (as simulated), `fidelity.json` |
 //! | surrogate | `runs.csv`, `experiments.csv` | `surrogate.json`, `surrogate_orders.csv`, `surrogate_error.json`, `surrogate_uncertainty.json` (posterior of its coefficients), `surrogate_specimens.json` (if runs share a few specimens: the error separated into scatter within and between specimens), `sobol.csv` (`qoi,input,first,first_q05,first_q95,total,total_q05,total_q95`) |
@@ -75,14 +75,14 @@ pub use crate::check::case_check::CaseCheck;
 pub use crate::check::expected_cost::ExpectedCost;
 pub use crate::forward::laboratories::{SimulatedLaboratories, simulate_laboratories};
 pub(crate) use crate::pipeline::neighbours::Together;
-pub use crate::pipeline::stage::{Reads, Stage};
+pub use crate::pipeline::stage::Stage;
 pub(crate) use crate::results_folder::cores::Cores;
 pub use crate::results_folder::error::{InputInPlace, WorkflowError};
 pub use crate::results_folder::product_folder::FolderAccess;
 pub(crate) use crate::results_folder::product_folder::{ProductFolder, create_file};
 pub(crate) use crate::stages::table::FORMER_NAMES;
+pub use crate::stages::table::STAGES;
 use crate::stages::table::stages_of;
-pub use crate::stages::table::{JOINT_STAGES, STAGES};
 pub(crate) use copies::missing_case;
 pub use detach::detach;
 pub use joint_workflow::JointWorkflow;
@@ -93,16 +93,16 @@ pub use surfaces::SurfaceOptions;
 
 use crate::case::CaseFile;
 use crate::experiments::validation_folders::{PREPARATION, VALIDATE, folder_of, held_out_cases};
-use crate::pipeline::freshness::Freshness;
+use crate::pipeline::adoption::adopt_products;
+use crate::pipeline::freshness::{Freshness, Records, STAGES_FILE, finished_in};
 use crate::pipeline::inputs::Inputs;
 use crate::pipeline::neighbours::Neighbours;
-use crate::pipeline::stages_file::{Records, STAGES_FILE, check_format, finished_in, to_text};
 use crate::pipeline::task::{StageRecord, Task};
 use crate::progress::{say, speaking_for};
 use crate::report::Results;
 use crate::results_folder::editable::finished_before;
 use crate::results_folder::locks::lock;
-use crate::simulation::without_viscosity::{refuse_without_peak, without_viscosity};
+use crate::simulation::without_viscosity::without_viscosity;
 use crate::stages::report;
 use copies::Copies;
 use in_place::check_inputs;
@@ -171,7 +171,6 @@ impl<'a> Workflow<'a> {
         interrupt: &'a AtomicBool,
         access: &FolderAccess,
     ) -> Result<Self, WorkflowError> {
-        check_format(dir)?;
         check_inputs(source, dir)?;
         let mut copies = Copies::of(source, dir)?;
         let folder = ProductFolder::new(dir, &access.replace);
@@ -183,6 +182,7 @@ impl<'a> Workflow<'a> {
             copies.check_owner(source, dir)?;
         }
         std::fs::create_dir_all(dir).map_err(|e| WorkflowError::results(dir, e))?;
+        adopt_products(&folder, dir)?;
         folder.claim(STAGES_FILE, "run")?;
         copies.write(source, dir, &folder)?;
         // with several tests, the folder of each test has its validations
@@ -251,7 +251,7 @@ impl<'a> Workflow<'a> {
 
     /// Prints a line if the specimens are virtual, and warns if the runs may not pass their peak.
     fn report_before_runs(&self) {
-        without_viscosity(&self.file).iter().for_each(|warning| say("warning", warning));
+        without_viscosity(&self.file.case).iter().for_each(|warning| say("warning", warning));
         let experiments = self.file.case.experiments.as_ref();
         if let Some(specimens) = experiments.and_then(|e| e.virtual_specimens.as_ref()) {
             let count = specimens.specimens;
@@ -275,7 +275,6 @@ impl<'a> Workflow<'a> {
     fn check_ready(&self) -> Result<(), WorkflowError> {
         if self.file.case.tests.is_empty() {
             let ready = self.file.table().and_then(|_| self.file.check_steps());
-            let ready = ready.and_then(|()| refuse_without_peak(&self.file));
             ready.map_err(|e| self.copies.named_by_owner(e.into()))?;
         }
         self.validations.iter().try_for_each(|(_, workflow)| workflow.check_ready())?;
@@ -378,7 +377,8 @@ impl<'a> Workflow<'a> {
         let _lock = lock(&self.dir, "stages", stage.name, self.interrupt)?;
         let mut finished = self.finished();
         finished.insert(stage.name.to_owned(), record);
-        self.folder.write(STAGES_FILE, stage.name, to_text(finished).as_bytes()).map(drop)
+        let text = toml::to_string(&finished).expect("names and fingerprints are plain text");
+        self.folder.write(STAGES_FILE, stage.name, text.as_bytes()).map(drop)
     }
 
     /// Returns the reason, as text, why a stage has to be run; `None` if the stage is finished and its inputs and

@@ -3,9 +3,8 @@
 use std::sync::atomic::AtomicBool;
 
 use super::Workflow;
-use crate::pipeline::freshness::Freshness;
+use crate::pipeline::freshness::{Freshness, Records, finished_in};
 use crate::pipeline::stage::Stage;
-use crate::pipeline::stages_file::{Records, finished_in};
 use crate::pipeline::task::StageRecord;
 use crate::progress::say;
 use crate::results_folder::error::WorkflowError;

@@ -21,7 +21,7 @@ use crate::simulation::resolution::resolution_note;
 use crate::simulation::run_values::failure;
 use crate::simulation::setup::Setup;
 use crate::simulation::simulator::Simulator;
-use crate::simulation::without_viscosity::{refuse_without_peak, without_viscosity};
+use crate::simulation::without_viscosity::without_viscosity;
 use crate::specimen::build::mesh_of;
 use crate::specimen::damage_of::damage_of;
 
@@ -35,7 +35,7 @@ pub enum DeviceChoice {
     Cpu,
     /// An NVIDIA card
     Cuda,
-    /// The processor, which runs the code written for graphics cards; needs a C compiler; for tests
+    /// The processor with the kernels of a graphics card, compiled by the C compiler; for tests
     Host,
 }
 
@@ -88,8 +88,6 @@ pub fn simulate(
     if !file.case.is_built_in() {
         return simulate_outside(file, dir, interrupt);
     }
-    // all ranks read the same case and return the same error
-    refuse_without_peak(file)?;
     let folder = ProductFolder::new(dir, &access.replace);
     // an error of one rank must stop all ranks before they communicate in the simulation
     let mesh = agreed(ranks, mesh_for(file, dir, &folder))?;
@@ -103,7 +101,7 @@ pub fn simulate(
     if ranks.is_first() {
         resolution_note(&setup, &mesh).iter().for_each(|note| say("note", note));
         quadrature_note(&file.case, &mesh).iter().for_each(|note| say("note", note));
-        without_viscosity(file).iter().for_each(|warning| say("warning", warning));
+        without_viscosity(&file.case).iter().for_each(|warning| say("warning", warning));
     }
     let simulator = agreed(ranks, Simulator::new(&setup, mesh, Vec::new()))?;
     if !ranks.is_first() {

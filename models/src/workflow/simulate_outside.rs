@@ -8,7 +8,6 @@ use fem::{RunInput, RunStatus};
 use ppl::Univariate;
 
 use crate::case::CaseFile;
-use crate::case_inputs::CaseInputs;
 use crate::pipeline::inputs::Inputs;
 use crate::pipeline::run_key::RunKey;
 use crate::pipeline::stage::Stage;
@@ -64,7 +63,7 @@ pub(super) fn simulate_outside(
     if let RunStatus::Failed(reason) = &records[0].status {
         return Err(WorkflowError::Unusable(format!("the run failed: {reason}")));
     }
-    let qoi = &task.inputs.qoi();
+    let qoi = task.inputs.qoi();
     let computed = quantities(&records[0], qoi)
         .map_err(|reason| WorkflowError::Unusable(format!("the run is {reason}")))?;
     for (quantity, value) in qoi.quantities.iter().zip(computed) {

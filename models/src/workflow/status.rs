@@ -1,20 +1,16 @@
 //! Progress of the stages in a results folder. The folder is not changed. Processes on this or another machine may be
 //! writing to the folder at the same time.
 
-use std::collections::BTreeSet;
 use std::fmt;
 use std::path::Path;
 
 use super::copies::Copies;
 use crate::case::CaseFile;
-use crate::pipeline::freshness::Freshness;
+use crate::pipeline::freshness::{Freshness, Records, finished_in};
 use crate::pipeline::inputs::Inputs;
 use crate::pipeline::stage::Stage;
-use crate::pipeline::stages_file::{Records, check_format, finished_in};
-use crate::results_folder::editable::used_as_edited;
 use crate::results_folder::error::WorkflowError;
 use crate::results_folder::locks::{has_locks, holder};
-use crate::results_folder::product_folder::ProductFolder;
 use crate::runs::level_runs::FOLDER;
 use crate::stages::ensemble::{Progress, progress};
 use crate::stages::table::{STAGES, stages_of};
@@ -28,9 +24,6 @@ pub struct StageStatus {
     pub state: StageState,
     /// Progress of the runs; only for the stage `ensemble`, and only once the number of runs is known.
     pub runs: Option<RunCounts>,
-    /// Files that the user has edited and that are used as they are: products of the stage, and copies of input files
-    /// that no stage before it has read.
-    pub edited: Vec<String>,
 }
 
 /// State of a stage: finished, running or unfinished.
@@ -79,7 +72,6 @@ pub struct RunCounts {
 /// Fails if the folder has no results, or if its case cannot be read.
 pub fn status(dir: &Path) -> Result<Vec<StageStatus>, WorkflowError> {
     check_results(dir)?;
-    check_format(dir)?;
     let mut file = CaseFile::read(&dir.join("case.toml"))?;
     // an edited case.toml may name files that are copied only when a stage is run; use the original files
     if let Ok(copies) = Copies::of(&file, dir) {
@@ -88,9 +80,7 @@ pub fn status(dir: &Path) -> Result<Vec<StageStatus>, WorkflowError> {
     let records = finished_in(dir);
     let inputs = || Inputs::new(&file, dir, Stage::that_writes);
     let freshness = Freshness::default();
-    let folder = ProductFolder::new(dir, &[]);
-    let mut edited_before = BTreeSet::new();
-    let mut status_of = |stage: &'static Stage| -> Result<StageStatus, WorkflowError> {
+    let status_of = |stage: &'static Stage| {
         let runs = match stage.share {
             // the number of runs is unknown until the inputs of the runs exist
             Some(_) => {
@@ -101,29 +91,9 @@ pub fn status(dir: &Path) -> Result<Vec<StageStatus>, WorkflowError> {
             None => None,
         };
         let state = state(stage, &records, &inputs(), &freshness, dir, runs.as_ref());
-        let mut edited = edited_files(stage, &records, &folder)?;
-        edited.retain(|name| edited_before.insert(name.clone()));
-        Ok(StageStatus { stage: stage.name, state, runs, edited })
+        StageStatus { stage: stage.name, state, runs }
     };
-    stages_of(&file.case).iter().map(&mut status_of).collect()
-}
-
-/// Files of a stage that the user has edited: products, and copies of input files that the stage has read.
-fn edited_files(
-    stage: &Stage,
-    records: &Records,
-    folder: &ProductFolder,
-) -> Result<Vec<String>, WorkflowError> {
-    let Some(record) = records.get(stage.name) else { return Ok(Vec::new()) };
-    let mut edited: Vec<String> =
-        record.edited(&folder.path("")).into_iter().map(str::to_owned).collect();
-    for name in record.files_read() {
-        let is_product = records.values().any(|record| record.has_written(name));
-        if !is_product && folder.is_edited(name)? {
-            edited.push(name.to_owned());
-        }
-    }
-    Ok(edited)
+    Ok(stages_of(&file.case).iter().map(status_of).collect())
 }
 
 /// Checks that the results folder of a stage that needs other stages exists. The stage `report` needs a folder in which a
@@ -230,12 +200,8 @@ fn counts(levels: &[Progress]) -> RunCounts {
 impl StageStatus {
     /// Returns the status of a folder in which no stage has been started.
     pub fn none() -> Vec<StageStatus> {
-        let no_status = |stage: &Stage| StageStatus {
-            stage: stage.name,
-            state: StageState::ToDo,
-            runs: None,
-            edited: Vec::new(),
-        };
+        let no_status =
+            |stage: &Stage| StageStatus { stage: stage.name, state: StageState::ToDo, runs: None };
         STAGES.iter().map(no_status).collect()
     }
 
@@ -262,9 +228,6 @@ impl StageStatus {
         };
         if let Some(runs) = self.runs.filter(|_| self.state != StageState::ToDo) {
             notes.insert(0, runs.to_string());
-        }
-        if !self.edited.is_empty() {
-            notes.push(used_as_edited(&self.edited));
         }
         (word, notes.join("; "))
     }

@@ -11,7 +11,6 @@ use rayon::prelude::*;
 use super::Workflow;
 use super::in_place::SURFACES;
 use crate::case::SpecimenGeometry;
-use crate::case_inputs::CaseInputs;
 use crate::pipeline::inputs::Inputs;
 use crate::pipeline::stage::Stage;
 use crate::progress::say;

@@ -4,7 +4,6 @@
 use std::sync::atomic::AtomicBool;
 
 use super::*;
-use crate::pipeline::stages_file::FORMAT;
 
 const CASE: &str = "[specimen]\nradius_mm = 2.5\nheight_mm = 4.4\nspacing_mm = 1.4\n\
     [material.matrix]\nyoung_mpa = 275\npoisson = 0.25\n[test]\ndisplacement_mm = 0.2\n\
@@ -52,32 +51,26 @@ fn a_result_that_was_deleted_is_made_again_and_one_that_was_changed_is_not_repla
     }
 }
 
-/// A folder of an earlier format is refused by every command that would use its results, and is not changed.
+/// Opens a results folder of an earlier version of the program, which did not record the files that
+/// it wrote.
 #[test]
-fn a_folder_of_another_format_is_refused_and_not_changed() {
+fn a_folder_without_a_record_of_files_is_taken_over_by_its_stages() {
     let dir = tempfile::tempdir().unwrap();
     let (source, out) = (dir.path().join("case.toml"), dir.path().join("out"));
     let interrupt = AtomicBool::new(false);
     let case = CaseFile::parse(CASE, &source).unwrap();
-    Workflow::open(&case, &out, 1, &interrupt).unwrap().run(stage("mesh")).unwrap();
-    let path = out.join(STAGES_FILE);
-    let text = std::fs::read_to_string(&path).unwrap();
-    let earlier = text.replacen(&format!("format = {FORMAT}\n"), "", 1);
-    assert_ne!(earlier, text);
-    std::fs::write(&path, &earlier).unwrap();
-    let files = || {
-        let entries = std::fs::read_dir(&out).unwrap().flatten();
-        let content = |entry: std::fs::DirEntry| (entry.path(), std::fs::read(entry.path()).ok());
-        entries.map(content).collect::<std::collections::BTreeMap<_, _>>()
-    };
-    let before = files();
-    for access in [FolderAccess::default(), FolderAccess { reuse: true, replace: vec![path] }] {
-        let opened = Workflow::open_with(&case, &out, 1, &interrupt, &access);
-        for error in [opened.map(drop).unwrap_err(), status(&out).unwrap_err()] {
-            assert!(matches!(error, WorkflowError::OtherFormat { format: 1, .. }), "{error}");
-        }
-    }
-    assert!(files() == before);
+    let open = || Workflow::open(&case, &out, 1, &interrupt);
+    open().unwrap().run(stage("mesh")).unwrap();
+    std::fs::remove_file(out.join("written.csv")).unwrap();
+    std::fs::remove_file(out.join("mesh.vtu")).unwrap();
+    open().unwrap().run(stage("mesh")).unwrap();
+    assert!(out.join("mesh.vtu").is_file());
+
+    std::fs::remove_file(out.join("written.csv")).unwrap();
+    std::fs::write(out.join("mesh.csv"), "of a person").unwrap();
+    let error = open().unwrap().run(stage("mesh")).unwrap_err();
+    assert!(matches!(error, WorkflowError::UsersFile { .. }), "{error}");
+    assert_eq!(std::fs::read_to_string(out.join("mesh.csv")).unwrap(), "of a person");
 }
 
 #[test]

@@ -41,8 +41,7 @@ impl Analysis {
         let is_generic = |data: &&Argument| {
             let mut parameters = model.generics.type_params();
             model.value.is_some()
-                && parameters
-                    .any(|parameter| says(data.ty.to_token_stream(), &parameter.ident.to_string()))
+                && parameters.any(|own| says(data.ty.to_token_stream(), &own.ident.to_string()))
         };
         let generic = model.arguments.iter().filter(is_generic).map(|data| data.name.clone());
         let possible = Activity::new(&model.body, real_arguments.chain(generic));

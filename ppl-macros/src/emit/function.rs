@@ -145,8 +145,8 @@ fn binding(argument: &Argument) -> TokenStream {
 fn table(sites: &[Site]) -> Option<TokenStream> {
     let span = Span::mixed_site();
     let count = Literal::usize_unsuffixed(sites.len());
-    let entries = sites.iter().map(|Site { name, text, span: written_at, repeated, plates, dims }| {
-        let line = if proc_macro::is_available() { written_at.unwrap().line() } else { 0 };
+    let entries = sites.iter().map(|Site { name, text, span: place, repeated, plates, dims }| {
+        let line = if proc_macro::is_available() { place.unwrap().line() } else { 0 };
         let line = Literal::usize_unsuffixed(line);
         let in_loop = match plates.is_empty() {
             false => Some(quote!(.along(&[#(#plates),*]))),

@@ -273,9 +273,9 @@ pub(super) fn cx() -> Ident {
     cx_at(Span::mixed_site())
 }
 
-/// Returns the identifier `cx` with the source location `span`, where the compiler reports errors.
-fn cx_at(span: Span) -> Ident {
-    Ident::new("cx", Span::mixed_site().located_at(span))
+/// Returns the identifier `cx` with the source location of `place`, where the compiler reports errors.
+fn cx_at(place: Span) -> Ident {
+    Ident::new("cx", Span::mixed_site().located_at(place))
 }
 
 /// Returns the name of the variable that sums the log density terms of an observation over the iterations of a loop.

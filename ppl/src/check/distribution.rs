@@ -4,7 +4,7 @@ use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use super::gradient::derivative;
-use crate::distribution::{Distribution, UnivariateDensity, Unknown, Variations};
+use crate::distribution::{Distribution, UnivariateDensity, Unknown};
 use crate::number::dual::Dual;
 use crate::number::scalar::Scalar;
 use crate::special::integral_from_zero;
@@ -100,7 +100,7 @@ pub fn assert_conformance<const P: usize, D: Over<f64>, G: Over<Lifted>>(
 
 /// Log density at the unconstrained coordinate `y`, computed by the method that models use for unknowns.
 fn constrained<R: Scalar, D: Unknown<R>>(distribution: &D, y: R, jacobian: bool) -> R {
-    Joined::sum_of(|terms| {
+    Joined::of(|terms| {
         distribution.constrain(&mut || y, jacobian, terms);
     })
 }

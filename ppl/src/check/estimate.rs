@@ -189,8 +189,10 @@ fn with_trace(
     name: &str,
     estimate: impl FnOnce(&[&[f64]]) -> Estimate,
 ) -> Estimate {
-    let Some(trace) = posterior.values_by_chain(name) else {
-        panic!("the posterior has no `{name}`; it has {}", posterior.number_names().join(", "));
+    let Some(trace) = posterior.trace(name) else {
+        let names: Vec<String> =
+            posterior.posterior.variables.iter().flat_map(|v| v.elements()).collect();
+        panic!("the posterior has no `{name}`; it has {}", names.join(", "));
     };
     estimate(&trace.iter().map(Vec::as_slice).collect::<Vec<_>>())
 }

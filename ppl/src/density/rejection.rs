@@ -86,12 +86,6 @@ impl Rejection {
     }
 }
 
-impl From<DomainError> for Rejection {
-    fn from(error: DomainError) -> Self {
-        Self::Domain { location: Location::unknown(), error: Box::new(error) }
-    }
-}
-
 /// Error after which no further evaluation is possible. All variants except the last are errors in a model or in its
 /// call.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

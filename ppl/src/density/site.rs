@@ -104,3 +104,9 @@ impl From<Rejection> for Failure {
         Self::Rejection(rejection)
     }
 }
+
+impl From<DomainError> for Rejection {
+    fn from(error: DomainError) -> Self {
+        Self::Domain { location: Location::unknown(), error: Box::new(error) }
+    }
+}

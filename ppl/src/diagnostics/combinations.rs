@@ -19,8 +19,8 @@ const INFORMED: f64 = 0.1;
 /// two parameters belong to one group. The limit is three times the sampling error of a thousand effective draws. If
 /// the data determine only the sum of up to ten parameters, the entries are larger.
 const TOGETHER: f64 = 0.1;
-/// A parameter outside a group explains an uninformed direction of the group if the absolute value of their correlation is
-/// above this limit.
+/// Correlation of a parameter outside the group with an uninformed direction of the group, above which that parameter
+/// accounts for the direction.
 const TAKEN_UP: f64 = 0.5;
 
 /// A group of parameters for which the data determine only a combination.

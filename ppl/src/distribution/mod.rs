@@ -4,38 +4,42 @@
 //! flags in `discrete`, distributions of vectors and matrices in `multivariate`, variations and mixtures in
 //! `compound`, regressions in `glm`, Gaussian processes in `gaussian_process`. Parameters are public fields
 //! (`Normal(mean, sd)`). Each parameter is a number, a reference to a number, or an unknown of the model. Variations
-//! are methods of [`Variations`]: `.truncate(a..b)`, `.censor(a..b)`, `.iid(n)`, `.array::<N>()`,
+//! are methods of [`Family`]: `.truncate(a..b)`, `.censor(a..b)`, `.iid(n)`, `.array::<N>()`,
 //! `.array::<N>().ordered()`, `.non_centered()`.
-//!
-//! A module imports only from modules above it in this list:
-//! 1. `interval`, `family`, `traits`: ranges, the marker and the traits of distributions
-//! 2. `univariate`, `interval_mass`, `univariate_density`: univariate distributions, probabilities of intervals
-//! 3. `vector`: sequences of parameters
-//! 4. `user_defined`: distributions of a user
-//! 5. `continuous`, `discrete`, `multivariate`: families
-//! 6. `compound`: variations and mixtures
-//! 7. `glm`: regressions
-//! 8. `gaussian_process`: Gaussian processes
+
+// the modules are in order of dependency: each module uses only modules above it
+mod interval;
+
+mod family;
+
+mod traits;
+
+mod univariate;
+
+mod interval_mass;
+
+mod univariate_density;
+
+mod vector;
+
+pub(crate) mod user_defined;
+
+mod continuous;
+
+mod discrete;
+
+mod multivariate;
 
 mod compound;
-mod continuous;
-mod discrete;
-mod family;
-mod gaussian_process;
+
 mod glm;
-mod interval;
-mod interval_mass;
-mod multivariate;
-mod traits;
-mod univariate;
-mod univariate_density;
-pub(crate) mod user_defined;
-mod vector;
+
+mod gaussian_process;
 
 pub use compound::*;
 pub use continuous::*;
 pub use discrete::*;
-pub use family::Family;
+pub use family::{Array, Censored, Family, Iid, NonCentered, Ordered, Truncated};
 pub use gaussian_process::*;
 pub use glm::{
     BernoulliLogitGlm, ByGroup, Design, Intercept, NormalGlm, PoissonLogGlm, Predictors,
@@ -47,4 +51,4 @@ pub use univariate::Univariate;
 pub use univariate_density::UnivariateDensity;
 #[doc(hidden)]
 pub use univariate_density::{add_terms, constrain};
-pub use vector::Sequence;
+pub use vector::{Repeated, Sequence};

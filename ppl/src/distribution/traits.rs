@@ -27,7 +27,7 @@ pub trait Distribution<R: Scalar>: Family {
     #[must_use = "to add the value to the density of a model, write `factor(…);`"]
     #[inline(always)]
     fn ln_density(&self, x: &Self::Value) -> R {
-        Joined::sum_of(|terms| self.add_terms(x, terms))
+        Joined::of(|terms| self.add_terms(x, terms))
     }
 
     /// Whether the distribution has sufficient statistics for several data with the same parameters.

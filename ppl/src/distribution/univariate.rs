@@ -1,7 +1,6 @@
 //! Univariate distributions: values without derivatives.
 
 use rand::Rng;
-use rand::distr::Open01;
 
 use super::family::Family;
 use super::interval::Interval;
@@ -16,10 +15,9 @@ pub trait Univariate: Family {
     /// [`DomainError`] with distribution, parameter, requirement and value.
     fn validate(&self) -> Result<(), DomainError>;
 
-    /// Draws exactly from the distribution. The default is the quantile of a uniform number from the open interval
-    /// (0, 1), because a quantile at 0 or 1 can be infinite.
+    /// Draws exactly from the distribution. The default is the quantile of a uniform number.
     fn sample<G: Rng + ?Sized>(&self, rng: &mut G) -> f64 {
-        self.quantile(rng.sample(Open01))
+        self.quantile(rng.random())
     }
 
     /// Mean; NaN or infinite if the mean does not exist. The default integrates the distribution functions; override

@@ -10,7 +10,7 @@ use crate::transform::Support;
 /// Density of a [`Univariate`] distribution over any [`Scalar`] type.
 ///
 /// If a type implements this trait and [`univariate!`](crate::univariate) is called for the type, it can be used in
-/// models with all methods of [`Variations`](crate::Variations).
+/// models with all variations of [`Family`](crate::Family).
 ///
 /// # Example
 /// ```
@@ -26,6 +26,9 @@ use crate::transform::Support;
 /// impl<M: Parameter> Univariate for Secant<M> {
 ///     fn validate(&self) -> Result<(), DomainError> {
 ///         DomainError::require_finite("Secant", "mean", self.0.number())
+///     }
+///     fn sample<G: ppl::rand::Rng + ?Sized>(&self, rng: &mut G) -> f64 {
+///         self.quantile(rng.random())
 ///     }
 ///     fn mean(&self) -> f64 {
 ///         self.0.number()
@@ -72,15 +75,14 @@ pub trait UnivariateDensity<R: Scalar>: Univariate {
     /// Support of the density.
     fn support(&self) -> Support<R>;
 
-    /// Adds the log density at `x` inside the support: by [`add`](Accumulator::add) with its exact partial derivatives
-    /// with respect to x and the parameters, or by [`add_number`](Accumulator::add_number), which derives them from a log
-    /// density that is computed with the scalar type.
+    /// Adds the log density at `x` inside the support, with its exact partial derivatives with respect to x and the
+    /// parameters.
     fn add_ln_pdf(&self, x: R, terms: &mut impl Accumulator<R>);
 
     /// Log density at `x` inside the support.
     #[inline(always)]
     fn ln_pdf(&self, x: R) -> R {
-        Joined::sum_of(|terms| self.add_ln_pdf(x, terms))
+        Joined::of(|terms| self.add_ln_pdf(x, terms))
     }
 
     /// See [`Distribution::HAS_STATISTICS`](super::Distribution::HAS_STATISTICS).
@@ -131,7 +133,7 @@ pub trait UnivariateDensity<R: Scalar>: Univariate {
     #[doc(hidden)]
     fn ln_mass_by_quadrature(&self, lower: f64, upper: f64) -> R {
         let at_coordinate = |y| {
-            Joined::sum_of(|terms| {
+            Joined::of(|terms| {
                 self.at_coordinate(y, terms);
             })
         };

@@ -14,11 +14,9 @@ use crate::transform::{Domain, SmoothDomain};
 /// right-hand side of `place ~ D`, and of `let x ~ D` if the domain is a [`SmoothDomain`]; `.iid(n)` and
 /// `.array::<N>()` are available. Derivatives follow from `ln_density`, which is written for any scalar type.
 ///
-/// `.truncate(a..b)` and `.censor(a..b)` also need distribution functions: implement [`Univariate`](crate::Univariate)
-/// (`validate`, `cdf`, `sf`, `quantile`, all without derivatives) and
-/// [`UnivariateDensity`](crate::UnivariateDensity), whose two methods call `domain` and `ln_density`, and call
-/// [`univariate!`](crate::univariate!) in place of `density!`. `tests/own-distributions/src/logistic.rs` in the
-/// repository is an example.
+/// `.truncate(a..b)` and `.censor(a..b)` need distribution functions and partial derivatives: implement
+/// [`Univariate`](crate::Univariate) and [`UnivariateDensity`](crate::UnivariateDensity) instead, and call
+/// [`univariate!`](crate::univariate!).
 ///
 /// Write the trait with its path, `impl<R: Scalar> ppl::Density<R> for Name`. The prelude does not contain the trait,
 /// because its methods have the names of the methods of [`Distribution`](crate::Distribution), which are called in
@@ -27,7 +25,7 @@ use crate::transform::{Domain, SmoothDomain};
 /// # Example
 /// ```
 /// use ppl::prelude::*;
-/// use ppl::rand::{Rng, distr::Open01};
+/// use ppl::rand::Rng;
 /// use ppl::{Datum, transform::Support};
 ///
 /// /// Laplace distribution with location 0 and an unknown scale.
@@ -47,8 +45,7 @@ use crate::transform::{Domain, SmoothDomain};
 ///     }
 ///
 ///     fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> R {
-///         // `rng.random()` can be 0, whose logarithm is infinite
-///         let size = -self.0.number() * rng.sample::<f64, _>(Open01).ln();
+///         let size: f64 = -self.0.number() * rng.random::<f64>().ln();
 ///         R::from(if rng.random() { size } else { -size })
 ///     }
 /// }
@@ -130,11 +127,11 @@ where
 #[macro_export]
 macro_rules! density {
     ([$($generics:tt)*] $Name:ty) => {
-        $crate::density!(@distribution [$($generics)*] $Name, |distribution| {
-            $crate::Density::<R>::validate(distribution)
+        $crate::density!(@distribution [$($generics)*] $Name, |own| {
+            $crate::Density::<R>::validate(own)
         });
     };
-    (@distribution [$($generics:tt)*] $Name:ty, |$distribution:ident| $validate:block) => {
+    (@distribution [$($generics:tt)*] $Name:ty, |$own:ident| $validate:block) => {
         impl<$($generics)*> $crate::Family for $Name {}
 
         impl<R: $crate::Scalar, $($generics)*> $crate::Distribution<R> for $Name
@@ -149,7 +146,7 @@ macro_rules! density {
             }
 
             fn validate(&self) -> Result<(), $crate::DomainError> {
-                let $distribution = self;
+                let $own = self;
                 $validate
             }
 

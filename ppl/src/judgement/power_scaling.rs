@@ -19,12 +19,12 @@ const LARGEST_K: f64 = 0.7;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PowerScalingError {
     /// The model has no parameter with this name.
-    #[error("no parameter `{name}` whose prior can be scaled; the parameters are: {parameters}")]
+    #[error("no parameter `{name}` whose prior can be scaled; the parameters are: {known}")]
     UnknownParameter {
         /// Requested name.
         name: String,
         /// Names of the existing parameters.
-        parameters: String,
+        known: String,
     },
     /// The model has no observations.
     #[error(
@@ -139,7 +139,7 @@ impl Posterior {
                     let names = self.log_prior.variables.iter().map(|v| v.name.as_str());
                     PowerScalingError::UnknownParameter {
                         name: name.to_owned(),
-                        parameters: names.collect::<Vec<_>>().join(", "),
+                        known: names.collect::<Vec<_>>().join(", "),
                     }
                 })
             })

@@ -10,12 +10,12 @@ use crate::quantity::draws::Group;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PredictiveError {
     /// The model has no observed quantity with this name.
-    #[error("no observed quantity `{name}`; there are: {observed}")]
+    #[error("no observed quantity `{name}`; there are: {known}")]
     NotObserved {
         /// Requested name.
         name: String,
         /// Names of the observed quantities.
-        observed: String,
+        known: String,
     },
     /// The model rejected its own prior draws.
     #[error("there are no prior predictions: the model rejected a draw from its own prior")]
@@ -203,7 +203,7 @@ impl Posterior {
                 let names = self.observed.variables.iter().map(|v| v.name.as_str());
                 Err(PredictiveError::NotObserved {
                     name: name.to_owned(),
-                    observed: names.collect::<Vec<_>>().join(", "),
+                    known: names.collect::<Vec<_>>().join(", "),
                 })
             }
         }

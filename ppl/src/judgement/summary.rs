@@ -37,8 +37,6 @@ pub struct Summary {
 pub struct PredictionRow {
     /// Name with indices, or with labels if the dimension has labels.
     pub name: String,
-    /// Name with indices, such as `next[0]`, even if the dimension has labels.
-    pub indexed_name: String,
     /// Mean of the predictive distribution.
     pub mean: f64,
     /// Standard deviation of the predictive distribution.
@@ -57,14 +55,12 @@ impl Posterior {
         let mut rows = Vec::new();
         for variable in self.layout.with_role(Role::Predicted) {
             let Some(values) = self.predictive.get(&variable.name) else { continue };
-            let names = self.layout.labelled(variable).into_iter().zip(values.elements());
-            for (index, (name, indexed_name)) in names.enumerate() {
+            for (index, name) in self.layout.labelled(variable).into_iter().enumerate() {
                 let mut draws = self.predictive.column(values, index);
                 draws.retain(|x| !x.is_nan());
                 let (mean, variance) = mean_and_variance(draws.iter().copied());
                 let [q05, q50, q95] = [0.05, 0.5, 0.95].map(|p| quantile(&draws, p));
-                let sd = variance.sqrt();
-                rows.push(PredictionRow { name, indexed_name, mean, sd, q05, q50, q95 });
+                rows.push(PredictionRow { name, mean, sd: variance.sqrt(), q05, q50, q95 });
             }
         }
         rows
@@ -89,19 +85,11 @@ impl Posterior {
 }
 
 impl Summary {
-    /// Returns the row of the named parameter or tracked number, such as `young` or `sd[0]`. A row can also be named by a
-    /// label, as in `sd[north]`; if the text is also a valid index, the index has precedence. `None` for predictions, see
-    /// [`prediction`](Summary::prediction).
+    /// Returns the row of the named number, such as `young` or `sd[0]`. A row can also be named by a label, as in
+    /// `sd[north]`; if the text is also a valid index, the index has precedence.
     pub fn row(&self, name: &str) -> Option<&SummaryRow> {
-        let by_index = self.rows.iter().find(|row| row.indexed_name == name);
-        by_index.or_else(|| self.rows.iter().find(|row| row.name == name))
-    }
-
-    /// Returns the row of the named number of a `#[predict]` quantity, such as `next` or `next[0]`, or by a label, as in
-    /// [`row`](Summary::row).
-    pub fn prediction(&self, name: &str) -> Option<&PredictionRow> {
-        let by_index = self.predictions.iter().find(|row| row.indexed_name == name);
-        by_index.or_else(|| self.predictions.iter().find(|row| row.name == name))
+        let by_place = self.rows.iter().find(|row| row.place == name);
+        by_place.or_else(|| self.rows.iter().find(|row| row.name == name))
     }
 }
 

@@ -74,13 +74,6 @@ impl<M: Model> Bound<M> {
         &self.model
     }
 
-    /// Whether the model and its submodels run the same statements with the same data at every point, so that the terms
-    /// that depend on data only were computed when the data were bound. For tests.
-    #[doc(hidden)]
-    pub fn is_static(&self) -> bool {
-        self.inspection.is_static()
-    }
-
     /// Returns the names, shapes and roles of all quantities, and the number of unconstrained coordinates.
     ///
     /// # Errors

@@ -75,12 +75,6 @@ impl Inspection {
         }
     }
 
-    /// Whether the executed statements and their data are the same at every point, so that the sufficient statistics were
-    /// computed when the data were bound.
-    pub(crate) fn is_static(&self) -> bool {
-        self.statistics.is_some()
-    }
-
     /// Returns the precomputed sufficient statistics, or the scratch memory `memory` if they must be recomputed at
     /// every point.
     #[inline]

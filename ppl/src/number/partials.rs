@@ -6,10 +6,6 @@ use crate::quantity::datum::Datum;
 ///
 /// Implemented for tuples of pairs (argument, partial derivative). An argument is any value that is convertible to
 /// `R`; arguments that are data cause no computation.
-///
-/// This is a list of weighted linear forms, each a [`Datum`](crate::Datum). It is a separate trait, because an operation
-/// consumes the list: [`Scalar::fuse_iter`](crate::Scalar::fuse_iter) makes one from an iterator, which can be used only
-/// once, and the compiler unrolls the loops over arrays that are passed by value.
 pub trait Partials<R> {
     /// Largest number of arguments of the operation; `usize::MAX` if the type does not determine the number.
     #[doc(hidden)]

@@ -1,9 +1,4 @@
 //! Estimates of single numbers of a posterior.
-//!
-//! A draw at which a statement rejected a prediction has no value of the prediction (NaN in the draws, counted in
-//! [`Posterior::unpredicted`]). Every estimate omits such draws: the methods here, the table of
-//! [`Posterior::summary`], and [`check`](crate::check). A parameter or tracked quantity that is NaN at a draw has NaN
-//! estimates, because the model computed this value.
 
 use super::Posterior;
 use crate::diagnostics::{mean_and_variance, quantile};
@@ -13,12 +8,12 @@ use crate::quantity::format::list;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum EstimateError {
     /// The posterior has no number with this name.
-    #[error("the posterior has no number `{name}`; it has {}", list(.names.iter().cloned()))]
+    #[error("the posterior has no number `{name}`; it has {}", list(.known.iter().cloned()))]
     NoNumber {
         /// Requested name.
         name: String,
         /// Names of all numbers, in the order of the model.
-        names: Vec<String>,
+        known: Vec<String>,
     },
     /// The probability is not between 0 and 1.
     #[error("a probability must lie between 0 and 1, got {value}")]
@@ -30,9 +25,6 @@ pub enum EstimateError {
 
 impl Posterior {
     /// Mean of a number, such as `young`, `sd[0]` or `sd[north]`: a parameter, a tracked quantity or a prediction.
-    ///
-    /// Like all estimates, the mean of a prediction omits the draws at which the prediction was rejected, counted in
-    /// [`unpredicted`](Posterior::unpredicted). The mean is NaN if the prediction was rejected at every draw.
     ///
     /// # Errors
     /// [`EstimateError::NoNumber`] with the names of all numbers.
@@ -87,29 +79,14 @@ impl Posterior {
         Ok([0.5 * (1.0 - level), 0.5 * (1.0 + level)].map(|p| quantile(&draws, p)))
     }
 
-    /// Draws of a number, with the chains concatenated; without the draws at which a prediction was rejected.
+    /// Draws of a number, with the chains concatenated.
     fn draws_of(&self, name: &str) -> Result<Vec<f64>, EstimateError> {
-        let chains = self.values_by_chain(name).ok_or_else(|| EstimateError::NoNumber {
-            name: name.to_owned(),
-            names: self.number_names(),
+        let trace = self.trace(name).ok_or_else(|| {
+            let groups = [&self.posterior, &self.predictive].into_iter();
+            let elements = groups.flat_map(|group| &group.variables).flat_map(|v| v.elements());
+            EstimateError::NoNumber { name: name.to_owned(), known: elements.collect() }
         })?;
-        Ok(chains.concat())
-    }
-
-    /// Names of all numbers that have estimates, in the order of the model.
-    pub(crate) fn number_names(&self) -> Vec<String> {
-        let groups = [&self.posterior, &self.predictive].into_iter();
-        groups.flat_map(|group| &group.variables).flat_map(|values| values.elements()).collect()
-    }
-
-    /// Version of [`trace`](Posterior::trace) that omits the draws at which a prediction was rejected.
-    pub(crate) fn values_by_chain(&self, name: &str) -> Option<Vec<Vec<f64>>> {
-        let mut trace = self.trace(name)?;
-        let quantity = name.split('[').next().unwrap_or(name);
-        if self.posterior.get(quantity).is_none() {
-            trace.iter_mut().for_each(|chain| chain.retain(|value| !value.is_nan()));
-        }
-        Some(trace)
+        Ok(trace.concat())
     }
 }
 

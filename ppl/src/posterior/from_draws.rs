@@ -8,18 +8,18 @@ use crate::model::bound::Bound;
 use crate::model::context::Model;
 use crate::model::erased::ErasedModel;
 use crate::model::start::StartKind;
-use crate::quantity::draws::{Group, Values};
+use crate::quantity::draws::Group;
 use crate::quantity::record::Role;
 use crate::sampler::{Chain, Chains, DrawStats, WarmupReport};
 
 impl Posterior {
     /// Computes the posterior from draws of the parameters, for example of another sampler or from a file. `draws` has
-    /// the values of every parameter of the model by name, in constrained space and with the shape of the parameter;
-    /// quantities that are not parameters are ignored. Tracked quantities, predictions and log-likelihoods are computed from the parameters.
+    /// the values of every parameter of the model by name, in constrained space; quantities that are not parameters are
+    /// ignored. Tracked quantities, predictions and log-likelihoods are computed from the parameters.
     ///
     /// # Errors
-    /// [`PosteriorError::Draws`] if a parameter is missing, occurs twice, has another shape or the wrong number of values,
-    /// or has a value outside the support of its prior; the other variants as for [`from_chains`](Self::from_chains).
+    /// [`PosteriorError::Draws`] if a parameter is missing, has the wrong number of values, or has a value outside the
+    /// support of its prior; the other variants as for [`from_chains`](Self::from_chains).
     ///
     /// # Example
     /// ```
@@ -53,14 +53,15 @@ fn chains(model: &dyn ErasedModel, draws: &Group) -> Result<Chains, PosteriorErr
     let per_chain = draws.draws;
     let mut columns = Vec::new();
     for variable in layout.with_role(Role::Parameter) {
-        let values = only_values(draws, &variable.name)?;
-        if values.shape != variable.shape {
-            return Err(misfit(format!(
-                "`{}` has the shape {:?}, and the parameter of the model has the shape {:?}",
-                variable.name, values.shape, variable.shape
-            )));
-        }
-        let size = values.size();
+        let values = draws.get(&variable.name).ok_or_else(|| {
+            let given: Vec<_> = draws.variables.iter().map(|v| format!("`{}`", v.name)).collect();
+            let given = if given.is_empty() { "nothing".to_owned() } else { given.join(", ") };
+            misfit(format!(
+                "the parameter `{}` is missing; the draws contain {given}",
+                variable.name
+            ))
+        })?;
+        let size: usize = variable.shape.iter().product();
         let (expected, got) = (size * draws.chains * per_chain, values.data.len());
         if got != expected {
             return Err(misfit(format!(
@@ -96,22 +97,6 @@ fn chains(model: &dyn ErasedModel, draws: &Group) -> Result<Chains, PosteriorErr
         chains.push(Chain { draws: positions, stats, ..Chain::new(report) });
     }
     Ok(Chains::new(layout.dim, chains, 1))
-}
-
-/// Returns the draws of a parameter, which must occur exactly once.
-fn only_values<'d>(draws: &'d Group, name: &str) -> Result<&'d Values, PosteriorError> {
-    let mut with_name = draws.variables.iter().filter(|values| values.name == name);
-    match (with_name.next(), with_name.next()) {
-        (Some(values), None) => Ok(values),
-        (Some(_), Some(_)) => Err(misfit(format!(
-            "`{name}` occurs more than once: give the draws of a parameter once"
-        ))),
-        (None, _) => {
-            let given: Vec<_> = draws.variables.iter().map(|v| format!("`{}`", v.name)).collect();
-            let given = if given.is_empty() { "nothing".to_owned() } else { given.join(", ") };
-            Err(misfit(format!("the parameter `{name}` is missing; the draws contain {given}")))
-        }
-    }
 }
 
 fn misfit(problem: String) -> PosteriorError {

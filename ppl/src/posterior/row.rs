@@ -19,7 +19,7 @@ pub struct SummaryRow {
     pub name: String,
     /// Name with indices, such as `sd[0]`, even if the dimension has labels. Exported files contain this name.
     #[serde(rename = "parameter")]
-    pub indexed_name: String,
+    pub place: String,
     /// Posterior mean.
     pub mean: f64,
     /// Posterior standard deviation.
@@ -58,10 +58,10 @@ impl Posterior {
         let group = &self.posterior;
         let elements = group.variables.iter().flat_map(|values| {
             let variable = self.layout.variables.iter().find(|v| v.name == values.name);
-            let elements = values.elements();
-            let names = variable.map_or_else(|| elements.clone(), |v| self.layout.labelled(v));
+            let places = values.elements();
+            let names = variable.map_or_else(|| places.clone(), |v| self.layout.labelled(v));
             let moving = self.moving(values);
-            let named = elements.into_iter().zip(names).enumerate();
+            let named = places.into_iter().zip(names).enumerate();
             let named = named.filter(move |(index, _)| moving[*index]);
             named.map(move |(index, (element, name))| (values, index, element, name))
         });
@@ -85,7 +85,7 @@ impl Posterior {
                     contraction: contraction.get(element.as_str()).copied(),
                     mcse_mean: mcse_mean(&chains),
                     name,
-                    indexed_name: element,
+                    place: element,
                 }
             })
             .collect()

@@ -7,9 +7,7 @@
 /// unknowns.
 ///
 /// A datum of a scalar type is also a linear form: its value, with its derivatives with respect to the scalars on which
-/// it depends. Formulas, linear predictors and intercepts of regressions are such data. [`Partials`](crate::Partials) is a
-/// separate trait for a list of weighted linear forms, because a list has no value and is used once, whereas a datum is
-/// used in several terms.
+/// it depends. Formulas, linear predictors and intercepts of regressions are such data.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` fits neither the values nor the parameters of this distribution",
     label = "expected a value that can be converted to `{V}`",

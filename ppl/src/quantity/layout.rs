@@ -88,8 +88,7 @@ impl Layout {
         let names =
             || self.variables.iter().map(|v| v.name.as_str()).collect::<Vec<_>>().join(", ");
         let matching = self.variables.iter().find(|v| v.name == name);
-        matching
-            .ok_or_else(|| LabelError::NoQuantity { name: name.to_owned(), quantities: names() })
+        matching.ok_or_else(|| LabelError::NoQuantity { name: name.to_owned(), known: names() })
     }
 }
 
@@ -97,12 +96,12 @@ impl Layout {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LabelError {
     /// The model has no quantity with this name.
-    #[error("the model has no quantity `{name}`; it has {quantities}")]
+    #[error("the model has no quantity `{name}`; it has {known}")]
     NoQuantity {
         /// Requested name.
         name: String,
         /// Names of the existing quantities.
-        quantities: String,
+        known: String,
     },
     /// The requested dimension does not exist: the quantity has fewer dimensions.
     #[error(

@@ -48,7 +48,7 @@ impl<R> Default for Joined<R> {
 impl<R: Scalar> Joined<R> {
     /// Returns the sum of the terms that `density` adds.
     #[inline(always)]
-    pub fn sum_of(density: impl FnOnce(&mut Self)) -> R {
+    pub fn of(density: impl FnOnce(&mut Self)) -> R {
         Self::with(density).1
     }
 

@@ -68,7 +68,7 @@ pub(crate) fn assert_conformance<const P: usize, D, G>(
         let name = format!("mass of {k}, {name}");
         let got = dual.ln_density(&k);
         assert_close(got.value(), plain.ln_density(&k), 1e-13, 1e-13, &name);
-        let by_terms = Joined::sum_of(|terms| dual.add_terms(&k, terms));
+        let by_terms = Joined::of(|terms| dual.add_terms(&k, terms));
         assert_close(by_terms.value(), got.value(), 1e-13, 1e-13, &name);
         for i in 0..P {
             let moved = |q: f64| {

@@ -3,7 +3,6 @@
 
 mod counts;
 mod discrete;
-mod extreme_uniforms;
 mod extremes;
 mod far_models;
 mod gaussian_process;

@@ -88,7 +88,7 @@ fn a_dirichlet_reaches_far_corners() {
     let shares = Dirichlet([0.01, 0.01, 0.01]);
     for corner in [[-3000.0, 1.0], [2000.0, 1.0], [1.0, -2000.0]] {
         let mut coordinates = corner.into_iter();
-        let ln_density: f64 = Joined::sum_of(|terms| {
+        let ln_density: f64 = Joined::of(|terms| {
             let next = &mut || coordinates.next().expect("two coordinates");
             let x: [f64; 3] = shares.constrain(next, true, terms);
             terms.add_number(x.iter().sum::<f64>() - 1.0);

@@ -109,7 +109,7 @@ fn normal_unknowns_together_are_as_one_by_one() {
     let family = Normal(mean, sd);
     let coordinates = [a, b, c];
     let (mut one, mut all) = (coordinates.into_iter(), coordinates.into_iter());
-    let expected = Joined::sum_of(|terms| {
+    let expected = Joined::of(|terms| {
         for _ in 0..3 {
             family.constrain(&mut || one.next().unwrap(), true, terms);
         }

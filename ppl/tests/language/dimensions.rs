@@ -256,10 +256,10 @@ fn labels_that_fit_nothing_are_errors() {
     let mut posterior =
         Nuts::default().chains(1).warmup(50).draws(10).seed(1).sample(&model).unwrap();
     let before = posterior.layout.clone();
-    let quantities = "theta".to_owned();
+    let known = "theta".to_owned();
     assert_eq!(
         posterior.label("tehta", 0, &["a", "b"]),
-        Err(LabelError::NoQuantity { name: "tehta".into(), quantities })
+        Err(LabelError::NoQuantity { name: "tehta".into(), known })
     );
     assert_eq!(
         posterior.label("theta", 1, &["a", "b"]),

@@ -5,7 +5,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::coefficients::posterior::CoefficientPosterior;
 use crate::error::SurrogateError;
-use crate::expansion::sobol::SobolIndices;
+use crate::sobol::SobolIndices;
 
 /// Number of draws of the coefficients from their posterior.
 const DRAWS: usize = 400;

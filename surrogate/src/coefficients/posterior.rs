@@ -24,11 +24,11 @@ use rand::Rng;
 use rand_distr::{ChiSquared, Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
-use crate::basis::legendre::{basis_row, basis_slopes};
-use crate::basis::scale::Axis;
 use crate::dataset::check_count;
+use crate::dyn_pce::DynPce;
 use crate::error::SurrogateError;
-use crate::expansion::dyn_pce::DynPce;
+use crate::legendre::{basis_row, basis_slopes};
+use crate::scale::Axis;
 
 /// Posterior of the coefficients of an expansion.
 ///

@@ -3,13 +3,13 @@
 
 use faer::Mat;
 
-use crate::basis::legendre::{basis_row, basis_slopes};
-use crate::basis::multi_index::Truncation;
-use crate::basis::scale::{Axis, Scale};
 use crate::dataset::{Dataset, check_count};
+use crate::dyn_pce::axes;
 use crate::error::SurrogateError;
-use crate::expansion::dyn_pce::axes;
 use crate::fit::regression::NestedLeastSquares;
+use crate::legendre::{basis_row, basis_slopes};
+use crate::multi_index::Truncation;
+use crate::scale::{Axis, Scale};
 
 /// Data and candidate terms of a fit, before scales and order are chosen.
 pub(crate) struct Regression<'a> {

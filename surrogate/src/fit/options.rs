@@ -4,19 +4,19 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::basis::legendre::MAX_ORDER;
-use crate::basis::multi_index::Truncation;
 use crate::coefficients::posterior::CoefficientPosterior;
 use crate::dataset::{Dataset, check_count};
+use crate::dyn_pce::DynPce;
 use crate::error::SurrogateError;
-use crate::expansion::dyn_pce::DynPce;
-use crate::expansion::pce::Pce;
 use crate::fit::design_matrix::Regression;
 use crate::fit::orders::{Fitted, Orders, all_terms};
 use crate::fit::report::{FitReport, covariance, mean_products};
 use crate::fit::scale_choice::{Scales, choose};
 use crate::fit::select::{Holdout, OrderRule, Truth, by_loo, by_split};
 use crate::fit::sparse::sparse;
+use crate::legendre::MAX_ORDER;
+use crate::multi_index::Truncation;
+use crate::pce::Pce;
 
 /// Largest number of inputs for which all 2^d corners of the box are evaluated.
 const MAX_CORNER_INPUTS: usize = 10;

@@ -5,10 +5,10 @@ use std::fmt;
 use faer::Mat;
 use serde::{Deserialize, Serialize};
 
-use crate::basis::scale::Scale;
 use crate::dataset::check_count;
 use crate::error::SurrogateError;
 use crate::fit::select::{OrderReport, OrderRule, mean};
+use crate::scale::Scale;
 
 /// Errors of every order, the choice of the order, and errors of the surrogate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

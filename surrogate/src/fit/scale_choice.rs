@@ -3,11 +3,11 @@
 use faer::Mat;
 use serde::{Deserialize, Serialize};
 
-use crate::basis::scale::Scale;
 use crate::error::SurrogateError;
 use crate::fit::design_matrix::Regression;
 use crate::fit::select::{LeaveOneOutError, OrderRule, ROUNDING, Truth, error};
 use crate::fit::weights::{WeightedFit, fit_weighted};
+use crate::scale::Scale;
 
 /// A logarithmic scale is chosen only if it reduces the squared error to less than this fraction. Smaller
 /// improvements can be caused by the noise of single rows.

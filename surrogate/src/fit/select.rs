@@ -4,9 +4,9 @@ use faer::Mat;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::basis::scale::Scale;
 use crate::error::SurrogateError;
 use crate::fit::leave_out::Prefix;
+use crate::scale::Scale;
 
 /// Rule that chooses the order of an expansion. Errors are averaged over the outputs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

@@ -7,13 +7,13 @@ use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use crate::basis::multi_index::Truncation;
 use crate::error::SurrogateError;
 use crate::fit::design_matrix::{Equations, Regression};
 use crate::fit::orders::{Fitted, Orders, split_errors};
 use crate::fit::scale_choice::ChosenScales;
 use crate::fit::select::{Holdout, LeaveOneOutError, OrderReport, OrderRule, Truth, error};
 use crate::fit::weights::fit_weighted;
+use crate::multi_index::Truncation;
 
 /// Exponents q of the hyperbolic truncations that are tried in addition to the requested truncation. A
 /// smaller exponent gives fewer candidate terms with interactions of inputs.

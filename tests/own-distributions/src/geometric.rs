@@ -4,7 +4,6 @@ use std::ops::RangeFrom;
 
 use ppl::prelude::*;
 use ppl::rand::Rng;
-use ppl::rand::distr::Open01;
 use ppl::{Datum, DomainError};
 
 /// Geometric distribution of the number of failures before the first success, with probability p of a success.
@@ -27,8 +26,8 @@ impl<R: Scalar, P: Parameter + Datum<R>> ppl::Density<R> for Geometric<P> {
     }
 
     fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> u64 {
-        // `rng.random()` can be 0, whose logarithm is infinite
-        let uniform: f64 = rng.sample(Open01);
+        // uniform in (0, 1], so that the logarithm is finite
+        let uniform = 1.0 - rng.random::<f64>();
         (uniform.ln() / (-self.0.number()).ln_1p()) as u64
     }
 

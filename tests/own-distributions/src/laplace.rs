@@ -2,7 +2,6 @@
 
 use ppl::prelude::*;
 use ppl::rand::Rng;
-use ppl::rand::distr::Open01;
 use ppl::transform::Support;
 use ppl::{Datum, DomainError};
 
@@ -30,8 +29,7 @@ where
     }
 
     fn draw<G: Rng + ?Sized>(&self, rng: &mut G) -> R {
-        // `rng.random()` can be 0, whose logarithm is infinite
-        let size = -self.1.number() * rng.sample::<f64, _>(Open01).ln();
+        let size: f64 = -self.1.number() * rng.random::<f64>().ln();
         R::from(self.0.number() + if rng.random() { size } else { -size })
     }
 

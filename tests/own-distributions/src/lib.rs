@@ -1,17 +1,14 @@
-//! Four user-defined distributions, each with a log density, a draw and a domain: copy the file that is closest to
+//! Three user-defined distributions, each with a log density, a draw and a domain: copy the file that is closest to
 //! your distribution.
 //!
 //! - [`Laplace`]: a continuous distribution
-//! - [`Logistic`]: a continuous distribution with distribution functions, which can be truncated and censored
 //! - [`Geometric`]: a distribution of counts
 //! - [`RandomWalk`]: a distribution of vectors
 
 mod geometric;
 mod laplace;
-mod logistic;
 mod random_walk;
 
 pub use geometric::Geometric;
 pub use laplace::Laplace;
-pub use logistic::Logistic;
 pub use random_walk::RandomWalk;

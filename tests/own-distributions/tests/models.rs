@@ -1,9 +1,9 @@
-//! Tests the four distributions in models: conformance, gradients, and posteriors in closed form or by quadrature.
+//! Tests the three distributions in models: conformance, gradients, and posteriors in closed form.
 
-use own_distributions::{Geometric, Laplace, Logistic, RandomWalk};
+use own_distributions::{Geometric, Laplace, RandomWalk};
 use ppl::check;
 use ppl::prelude::*;
-use ppl::rand::{RngCore, SeedableRng};
+use ppl::rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 ppl::model! {
@@ -12,28 +12,6 @@ ppl::model! {
         let scale ~ HalfNormal(2.0);
         for y in y {
             y ~ Laplace(location, scale);
-        }
-    }
-
-    /// Values above 0 of a logistic distribution, and readings of an instrument that reports at most 3.
-    fn logistic(above: &[f64], read: &[f64]) {
-        let location ~ Normal(0.0, 2.0);
-        for x in above {
-            x ~ Logistic(location, 1.0).truncate(0.0..);
-        }
-        for reading in read {
-            reading ~ Logistic(location, 1.0).censor(..3.0);
-        }
-    }
-
-    fn logistic_of_unknown_scale(above: &[f64], read: &[f64]) {
-        let location ~ Logistic(0.0, 1.0).truncate(-2.0..2.0);
-        let scale ~ HalfNormal(1.0);
-        for x in above {
-            x ~ Logistic(location, scale).truncate(0.0..);
-        }
-        for reading in read {
-            reading ~ Logistic(location, scale).censor(..3.0);
         }
     }
 
@@ -61,70 +39,6 @@ ppl::model! {
 #[test]
 fn laplace_in_a_model() {
     check::gradient(&laplace(&[0.4, -1.0, 2.5]), 1);
-}
-
-/// Random bits that begin with a given word: the uniform numbers nearest to 0 or 1.
-struct FirstWord {
-    word: Option<u64>,
-    rest: Xoshiro256PlusPlus,
-}
-
-impl RngCore for FirstWord {
-    fn next_u32(&mut self) -> u32 {
-        self.next_u64() as u32
-    }
-
-    fn next_u64(&mut self) -> u64 {
-        self.word.take().unwrap_or_else(|| self.rest.next_u64())
-    }
-
-    fn fill_bytes(&mut self, dst: &mut [u8]) {
-        self.rest.fill_bytes(dst);
-    }
-}
-
-/// The logarithm of a uniform number of 0 would be infinite.
-#[test]
-fn draws_at_the_ends_of_the_uniform_numbers_are_finite() {
-    for word in [0, u64::MAX] {
-        let rng = || FirstWord { word: Some(word), rest: Xoshiro256PlusPlus::seed_from_u64(1) };
-        let laplace: f64 = Distribution::<f64>::draw(&Laplace(0.0, 2.0), &mut rng());
-        let logistic: f64 = Distribution::<f64>::draw(&Logistic(0.0, 2.0), &mut rng());
-        for draw in [laplace, logistic] {
-            // 2 · 53 ln 2 = 73.5
-            assert!(draw.abs() < 80.0, "{draw}");
-        }
-        let count: u64 = Distribution::<f64>::draw(&Geometric(0.1), &mut rng());
-        assert!(count < 400, "{count}");
-    }
-}
-
-/// The truncated density is p(x)/S(0), and the probability of a censored reading is S(3).
-#[test]
-fn a_logistic_distribution_is_truncated_and_censored() {
-    check::assert_distribution!([m, s] Logistic(m, s), [0.4, 1.3], [-3.0, 0.2, 6.0]);
-    check::assert_distribution!(
-        [m, s] Logistic(m, s).truncate(0.0..4.0), [0.4, 1.3], [0.1, 0.9, 3.0]);
-    check::gradient(&logistic(&[0.5, 1.2], &[2.0, 3.0]), 1);
-    check::gradient(&logistic_of_unknown_scale(&[0.5, 1.2], &[2.0, 3.0]), 1);
-
-    let (above, read) = ([0.3, 1.1, 0.2, 2.5], [1.4, 3.0]);
-    let posterior =
-        Nuts::default().chains(2).seed(3).sample(&logistic(&above, &read)).expect("a posterior");
-    // moments by the trapezoidal rule over locations, with a density written without ppl
-    let sf = |z: f64| 1.0 / (1.0 + z.exp());
-    let density = |m: f64| {
-        let pdf = |x: f64| sf(x - m) * sf(m - x);
-        let truncated: f64 = above.iter().map(|x| pdf(*x) / sf(-m)).product();
-        (-m * m / 8.0).exp() * truncated * pdf(read[0]) * sf(3.0 - m)
-    };
-    let moment = |power: i32| -> f64 {
-        (-2000..=2000).map(|k| 0.01 * f64::from(k)).map(|m| m.powi(power) * density(m)).sum()
-    };
-    let mean = moment(1) / moment(0);
-    let sd = (moment(2) / moment(0) - mean * mean).sqrt();
-    check::mean(&posterior, "location", mean).within_mcse(4.0);
-    check::sd(&posterior, "location", sd).within_mcse(4.0);
 }
 
 #[test]

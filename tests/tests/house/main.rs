@@ -5,4 +5,3 @@ mod documents;
 mod exceptions;
 mod imports;
 mod layers;
-mod pipeline;

@@ -61,8 +61,6 @@ pub(crate) struct Blurred {
     pub(crate) set: Vec<u8>,
     /// Share of grain in each voxel of the unfiltered image according to the model, in units of 1/[`FULL`].
     pub(crate) share: Vec<i16>,
-    /// Standard deviation of the fitted blur (voxels), at most 1.2.
-    pub(crate) blur: f64,
     /// Largest share of grain among the purest matrix voxels, and smallest share of grain among the purest grain
     /// voxels.
     pub(crate) purest: [i16; 2],
@@ -83,7 +81,7 @@ impl Blurred {
         let mut last = None;
         for round in 0..ROUNDS {
             let set = above(smooth, inside, level);
-            let BlurredShare { share, blur } = blurred_share(grey, &set, sample)?;
+            let share = share(grey, &set, sample)?;
             let purest = purest(&share, &set, sample);
             let [matrix, contrast] = materials(&grey.values, &share, purest, sample)?;
             let volume = volume(&grey.values, &share, &set, sample, [matrix, contrast]);
@@ -96,7 +94,6 @@ impl Blurred {
                     level,
                     set,
                     share,
-                    blur,
                     purest,
                 });
             }
@@ -122,21 +119,9 @@ pub(crate) fn above(smooth: &Volume<u16>, inside: &[u8], level: f64) -> Vec<u8> 
     values.map(|(&value, &inside)| u8::from(f64::from(value) >= level) & inside).collect()
 }
 
-/// Share of a set in each voxel of a blurred image, and the fitted blur.
-struct BlurredShare {
-    /// Shares in units of 1/[`FULL`].
-    share: Vec<i16>,
-    /// Standard deviation of the blur along an axis (voxels).
-    blur: f64,
-}
-
 /// Returns the share of a set in each voxel of the blurred image, in units of 1/[`FULL`]. The blur is fitted to the
 /// image in the voxels of `sample`. `None` if the image is not brighter in the set than outside the set.
 pub(crate) fn share(grey: &Volume<u16>, set: &[u8], sample: &[u8]) -> Option<Vec<i16>> {
-    Some(blurred_share(grey, set, sample)?.share)
-}
-
-fn blurred_share(grey: &Volume<u16>, set: &[u8], sample: &[u8]) -> Option<BlurredShare> {
     mixed(&grey.values, whole(set), sample, |_, blurred| binomial(grey.shape, blurred))
 }
 
@@ -159,10 +144,9 @@ pub(crate) fn share_at(
     let near = dilate(grey.shape, region);
     let wide = dilate(grey.shape, &near);
     let regions: [&[u8]; PASSES[KERNELS - 1]] = [&wide, &near, region];
-    let mixed = mixed(&grey.values, covered, sample, |pass, blurred| {
+    mixed(&grey.values, covered, sample, |pass, blurred| {
         binomial_at(grey.shape, blurred, regions[pass])
-    });
-    Some(mixed?.share)
+    })
 }
 
 /// Fits the mixture of kernels to the grey values of a sample. `sharp` are the shares without blur; `blur` applies one
@@ -172,7 +156,7 @@ fn mixed(
     sharp: Vec<u16>,
     sample: &[u8],
     blur: impl Fn(usize, &[u16]) -> Vec<u16>,
-) -> Option<BlurredShare> {
+) -> Option<Vec<i16>> {
     let mut kernels = [const { Vec::new() }; KERNELS];
     let count = sharp.len();
     kernels[0] = sharp;
@@ -187,11 +171,7 @@ fn mixed(
     let weights = weights(grey, &kernels, sample)?;
     let mixed =
         |at: usize| -> f64 { (0..KERNELS).map(|k| weights[k] * f64::from(kernels[k][at])).sum() };
-    let share = (0..count).into_par_iter().map(|at| rounded(mixed(at)) as i16).collect();
-    // one pass of the filter has a variance of half a voxel²
-    let variance: f64 =
-        weights.iter().zip(PASSES).map(|(weight, passes)| 0.5 * weight * passes as f64).sum();
-    Some(BlurredShare { share, blur: variance.sqrt() })
+    Some((0..count).into_par_iter().map(|at| rounded(mixed(at)) as i16).collect())
 }
 
 /// Returns the weights of the kernels by least squares over the voxels of a sample. No weight is negative, and the sum of

@@ -20,9 +20,6 @@ use crate::volume::threshold::{WIDTH, histogram, otsu};
 const RINGS: usize = 32;
 /// Number of layers of equal height into which the cylinder is divided.
 const LAYERS: usize = 16;
-/// Smallest number of voxels of a layer, as a share of the mean number, from which the brightness of the layer is
-/// compared with the profiles.
-const FILLED: f64 = 0.2;
 /// Largest number of iterations; each iteration classifies the voxels and then fits the profiles of brightness.
 const ROUNDS: usize = 3;
 /// The iterations end if no profile of brightness changes by more than this value.
@@ -44,8 +41,6 @@ pub(crate) struct Brightness {
     air: f64,
     radial: Profile,
     axial: Profile,
-    /// Largest relative difference, over the layers, between the measured mean brightness of a layer and the profiles.
-    axial_residual: f64,
 }
 
 /// Coefficients of a quadratic polynomial in s or t (from 0 to 1); the value of the polynomial is a factor with mean 1.
@@ -113,10 +108,6 @@ impl Profile {
 }
 
 impl Brightness {
-    fn even(air: f64) -> Self {
-        Brightness { air, radial: Profile::EVEN, axial: Profile::EVEN, axial_residual: 0.0 }
-    }
-
     fn at(&self, s: f64, t: f64) -> f64 {
         self.radial.at(s.min(1.0)) * self.axial.at(t.clamp(0.0, 1.0))
     }
@@ -167,11 +158,6 @@ impl Brightness {
         self.axial.at(1.0) / self.axial.at(0.0)
     }
 
-    /// Returns the largest relative difference, over layers of the cylinder, between the brightness and the profiles.
-    pub(crate) fn axial_residual(&self) -> f64 {
-        self.axial_residual
-    }
-
     /// Fits the profiles to the voxels of a set within a cylinder. `air` is the grey value of air and `void` the lowest
     /// grey value that is not air.
     pub(crate) fn fit(
@@ -182,7 +168,7 @@ impl Brightness {
         air: f64,
         void: f64,
     ) -> Brightness {
-        let mut brightness = Self::even(air);
+        let mut brightness = Brightness { air, radial: Profile::EVEN, axial: Profile::EVEN };
         let solid: Vec<u8> = values
             .par_iter()
             .zip(set)
@@ -216,7 +202,7 @@ impl Brightness {
         cylinder: &Fit,
         air: f64,
     ) -> Brightness {
-        let even = Self::even(air);
+        let even = Brightness { air, radial: Profile::EVEN, axial: Profile::EVEN };
         let classes = [ring_sums(values, shape, set, cylinder), vec![(0, 0); RINGS * LAYERS]];
         even.improved(&classes, Degree::Linear).map_or(even, |(brightness, _)| brightness)
     }
@@ -303,26 +289,7 @@ impl Brightness {
             this.axial = Profile::fitted(points().map(axial), axial_degree)?;
             this.radial = radial;
         }
-        this.axial_residual = this.residual(&classes, brightness);
         Some((this, brightness))
-    }
-
-    /// Returns the largest relative difference, over the layers, between the means and the profiles times the
-    /// brightness of both classes.
-    fn residual(&self, classes: &[Vec<Mean>; 2], brightness: [f64; 2]) -> f64 {
-        // number of voxels, sum of brightness and sum of expected brightness of each layer
-        let mut layers = [[0.0; 3]; LAYERS];
-        for (class, level) in classes.iter().zip(brightness) {
-            for mean in class {
-                let layer = &mut layers[((mean.t * LAYERS as f64) as usize).min(LAYERS - 1)];
-                layer[0] += mean.count;
-                layer[1] += mean.count * mean.value;
-                layer[2] += mean.count * level * self.at(mean.s, mean.t);
-            }
-        }
-        let all: f64 = layers.iter().map(|layer| layer[0]).sum();
-        let filled = layers.iter().filter(|layer| layer[0] >= FILLED * all / LAYERS as f64);
-        filled.map(|layer| (layer[1] / layer[2] - 1.0).abs()).fold(0.0, f64::max)
     }
 
     /// Removes the profiles of brightness from grey values. Beyond the wall and the ends of the cylinder, the factors

@@ -144,16 +144,10 @@ fn file(path: &Path, kind: Kind, options: &ReadOptions) -> Result<Stack, ImageEr
         Kind::Unknown if matches!(extension.as_str(), "tif" | "tiff") => {
             tiff::scan(path, vec![path.to_owned()], None)
         }
-        Kind::Unknown if is_empty(path) => Err(ImageError::empty_file(path)),
         Kind::Unknown => Err(ImageError::Format {
             path: path.into(),
             format: "an unknown format",
             help: format!("raw values need a header: {}", header_lines(&file_name(path))),
         }),
     }
-}
-
-/// Returns whether a file has no bytes.
-fn is_empty(path: &Path) -> bool {
-    std::fs::metadata(path).is_ok_and(|meta| meta.is_file() && meta.len() == 0)
 }

@@ -1,6 +1,15 @@
 //! Connected parts of voxels with equal values.
 
-use crate::volume::components::Components;
+use crate::volume::disjoint_sets::DisjointSets;
+
+/// A run: consecutive voxels along x with the same value.
+struct Run {
+    value: u32,
+    /// Index of the first voxel.
+    from: usize,
+    /// Index of the last voxel + 1.
+    to: usize,
+}
 
 /// Numbers the face-connected parts of voxels with equal values from 1, in the order of the first voxels of the parts.
 /// Voxels with the value 0 get the number 0. Returns the number of each voxel and the value of each part.
@@ -12,24 +21,53 @@ pub(crate) fn numbered_parts(
     is_one: impl Fn(u32) -> bool,
 ) -> (Vec<u32>, Vec<u32>) {
     let [nx, ny, nz] = shape;
-    let mut components = Components::of(shape, values, |value| (value != 0).then_some(value));
+    let mut runs: Vec<Run> = Vec::new();
+    let mut first_of_row = Vec::with_capacity(ny * nz + 1);
+    for row in values.chunks_exact(nx) {
+        first_of_row.push(runs.len());
+        let mut from = 0;
+        for run in row.chunk_by(|a, b| a == b) {
+            let to = from + run.len();
+            if run[0] != 0 {
+                runs.push(Run { value: run[0], from, to });
+            }
+            from = to;
+        }
+    }
+    first_of_row.push(runs.len());
+    let of_row = |row: usize| first_of_row[row]..first_of_row[row + 1];
+
+    let mut sets = DisjointSets::new(runs.len());
+    for row in 0..ny * nz {
+        let (y, z) = (row % ny, row / ny);
+        let before = [(y > 0).then(|| row - 1), (z > 0).then(|| row - ny)];
+        for other in before.into_iter().flatten() {
+            let (mut a, mut b) = (of_row(row).start, of_row(other).start);
+            while a < of_row(row).end && b < of_row(other).end {
+                let touch = runs[a].from < runs[b].to && runs[b].from < runs[a].to;
+                if touch && runs[a].value == runs[b].value {
+                    sets.join(a as u32, b as u32);
+                }
+                if runs[a].to < runs[b].to { a += 1 } else { b += 1 }
+            }
+        }
+    }
     let mut first_of_value = std::collections::BTreeMap::new();
-    for (n, run) in components.runs.iter().enumerate().filter(|(_, run)| is_one(run.class)) {
-        let first = *first_of_value.entry(run.class).or_insert(n as u32);
-        components.sets.join(first, n as u32);
+    for (n, run) in runs.iter().enumerate().filter(|(_, run)| is_one(run.value)) {
+        sets.join(*first_of_value.entry(run.value).or_insert(n as u32), n as u32);
     }
 
     let mut numbers = vec![0_u32; values.len()];
-    let (mut of_root, mut part_values) = (vec![0_u32; components.runs.len()], Vec::new());
+    // the root of a set of runs is the run with the lowest index
+    let (mut of_root, mut part_values) = (vec![0_u32; runs.len()], Vec::new());
     for row in 0..ny * nz {
-        for n in components.of_row(row) {
-            let root = components.sets.root(n as u32) as usize;
-            let run = &components.runs[n];
+        for n in of_row(row) {
+            let root = sets.root(n as u32) as usize;
             if of_root[root] == 0 {
-                part_values.push(run.class);
+                part_values.push(runs[n].value);
                 of_root[root] = part_values.len() as u32;
             }
-            numbers[nx * row..][run.from as usize..run.to as usize].fill(of_root[root]);
+            numbers[nx * row..][runs[n].from..runs[n].to].fill(of_root[root]);
         }
     }
     (numbers, part_values)

@@ -3,8 +3,14 @@
 use std::collections::BTreeMap;
 
 use crate::listing::listed;
-use crate::volume::phases::{GRAIN, MATRIX};
 use crate::{ImageError, SpecimenForm, SpecimenRegion};
+
+/// Name of the phase that surrounds the grains.
+pub const MATRIX: &str = "matrix";
+/// Name of the phase of voids: pores, cracks.
+pub const VOID: &str = "void";
+/// Name of the phase of grains if the user gives no phases.
+const GRAIN: &str = "grain";
 
 /// Labels of one phase.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -6,14 +6,13 @@ use rayon::prelude::*;
 
 use super::corners::empty_corners;
 use super::parts::numbered_parts;
-use super::rules::{LabelRules, Role};
+use super::rules::{LabelRules, MATRIX, Role, VOID};
 use crate::grains::regions::measure;
 use crate::grains::statistics::SpecimenStatistics;
 use crate::locate::beyond::beyond_image;
 use crate::locate::fit::{Fit, fit};
 use crate::locate::surroundings::{checked_filling, filling};
 use crate::volume::cylinder::Cylinder;
-use crate::volume::phases::{MATRIX, VOID};
 use crate::{ImageError, Region, SpecimenForm, Volume};
 
 /// A specimen as labelled by the user.

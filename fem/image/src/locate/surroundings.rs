@@ -13,12 +13,8 @@ const IN_MIDDLE: f64 = 0.5;
 /// An image shows a body in air if the share of solid voxels at the border is at most this multiple of the share of
 /// solid voxels in the whole image. In an image of a block, both shares are similar.
 const AT_BORDER: f64 = 0.1;
-/// A slice shows a platen if its number of solid voxels exceeds this multiple of the median over the slices in the
-/// middle of the specimen.
+/// A slice shows a platen if its number of solid voxels exceeds this multiple of the median over the middle slices.
 const WIDER: f64 = 1.15;
-/// A slice shows the specimen or another object if at least this share of its voxels is solid. The smallest specimen
-/// of an image with a side of 112 voxels has a radius of 5 voxels.
-const SHOWN: f64 = 0.006;
 /// Allowed range of the area of the specimen's sections, divided by the area of the fitted circle.
 const ROUND: [f64; 2] = [0.9, 1.1];
 
@@ -40,7 +36,8 @@ impl Surroundings {
     /// brightest class.
     pub(crate) fn of(image: &Volume<u16>, void: f64, bright: f64) -> Self {
         let slices = counted(image, void, bright);
-        let central = central(&slices);
+        let nz = slices.len();
+        let central = &slices[nz / 4..nz - nz / 4];
         let (all, middle) = (Counts::sum(&slices), Counts::sum(central));
         let is_bright = |count: &Counts| count.corner_bright >= IN_CORNERS * count.corner;
         if is_bright(&all) && middle.middle_bright <= IN_MIDDLE * middle.middle {
@@ -90,9 +87,8 @@ impl Surroundings {
                         "slices {} show an object wider than the specimen, such as a platen",
                         runs.join(" and ")
                     ),
-                    help: "if they show a platen, remove these slices from the stack or give slices in \
-                           [specimen.image.region]; if they show the specimen, set specimen = \"cylinder\" in \
-                           [specimen.image]; if the image was cut out of a specimen, set specimen = \"block\"",
+                    help: "remove these slices from the stack; or set specimen = \"block\" in [specimen.image] if \
+                           the image was cut out of a specimen",
                 })
             }
         }
@@ -168,16 +164,6 @@ impl Counts {
             border_solid: sum.border_solid + slice.border_solid,
         })
     }
-}
-
-/// Returns the middle half of the slices between the first and the last slice that is not empty. Empty slices above or
-/// below a short specimen must not count as slices of the specimen.
-fn central(slices: &[Counts]) -> &[Counts] {
-    let is_shown = |slice: &Counts| slice.solid >= SHOWN * slice.all;
-    let first = slices.iter().position(is_shown).unwrap_or(0);
-    let last = slices.iter().rposition(is_shown).map_or(slices.len(), |last| last + 1);
-    let quarter = (last - first) / 4;
-    &slices[first + quarter..last - quarter]
 }
 
 /// Counts the voxels of each slice by region and class.

@@ -44,8 +44,6 @@ pub(super) struct CorrectedImage {
     pub(super) rim_over_centre: f64,
     /// Ratio of the brightness of a material at the top to its brightness at the bottom, before the correction.
     pub(super) top_over_bottom: f64,
-    /// Largest relative difference, over layers, between the brightness and the profiles that are corrected.
-    pub(super) axial_residual: f64,
 }
 
 /// Settings and inputs of the correction of grey values.
@@ -72,12 +70,10 @@ impl GreyCorrection<'_> {
     ) -> CorrectedImage {
         let mut specimen = self.specimen;
         let [mut rim_over_centre, mut top_over_bottom] = [1.0; 2];
-        let mut axial_residual = 0.0;
         if let Some(fit) = specimen.fit.filter(|_| self.brightness) {
             let brightness = self.brightness_of(&fit, &grey, &smooth, known);
             rim_over_centre = brightness.rim_over_centre();
             top_over_bottom = brightness.top_over_bottom();
-            axial_residual = brightness.axial_residual();
             brightness.correct(&mut grey.values, grey.shape, &fit);
             brightness.correct(&mut smooth.values, grey.shape, &fit);
         }
@@ -153,7 +149,6 @@ impl GreyCorrection<'_> {
             voids,
             rim_over_centre,
             top_over_bottom,
-            axial_residual,
         }
     }
 

@@ -5,7 +5,6 @@ pub(crate) mod outline;
 mod plausibility;
 pub(crate) mod settings;
 mod thin;
-mod void_regions;
 mod warnings;
 
 use rayon::prelude::*;
@@ -20,12 +19,11 @@ use crate::grains::statistics::SpecimenStatistics;
 use crate::locate::region::masked;
 use crate::locate::specimen::{Locating, Specimen};
 use crate::segment::even::{CorrectedImage, GreyCorrection};
-use crate::segment::plausibility::{Layers, empty_end_in_words};
+use crate::segment::plausibility::{empty_end_in_words, skin_in_words};
 use crate::segment::settings::{SeedRule, Segmentation};
-use crate::segment::void_regions::label_voids;
 use crate::segment::warnings::{
-    exchanged_in_words, fractions_in_words, merged_in_words, small_in_words, thin_in_words,
-    uneven_in_words, unfitted_in_words, void_in_words,
+    exchanged_in_words, fractions_in_words, small_in_words, thin_in_words, unfitted_in_words,
+    void_in_words,
 };
 use crate::volume::components::fill_holes;
 use crate::volume::contrast::Contrast;
@@ -34,28 +32,21 @@ use crate::volume::distance::{FixedDistance, fixed_point, squared_distance};
 use crate::volume::filter::{binomial, median};
 use crate::volume::frame::filled_frame;
 use crate::volume::grey::{Scale, rescale};
-use crate::volume::phases::VoidTreatment;
 use crate::{ImageError, Region, Volume};
 
 /// Result of a segmentation.
 #[derive(Clone, Debug)]
 pub struct Segmented {
-    /// Number of the grain to which a voxel belongs, counted from 1; 0 for voxels outside grains. Voids that are regions
-    /// of their own have the numbers after the grains.
+    /// Number of the grain to which a voxel belongs, counted from 1; 0 for voxels outside grains.
     pub labels: Volume<u32>,
-    /// Share of grain in each voxel, from its grey value: 0 to 1. Voxels of voids that are regions of their own have the
-    /// share 1.
+    /// Share of grain in each voxel, from its grey value: 0 to 1.
     pub solid: Volume<f32>,
     /// Cylinder of the specimen; for a block the largest upright cylinder in the block.
     pub cylinder: Cylinder,
     /// Whether the image shows a part of a specimen, without air around it.
     pub block: bool,
-    /// The grains and voids, in the order of their numbers.
+    /// The grains, in the order of their numbers.
     pub regions: Vec<Region>,
-    /// Names of the phases of the regions: `grain`, and `void` if voids are regions of their own.
-    pub phases: Vec<String>,
-    /// Phase of each region, as an index into `phases`.
-    pub phase_of: Vec<usize>,
     /// Statistics of the whole specimen.
     pub statistics: SpecimenStatistics,
     /// Grey value half way between matrix and grain, or the threshold given by the user.
@@ -66,8 +57,6 @@ pub struct Segmented {
     pub rim_over_centre: f64,
     /// Ratio of the brightness of a material at the top to its brightness at the bottom, before the correction.
     pub top_over_bottom: f64,
-    /// Standard deviation of the fitted blur (voxels), at most 1.2; `None` without a model of the blur.
-    pub blur_voxels: Option<f64>,
     /// Share of the specimen's voxels that are as dark as air, e.g. cracks, pores or a chipped edge.
     pub void_fraction: f64,
     /// Messages about doubtful results, which the user should check.
@@ -156,10 +145,8 @@ impl Segmentation {
             voids,
             rim_over_centre,
             top_over_bottom,
-            axial_residual,
         } = correction.run(grey, smooth, scale, known.as_ref());
 
-        warnings.extend(uneven_in_words(axial_residual));
         progress("threshold");
         self.check_threshold(void_threshold, found_contrast)?;
         let level = self.grain_level(&smooth, &grey, [&solid, &sample], scale, &mut warnings)?;
@@ -174,7 +161,6 @@ impl Segmentation {
             .collect();
         fill_holes(grey.shape, &mut grain, self.fill_holes_voxels);
 
-        let blur_voxels = level.model.as_ref().map(|model| model.blur);
         progress("distances");
         let distance = fixed_point(&squared_distance(grey.shape, &grain));
         progress("watershed");
@@ -200,7 +186,7 @@ impl Segmentation {
         let is_void = |&n: &usize| inside[n] & voids[n] != 0 && labels[n] == 0;
         let void_voxels = (0..labels.len()).into_par_iter().filter(is_void).count();
         let void_fraction = void_voxels as f64 / specimen.max(1) as f64;
-        let mut solid = match &level.model {
+        let solid = match &level.model {
             None => Solid::above(&smooth, threshold, &labels, grains, &inside),
             Some(model) => {
                 let matrix: Vec<u8> = (0..labels.len())
@@ -211,21 +197,18 @@ impl Segmentation {
                 Solid::measure(&grey, &labels, grains, &matrix, [&inside, &shown, &sample], model)
             }
         };
-        let mut labels = grey.with(labels);
-        let mut regions = measure(&labels, &inside, &solid.volumes);
+        let labels = grey.with(labels);
+        let regions = measure(&labels, &inside, &solid.volumes);
         // an upright cylinder around a tilted specimen contains air, which must not count as voids; another warning
         // reports the tilt
         let follows = located.fit.is_none_or(|fit| !fit.is_off_axis());
-        warnings
-            .extend(void_in_words(void_fraction, self.contrast, self.voids).filter(|_| follows));
+        warnings.extend(void_in_words(void_fraction, self.contrast).filter(|_| follows));
         if let Some(fit) = &located.fit {
-            let layers = Layers::of(&labels, &inside, fit);
-            warnings.extend(layers.skin_in_words());
+            warnings.extend(skin_in_words(&labels, &inside, fit));
             warnings.extend(thin_in_words(fit.radius));
             warnings.extend(empty_end_in_words(&labels, grains, fit));
         }
-        warnings.extend(small_in_words(&regions, grey.voxel_mm, blur_voxels));
-        warnings.extend(merged_in_words(&regions, grey.voxel_mm));
+        warnings.extend(small_in_words(&regions, grey.voxel_mm));
         warnings.extend(self.one_for_all(&regions, &inside, scale.to_image(level.by_hand)));
         let voxel_mm = grey.voxel_mm;
         let (cylinder, volume_mm3) = match located.fit {
@@ -234,51 +217,20 @@ impl Segmentation {
         };
         let statistics = SpecimenStatistics::of(&regions, voxel_mm, volume_mm3);
         warnings.extend(fractions_in_words(&statistics));
-        if self.voids == VoidTreatment::Removed {
-            regions = self.with_voids(&mut labels, &mut solid, [&inside, &voids], regions);
-        }
         Ok(Segmented {
             statistics,
             labels,
             solid: grey.with(solid.share),
             cylinder,
             block: located.fit.is_none(),
-            phase_of: regions
-                .iter()
-                .map(|region| usize::from(region.id as usize > grains))
-                .collect(),
-            phases: self.phases(),
             regions,
             grain_threshold: scale.to_image(level.by_hand),
             void_threshold,
             rim_over_centre,
             top_over_bottom,
-            blur_voxels,
             void_fraction,
             warnings,
         })
-    }
-
-    /// Labels the voids with the numbers after the grains. Returns the grains and voids; voids do not count as neighbours
-    /// of grains.
-    fn with_voids(
-        &self,
-        labels: &mut Volume<u32>,
-        solid: &mut Solid,
-        [inside, voids]: [&[u8]; 2],
-        grains: Vec<Region>,
-    ) -> Vec<Region> {
-        let is_void = |n: usize| u8::from(labels.values[n] == 0) & inside[n] & voids[n];
-        let is_void: Vec<u8> = (0..inside.len()).into_par_iter().map(is_void).collect();
-        let (shape, first, least) = (labels.shape, grains.len() as u32 + 1, self.min_grain_voxels);
-        let sizes = label_voids(shape, &is_void, &mut labels.values, first, least.max(1));
-        let whole = solid.share.par_iter_mut().zip(&labels.values);
-        whole.filter(|(_, label)| **label >= first).for_each(|(share, _)| *share = 1.0);
-        solid.volumes.extend(sizes.iter().map(|&voxels| voxels as f64));
-        let mut regions = grains;
-        let of_voids = measure(labels, inside, &solid.volumes).into_iter().skip(regions.len());
-        regions.extend(of_voids);
-        regions
     }
 
     /// Locates the specimen from the mask, if there is one, otherwise from the image.

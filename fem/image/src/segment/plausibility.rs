@@ -19,70 +19,43 @@ const EMPTY: f64 = 0.1;
 /// An end without grains is reported only if its probability is below this value for grains at random positions.
 const CHANCE: f64 = 0.01;
 
-/// Voxels at one depth below the wall.
-#[derive(Clone, Copy, Default)]
-struct Layer {
-    voxels: u64,
-    grain: u64,
-}
-
-impl Layer {
-    fn plus(self, other: Self) -> Self {
-        Layer { voxels: self.voxels + other.voxels, grain: self.grain + other.grain }
-    }
-
-    /// Returns the share of grain.
-    fn share(&self) -> f64 {
-        self.grain as f64 / self.voxels.max(1) as f64
-    }
-}
-
-/// Layers of voxels by their depth below the wall; the last entry is the interior.
-pub(super) struct Layers([Layer; LAYERS + 1]);
-
-impl Layers {
-    /// Sums up the voxels of the specimen at each depth below the wall of a cylinder.
-    pub(super) fn of(labels: &Volume<u32>, inside: &[u8], fit: &Fit) -> Self {
-        let area = labels.shape[0] * labels.shape[1];
-        let of_slice = |z: usize| {
-            let mut layers = [Layer::default(); LAYERS + 1];
-            for at in (area * z..area * (z + 1)).filter(|&at| inside[at] != 0) {
-                let [square, height] = fit.radius_squared_and_height(voxel_at(labels.shape, at));
-                if (height - fit.bottom).min(fit.top - height) < END {
-                    continue;
-                }
-                let depth = (fit.radius - square.sqrt()).max(0.0) as usize;
-                let is_grain = u64::from(labels.values[at] != 0);
-                let voxel = Layer { voxels: 1, grain: is_grain };
-                let layer = &mut layers[depth.min(LAYERS)];
-                *layer = layer.plus(voxel);
+/// Returns a warning if a layer below the wall consists mainly of grain and the interior does not, as in an image of a
+/// specimen with a bright skin (for dark grains: with a dark skin).
+pub(super) fn skin_in_words(labels: &Volume<u32>, inside: &[u8], fit: &Fit) -> Option<String> {
+    let area = labels.shape[0] * labels.shape[1];
+    // numbers of voxels and of grain voxels for each depth below the wall; the last entry is the interior
+    let of_slice = |z: usize| {
+        let mut counts = [[0_u64; 2]; LAYERS + 1];
+        for at in (area * z..area * (z + 1)).filter(|&at| inside[at] != 0) {
+            let [square, height] = fit.radius_squared_and_height(voxel_at(labels.shape, at));
+            if (height - fit.bottom).min(fit.top - height) < END {
+                continue;
             }
-            layers
-        };
-        let slices = (0..labels.shape[2]).into_par_iter().map(of_slice);
-        Layers(slices.reduce(
-            || [Layer::default(); LAYERS + 1],
-            |a, b| std::array::from_fn(|n| a[n].plus(b[n])),
-        ))
-    }
-
-    /// Returns a warning if a layer below the wall consists mainly of grain and the interior does not, as in an image
-    /// of a specimen with a bright skin (for dark grains: with a dark skin).
-    pub(super) fn skin_in_words(&self) -> Option<String> {
-        let interior = self.0[LAYERS].share();
-        let (depth, skin) = (self.0[..LAYERS].iter().map(Layer::share).enumerate())
-            .max_by(|a, b| a.1.total_cmp(&b.1))?;
-        (skin > SKIN && skin > SKIN_RATIO * interior).then(|| {
-            format!(
-                "the grain fraction is too large if the specimen has a skin: {:.0} % of the layer {} to {} voxels below the wall \
-                 counts as grain, but {:.0} % of the interior: exclude the skin by radius_px in [specimen.image.region]",
-                100.0 * skin,
-                depth,
-                depth + 1,
-                100.0 * interior
-            )
-        })
-    }
+            let depth = (fit.radius - square.sqrt()).max(0.0) as usize;
+            let count = &mut counts[depth.min(LAYERS)];
+            count[0] += 1;
+            count[1] += u64::from(labels.values[at] != 0);
+        }
+        counts
+    };
+    let counts = (0..labels.shape[2]).into_par_iter().map(of_slice).reduce(
+        || [[0; 2]; LAYERS + 1],
+        |a, b| std::array::from_fn(|n| [a[n][0] + b[n][0], a[n][1] + b[n][1]]),
+    );
+    let share = |[all, grain]: [u64; 2]| grain as f64 / all.max(1) as f64;
+    let interior = share(counts[LAYERS]);
+    let (depth, skin) = (counts[..LAYERS].iter().map(|&count| share(count)).enumerate())
+        .max_by(|a, b| a.1.total_cmp(&b.1))?;
+    (skin > SKIN && skin > SKIN_RATIO * interior).then(|| {
+        format!(
+            "the grain fraction is too large if the specimen has a skin: {:.0} % of the layer {} to {} voxels below the wall \
+             counts as grain, but {:.0} % of the interior: exclude the skin by radius_px in [specimen.image.region]",
+            100.0 * skin,
+            depth,
+            depth + 1,
+            100.0 * interior
+        )
+    })
 }
 
 /// Returns a warning if an end of the cylinder has no grains, as a pedestal with the radius and the grey value of the

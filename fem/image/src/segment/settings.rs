@@ -7,7 +7,6 @@ use crate::ImageError;
 use crate::locate::region::SpecimenRegion;
 use crate::locate::specimen::SpecimenForm;
 use crate::volume::contrast::Contrast;
-use crate::volume::phases::{GRAIN, VOID, VoidTreatment};
 
 /// Settings of the segmentation of an image of grey values into grains. Grains are brighter than the matrix and the
 /// matrix is brighter than air, unless [`Contrast::Dark`] is given.
@@ -46,8 +45,6 @@ pub struct Segmentation {
     pub region: SpecimenRegion,
     /// Contrast of the image: whether grains are brighter or darker than the matrix.
     pub contrast: Contrast,
-    /// Whether voids as dark as air are matrix, or regions of their own that the mesh does not contain.
-    pub voids: VoidTreatment,
     /// Two percentiles of the grey values. Grey values are rounded to 16-bit integers between these percentiles.
     #[schemars(inner(range(min = 0, max = 100)))]
     pub percentiles: [f64; 2],
@@ -109,7 +106,6 @@ impl Default for Segmentation {
             specimen: SpecimenForm::Auto,
             region: SpecimenRegion::default(),
             contrast: Contrast::Bright,
-            voids: VoidTreatment::Matrix,
             percentiles: [0.1, 99.9],
             median: true,
             follow_lean: true,
@@ -127,14 +123,6 @@ impl Default for Segmentation {
 }
 
 impl Segmentation {
-    /// Returns the names of the phases of the regions that a segmentation finds.
-    pub fn phases(&self) -> Vec<String> {
-        match self.voids {
-            VoidTreatment::Matrix => vec![GRAIN.into()],
-            VoidTreatment::Removed => vec![GRAIN.into(), VOID.into()],
-        }
-    }
-
     /// Checks that the settings are within their ranges.
     ///
     /// # Errors

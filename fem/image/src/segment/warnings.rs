@@ -2,7 +2,7 @@
 
 use crate::classify::exchanged::Shapes;
 use crate::grains::statistics::SpecimenStatistics;
-use crate::{Contrast, Region, VoidTreatment};
+use crate::{Contrast, Region};
 
 /// Share of the specimen's volume above which voids cause a warning about the mesh.
 const VOIDS: f64 = 0.02;
@@ -11,31 +11,16 @@ const VOIDS: f64 = 0.02;
 const THIN_VOIDS: f64 = 0.001;
 /// Radius of a cylinder (voxels) below which the error of the grain fraction exceeds 3 % in some synthetic specimens.
 const THIN: f64 = 12.0;
-/// The measured volume of a grain whose radius is below this radius (voxels) is uncertain.
-const SMALL_RADIUS: f64 = 2.7;
-/// The measured volume of a grain whose radius is below this multiple of the blur's standard deviation is uncertain.
-const SMALL_BLURS: f64 = 3.4;
-/// Grains below this volume (voxels) that are elongated may be pairs of touching grains. In synthetic specimens touching
-/// balls with a radius of 3 voxels merge, and balls with a radius of 4 voxels do not.
-const MERGED_VOXELS: f64 = 400.0;
-/// Ratio of the longest to the shortest diameter above which a grain is elongated. The ratio is 2 for two touching balls.
-const ELONGATED: f64 = 1.8;
-/// A warning is added if small elongated grains have more than this share of the volume of all grains.
-const MERGED_SHARE: f64 = 0.1;
-/// Largest relative difference between the brightness along the axis and the fitted profile that causes no warning.
-const UNEVEN: f64 = 0.04;
-/// A warning is added if small grains have more than this share of the volume of all grains.
+/// The measured volume of a grain below this volume (voxels) is uncertain.
+const SMALL: f64 = 65.0;
+/// A warning is added if grains smaller than [`SMALL`] have more than this share of the volume of all grains.
 const SMALL_SHARE: f64 = 0.05;
 /// Difference between the grain fractions from grey values and from voxels above which a warning is added, as a share
 /// of the fraction from grey values.
 const FRACTION_DIFFERENCE: f64 = 0.05;
 
 /// Returns a warning about voids in the specimen.
-pub(super) fn void_in_words(
-    fraction: f64,
-    contrast: Contrast,
-    treatment: VoidTreatment,
-) -> Option<String> {
+pub(super) fn void_in_words(fraction: f64, contrast: Contrast) -> Option<String> {
     let beside = match contrast {
         Contrast::Bright => {
             "blur mixes air into grains beside thin voids, so that the grain fraction may be too small by several times the share of voids"
@@ -45,15 +30,9 @@ pub(super) fn void_in_words(
         }
     };
     let percent = 100.0 * fraction;
-    let treatment = match treatment {
-        VoidTreatment::Matrix => {
-            "is meshed as matrix (voids = \"removed\" in [specimen.image] removes it from the mesh)"
-        }
-        VoidTreatment::Removed => "is removed from the mesh",
-    };
     if fraction > VOIDS {
         return Some(format!(
-            "{percent:.1} % of the specimen is as dark as air (cracks, pores, a chipped edge) and {treatment}: the grain fraction refers to the cylinder including its voids (share of voids: void_fraction in segment.csv); {beside}",
+            "{percent:.1} % of the specimen is as dark as air (cracks, pores, a chipped edge) and is meshed as matrix: the grain fraction refers to the cylinder including its voids (share of voids: void_fraction in segment.csv); {beside}",
         ));
     }
     (fraction > THIN_VOIDS).then(|| {
@@ -112,65 +91,18 @@ pub(super) fn thin_in_words(radius: f64) -> Option<String> {
     })
 }
 
-/// Returns a warning about grains that are too small for an accurate volume. `blur` is the standard deviation of the
-/// fitted blur (voxels).
-pub(super) fn small_in_words(
-    regions: &[Region],
-    voxel_mm: f64,
-    blur: Option<f64>,
-) -> Option<String> {
-    let radius = SMALL_RADIUS.max(blur.map_or(0.0, |blur| SMALL_BLURS * blur));
-    let limit = 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
+/// Returns a warning about grains that are too small for an accurate volume.
+pub(super) fn small_in_words(regions: &[Region], voxel_mm: f64) -> Option<String> {
     let volume = |region: &Region| region.volume_mm3 / voxel_mm.powi(3);
-    let small: Vec<f64> = regions.iter().map(volume).filter(|&volume| volume < limit).collect();
+    let small: Vec<f64> = regions.iter().map(volume).filter(|&volume| volume < SMALL).collect();
     let all: f64 = regions.iter().map(volume).sum();
     let share = small.iter().sum::<f64>() / all;
-    let cause = match blur.filter(|_| radius > SMALL_RADIUS) {
-        Some(blur) => format!(", {SMALL_BLURS} times the fitted blur of {blur:.2} voxels"),
-        None => String::new(),
-    };
     (share > SMALL_SHARE).then(|| {
         format!(
-            "volumes of small grains and the grain fraction are uncertain: {} of {} grains, {:.0} % of the grains' volume, are \
-             smaller than {limit:.0} voxels ({radius:.1} voxels in radius{cause}): their volumes and numbers are uncertain by more \
-             than 10 %",
+            "{} of {} grains, {:.0} % of the grains' volume, are smaller than {SMALL} voxels (2.5 voxels in radius): their volumes and numbers are uncertain by more than 10 %",
             small.len(),
             regions.len(),
             100.0 * share
-        )
-    })
-}
-
-/// Returns a warning about small elongated grains, which may be pairs of touching grains.
-pub(super) fn merged_in_words(regions: &[Region], voxel_mm: f64) -> Option<String> {
-    let volume = |region: &Region| region.volume_mm3 / voxel_mm.powi(3);
-    let is_elongated = |region: &&Region| {
-        let [longest, _, shortest] = region.axes_mm;
-        volume(region) < MERGED_VOXELS && longest > ELONGATED * shortest
-    };
-    let elongated: Vec<f64> = regions.iter().filter(is_elongated).map(volume).collect();
-    let share = elongated.iter().sum::<f64>() / regions.iter().map(volume).sum::<f64>();
-    (share > MERGED_SHARE).then(|| {
-        format!(
-            "the number of grains is too small and their sizes are too large if the grains are not elongated: {} of {} grains, \
-             {:.0} % of the grains' volume, are smaller than {MERGED_VOXELS} voxels and more than {ELONGATED} times as long as \
-             thick, as pairs of touching grains that the voxels do not separate; a smaller voxel size separates them",
-            elongated.len(),
-            regions.len(),
-            100.0 * share
-        )
-    })
-}
-
-/// Returns a warning if the brightness along the axis is not the quadratic profile that is corrected. `residual` is the
-/// largest relative difference.
-pub(super) fn uneven_in_words(residual: f64) -> Option<String> {
-    (residual > UNEVEN).then(|| {
-        format!(
-            "the grain fraction and the volumes of grains depend on the height: the brightness along the axis differs by up to \
-             {:.0} % from the quadratic profile that is corrected; divide each slice by its mean brightness in the program of \
-             the scanner, or segment parts of the height by slices in [specimen.image.region]",
-            100.0 * residual
         )
     })
 }

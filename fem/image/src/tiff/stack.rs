@@ -88,9 +88,6 @@ pub(crate) fn scan(
         let meta = std::fs::metadata(path).map_err(|error| ImageError::io("read", path, error))?;
         let file = SliceFile { path: path.clone(), bytes: meta.len() };
         file_bytes += file.bytes;
-        if meta.is_file() && file.bytes == 0 {
-            return Err(ImageError::empty_file(path));
-        }
         let mut decoder = open_decoder(path, file.most_bytes())?;
         let description = Description::of(&mut decoder);
         check_dimensions(path, &description)?;

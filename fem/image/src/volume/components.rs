@@ -1,49 +1,38 @@
-//! Connected components of voxels of the same class; the largest component of a set, and filling of holes.
+//! Connected components of a set of voxels: the largest component, and filling of holes.
 
 use std::ops::Range;
 
 use super::disjoint_sets::DisjointSets;
 
-/// Consecutive voxels along x that have the same class.
-pub(crate) struct Run<C> {
-    pub(crate) class: C,
-    /// Index of the first voxel in its row.
-    pub(crate) from: u32,
-    /// Index of the last voxel + 1.
-    pub(crate) to: u32,
-}
+/// A run of voxels along x: first index, and last index + 1.
+type Run = (u32, u32);
 
-/// Runs of voxels, and the face-connected components that the runs of each class form.
-pub(crate) struct Components<C> {
-    pub(crate) runs: Vec<Run<C>>,
+/// Runs of the voxels of a set, and the face-connected components that they form.
+struct Components {
+    runs: Vec<Run>,
     /// Index of the first run of each row; one more entry for the end of the last row.
     first_of_row: Vec<usize>,
-    /// Sets of the runs that are connected. The root of a set is the run with the lowest index.
-    pub(crate) sets: DisjointSets,
+    sets: DisjointSets,
 }
 
-impl<C: Copy + PartialEq> Components<C> {
-    /// Finds the components of the voxels that have a class; voxels of different classes are not connected.
-    pub(crate) fn of<T: Copy>(
-        [nx, ny, nz]: [usize; 3],
-        values: &[T],
-        class_of: impl Fn(T) -> Option<C>,
-    ) -> Self {
+impl Components {
+    /// Finds the components of the voxels for which `is_member` holds.
+    fn of([nx, ny, nz]: [usize; 3], set: &[u8], is_member: impl Fn(u8) -> bool) -> Self {
         let rows = ny * nz;
-        let mut runs: Vec<Run<C>> = Vec::new();
+        let mut runs: Vec<Run> = Vec::new();
         let mut first_of_row = Vec::with_capacity(rows + 1);
         for row in 0..rows {
             first_of_row.push(runs.len());
-            let voxels = &values[nx * row..][..nx];
+            let voxels = &set[nx * row..][..nx];
             let mut x = 0;
             while x < nx {
                 let from = x;
-                let class = class_of(voxels[x]);
-                while x < nx && class_of(voxels[x]) == class {
+                let member = is_member(voxels[x]);
+                while x < nx && is_member(voxels[x]) == member {
                     x += 1;
                 }
-                if let Some(class) = class {
-                    runs.push(Run { class, from: from as u32, to: x as u32 });
+                if member {
+                    runs.push((from as u32, x as u32));
                 }
             }
         }
@@ -60,32 +49,28 @@ impl<C: Copy + PartialEq> Components<C> {
         components
     }
 
-    /// Returns the indices of the runs of a row.
-    pub(crate) fn of_row(&self, row: usize) -> Range<usize> {
+    fn of_row(&self, row: usize) -> Range<usize> {
         self.first_of_row[row]..self.first_of_row[row + 1]
     }
 
-    /// Joins the overlapping runs of equal class of two neighbouring rows.
+    /// Joins the overlapping runs of two neighbouring rows.
     fn join(&mut self, row: usize, other: usize) {
         let (here, there) = (self.of_row(row), self.of_row(other));
         let (mut a, mut b) = (here.start, there.start);
         while a < here.end && b < there.end {
-            let [run, near] = [&self.runs[a], &self.runs[b]];
-            let touch = run.from < near.to && near.from < run.to;
-            let ends_first = run.to < near.to;
-            if touch && run.class == near.class {
+            if self.runs[a].0 < self.runs[b].1 && self.runs[b].0 < self.runs[a].1 {
                 self.sets.join(a as u32, b as u32);
             }
-            if ends_first { a += 1 } else { b += 1 }
+            if self.runs[a].1 < self.runs[b].1 { a += 1 } else { b += 1 }
         }
     }
 }
 
 /// Returns the number of voxels of the largest face-connected component of a set.
 pub(crate) fn largest_component(shape: [usize; 3], set: &[u8]) -> usize {
-    let mut components = Components::of(shape, set, |voxel| (voxel != 0).then_some(()));
+    let mut components = Components::of(shape, set, |voxel| voxel != 0);
     let mut sizes = vec![0; components.runs.len()];
-    for (run, &Run { from, to, .. }) in components.runs.iter().enumerate() {
+    for (run, &(from, to)) in components.runs.iter().enumerate() {
         sizes[components.sets.root(run as u32) as usize] += (to - from) as usize;
     }
     sizes.into_iter().max().unwrap_or(0)
@@ -99,7 +84,7 @@ pub(crate) fn fill_holes(shape: [usize; 3], set: &mut [u8], most: usize) {
     }
     let [nx, ny, nz] = shape;
     let rows = ny * nz;
-    let mut components = Components::of(shape, set, |voxel| (voxel == 0).then_some(()));
+    let mut components = Components::of(shape, set, |voxel| voxel == 0);
 
     // number of voxels of each component; `usize::MAX` marks a component that reaches the edge of the volume
     let mut size = vec![0_usize; components.runs.len()];
@@ -107,7 +92,7 @@ pub(crate) fn fill_holes(shape: [usize; 3], set: &mut [u8], most: usize) {
         let (y, z) = (row % ny, row / ny);
         let edge = y == 0 || z == 0 || y + 1 == ny || z + 1 == nz;
         for run in components.of_row(row) {
-            let Run { from, to, .. } = components.runs[run];
+            let (from, to) = components.runs[run];
             let (from, to) = (from as usize, to as usize);
             let length = if edge || from == 0 || to == nx { usize::MAX } else { to - from };
             let root = components.sets.root(run as u32) as usize;
@@ -117,7 +102,7 @@ pub(crate) fn fill_holes(shape: [usize; 3], set: &mut [u8], most: usize) {
     for row in 0..rows {
         for run in components.of_row(row) {
             if size[components.sets.root(run as u32) as usize] <= most {
-                let Run { from, to, .. } = components.runs[run];
+                let (from, to) = components.runs[run];
                 set[nx * row..][from as usize..to as usize].fill(1);
             }
         }

@@ -9,7 +9,6 @@ pub(crate) mod distance;
 pub(crate) mod filter;
 pub(crate) mod frame;
 pub(crate) mod grey;
-pub(crate) mod phases;
 pub(crate) mod threshold;
 
 use crate::ImageError;

@@ -422,6 +422,7 @@ fn errors_of_unsupported_formats_describe_the_conversion() {
         (at(257, b"ustar"), "TAR", "unpack"),
         (b"{\nHeaderID = EH:1;\nDim_1 = 10 ;\n}".to_vec(), "EDF", "fabio"),
         (vec![7; 300], "an unknown format", "ElementDataFile = scan.dat"),
+        (Vec::new(), "an unknown format", "need a header"),
     ] {
         std::fs::write(&path, &bytes).unwrap();
         for error in

@@ -133,11 +133,6 @@ fn faulty_sequences_are_reported_with_their_slices() {
                 stack(&image, (0..20).chain((20..40).rev()).chain(40..80)),
                 "slices 21 to 40 are in reversed order",
             ),
-            (
-                "exchanged",
-                stack(&image, (0..30).chain([31, 30]).chain(32..80)),
-                "slices 31 and 32 fit better in exchanged order",
-            ),
             ("twice", stack(&image, (0..160).map(|k| k / 2)), "every slice is stored 2 times"),
             (
                 "copy",
@@ -186,13 +181,12 @@ fn faulty_sequences_are_reported_with_their_slices() {
     assert_eq!(wrong, 0);
 }
 
-/// Prints the shares of scans in which one missing slice, two missing slices, or two exchanged slices cause a warning.
-/// Without false warnings, one missing
+/// Prints the shares of scans in which one missing slice, or two, cause a warning. Without false warnings, one missing
 /// slice cannot be detected reliably: in scans with few grains, neighbouring slices differ as much as slices that are two
 /// slices apart.
 #[test]
-fn one_missing_slice_or_an_exchange_is_reported_in_some_scans_only() {
-    let mut shares = [0.0; 3];
+fn one_missing_slice_is_reported_in_some_scans_only() {
+    let mut shares = [0.0; 2];
     let scans = [(0.7, 1_400.0), (0.7, 4_000.0), (1.5, 1_400.0)];
     let specimens = [(3.0, 0.15), (4.0, 0.05), (4.0, 0.3), (6.0, 0.15), (6.0, 0.3), (9.0, 0.15)];
     let places = [20, 28, 36, 44, 52];
@@ -200,36 +194,23 @@ fn one_missing_slice_or_an_exchange_is_reported_in_some_scans_only() {
         let scene = Scene::specimen(SHAPE, pillar(), radius, fraction);
         for (blur, noise) in scans {
             let image = scene.image_with(blur, noise);
-            let reported = |faulty: &dyn Fn(usize) -> Volume<f32>, part: &str| {
-                let is_reported = |place: &&usize| {
-                    warnings(&faulty(**place)).iter().any(|warning| warning.contains(part))
+            let found = [1, 2].map(|missing| {
+                let is_reported = |place: &usize| {
+                    let faulty = stack(&image, (0..*place).chain(place + missing..SIDE));
+                    warnings(&faulty).iter().any(|warning| warning.contains("slices are missing"))
                 };
-                places.iter().filter(is_reported).count()
-            };
-            let without = |place: usize, missing: usize| {
-                stack(&image, (0..place).chain(place + missing..SIDE))
-            };
-            let exchanged = |place: usize| {
-                let order = (0..place).chain([place + 1, place]).chain(place + 2..SIDE);
-                stack(&image, order)
-            };
-            let found = [
-                reported(&|place| without(place, 1), "slices are missing"),
-                reported(&|place| without(place, 2), "slices are missing"),
-                reported(&exchanged, "in exchanged order"),
-            ];
+                places.iter().filter(|place| is_reported(place)).count()
+            });
             println!(
-                "radius {radius}, fraction {fraction}, blur {blur}, noise {noise}: one slice {}, two slices {}, exchanged {} of {}",
+                "radius {radius}, fraction {fraction}, blur {blur}, noise {noise}: one slice {}, two slices {} of {}",
                 found[0],
                 found[1],
-                found[2],
                 places.len()
             );
             let all = (specimens.len() * scans.len() * places.len()) as f64;
             shares.iter_mut().zip(found).for_each(|(share, found)| *share += found as f64 / all);
         }
     }
-    let [one, two, exchanged] = shares.map(|share| 100.0 * share);
-    println!("one missing slice: {one:.0} %, two: {two:.0} %, two exchanged: {exchanged:.0} %");
-    assert!(shares[0] > 0.25 && shares[1] > 0.7 && shares[2] > 0.5, "{shares:?}");
+    println!("one missing slice: {:.0} %, two: {:.0} %", 100.0 * shares[0], 100.0 * shares[1]);
+    assert!(shares[0] > 0.25 && shares[1] > 0.7, "{shares:?}");
 }

@@ -7,5 +7,4 @@ mod location;
 mod scene;
 mod small_grains;
 mod uneven;
-mod voids;
 mod warnings;

@@ -116,17 +116,6 @@ impl Scene {
 
     /// Adds balls at random positions, completely inside a cylinder and at least one voxel apart.
     pub(crate) fn add_balls(&mut self, pillar: &Pillar, radius: f64, fraction: f64, grey: f32) {
-        self.add_balls_apart(pillar, [radius, 1.0], fraction, grey);
-    }
-
-    /// Adds balls of a radius at random positions, completely inside a cylinder and apart by at least a gap (voxels).
-    pub(crate) fn add_balls_apart(
-        &mut self,
-        pillar: &Pillar,
-        [radius, gap]: [f64; 2],
-        fraction: f64,
-        grey: f32,
-    ) {
         let ball = 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
         let count = (fraction * pillar.volume() / ball).round() as usize;
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(11);
@@ -141,7 +130,7 @@ impl Scene {
             ];
             let is_free = |&(other, r): &([f64; 3], f64)| {
                 let square: f64 = (0..3).map(|k| (at[k] - other[k]).powi(2)).sum();
-                square > (r + radius + gap).powi(2)
+                square > (r + radius + 1.0).powi(2)
             };
             if pillar.distance(at) < -radius - 0.5 && self.centres.iter().all(is_free) {
                 self.add_ball(at, radius, grey);

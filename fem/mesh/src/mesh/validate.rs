@@ -14,8 +14,8 @@ use fem_image::DisjointSets;
 
 /// A tetrahedron is degenerate if its volume is at most this factor times the cube of its longest edge.
 const DEGENERATE: f64 = 1e-10;
-/// Largest number of errors that are kept.
-const KEPT: usize = 1000;
+/// Largest number of errors that a message lists.
+const LISTED: usize = 5;
 
 impl TetMesh {
     /// Checks that the mesh is valid: every tetrahedron has a positive volume and a region; a face is shared by at
@@ -236,13 +236,13 @@ impl TetMesh {
 }
 
 /// Combines errors into one error. A single error is returned unchanged; several errors become [`MeshError::Several`]
-/// with the first errors.
+/// with the first five errors.
 fn several(mut faults: Vec<MeshError>) -> Result<(), MeshError> {
     match faults.len() {
         0 => Ok(()),
         1 => Err(faults.remove(0)),
         count => {
-            faults.truncate(KEPT);
+            faults.truncate(LISTED);
             Err(MeshError::Several { first: faults, count })
         }
     }

@@ -82,9 +82,9 @@ fn cells_are_small_in_the_necking_region_only() {
 fn impossible_bars_are_refused_with_their_field() {
     let error = |bar: RoundBar| bar.eighth().unwrap_err();
     let negative = error(RoundBar { radius_mm: -1.0, ..BAR });
-    assert_eq!(negative.to_string(), "round bar: radius_mm = -1 must be a positive length in mm");
+    assert_eq!(negative.to_string(), "radius_mm = -1 mm; give a positive length");
     let long = error(RoundBar { necking_mm: 40.0, ..BAR });
-    assert_eq!(long.to_string(), "round bar: necking_mm = 40 must be from 0 to length_mm");
+    assert_eq!(long.to_string(), "necking_mm = 40 mm is outside 0 … 31.75 mm");
     assert!(matches!(
         error(RoundBar { taper_mm: -0.1, ..BAR }),
         LatticeError::OutOfRange { field: "taper_mm", .. }

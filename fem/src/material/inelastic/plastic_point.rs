@@ -268,13 +268,6 @@ impl<T: Scalar> PlasticPoint<'_, T> {
         let mut out = Response::zero(g);
         out.energy = g * elastic + bulk * volumetric;
         out.dissipation = degradation * work;
-        if eta > eta_bar {
-            // the yield condition gives √J₂ = ξ c − η p, so that the stress dissipates √J₂ Δγ + η̄ p Δγ = c x − (η − η̄) p Δγ;
-            // p is at most ξ c/η, its value at the apex, which bounds the second term over a step with hardening
-            let most = out.dissipation * (1.0 - eta_bar / eta);
-            let lost = pressure * flow.x * ((eta - eta_bar) / xi);
-            out.dissipation = out.dissipation - T::select(most.less_than(lost), most, lost);
-        }
         out.driving = elastic + bulk_slope * volumetric;
         out.driving_slope = -(left_j * gamma_slope + bulk_slope * left_theta * volume_slope);
         new[ALPHA] = alpha + flow.x;

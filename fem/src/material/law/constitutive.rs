@@ -107,11 +107,6 @@ pub struct UserConstitutiveLaw {
 }
 
 impl UserConstitutiveLaw {
-    /// Returns the user's law as [`Debug`](std::fmt::Debug) writes it.
-    pub(super) fn debug(&self) -> String {
-        format!("{:?}", self.law)
-    }
-
     /// Checks and stores a law.
     ///
     /// # Errors

@@ -208,11 +208,6 @@ fn variables<T: Scalar, const H: usize>(strains: &Strains<T>) -> PrincipalStrain
 }
 
 impl UserLaw {
-    /// Returns the user's law as [`Debug`](std::fmt::Debug) writes it.
-    pub(super) fn debug(&self) -> String {
-        format!("{:?}", self.law)
-    }
-
     /// Checks a law and computes its moduli at small strain.
     ///
     /// # Errors

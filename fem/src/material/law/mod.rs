@@ -1,6 +1,7 @@
 //! Elastic laws as functions of the principal logarithmic strains.
 
 mod constitutive;
+mod elastic_law;
 pub(in crate::material) mod hencky;
 mod hyperelastic;
 mod mooney_rivlin;
@@ -10,6 +11,7 @@ mod saint_venant_kirchhoff;
 
 pub(in crate::material) use constitutive::MOST_STATE;
 pub use constitutive::{ConstitutiveLaw, UserConstitutiveLaw};
+pub use elastic_law::ElasticLaw;
 pub use hyperelastic::{HyperelasticLaw, UserLaw};
 pub use mooney_rivlin::MooneyRivlin;
 pub use ogden::{Ogden, OgdenTerm};
@@ -50,22 +52,7 @@ pub enum Elasticity {
     Constitutive(UserConstitutiveLaw),
 }
 
-/// Returns the first word of a text that `Debug` has written, which is the name of the type.
-fn type_name(debug: String) -> String {
-    debug.split(|c: char| !(c.is_alphanumeric() || c == '_')).next().unwrap_or_default().to_owned()
-}
-
 impl Elasticity {
-    /// Returns the name of the law, as in a case file; for a user-defined law, the name of its type.
-    pub(crate) fn name(&self) -> String {
-        match self {
-            Self::Hencky { .. } => "hencky".into(),
-            Self::NeoHookean { .. } => "neo-hookean".into(),
-            Self::User(law) => type_name(law.debug()),
-            Self::Constitutive(law) => type_name(law.debug()),
-        }
-    }
-
     /// Returns Young's modulus at small strain, MPa.
     pub fn young_mpa(&self) -> f64 {
         match self {

@@ -213,7 +213,7 @@ impl DataLayout {
         })
     }
 
-    /// Returns the length of the tangent data of one element, followed by the principal axes of its elastic points.
+    /// Returns the number of entries of an element if the principal axes are appended.
     pub fn width_with_axes(self) -> usize {
         self.width() + AXES * self.elastic_points
     }

@@ -3,12 +3,11 @@
 use std::sync::Arc;
 
 use super::fingerprint::Fingerprint;
-use super::mixtures::validate_mixtures;
 use crate::boundary::Conditions;
 use crate::device::ComputeDevice;
 use crate::element::Order;
 use crate::error::{FemError, Unsupported};
-use crate::material::{Homogenisation, Material, PhaseField};
+use crate::material::{Elasticity, Homogenisation, Material, PhaseField};
 use crate::parallel::Ranks;
 use crate::problem::control::{Schedule, check_crack_energy};
 use crate::problem::interface::Interface;
@@ -53,7 +52,7 @@ impl Definition {
             material.validate(region, field)?;
         }
         if mesh.mixture.is_some() {
-            validate_mixtures(mesh, &self.materials, field)?;
+            self.validate_mixtures()?;
         }
         field.map_or(Ok(()), PhaseField::validate)?;
         self.interfaces.iter().try_for_each(Interface::validate)?;
@@ -137,6 +136,41 @@ impl Definition {
             }
         }
         Ok(())
+    }
+
+    /// Checks that there are at least two phases, and that their law can be homogenised.
+    fn validate_mixtures(&self) -> Result<(), FemError> {
+        let refused =
+            |reason| Err(FemError::unsupported("mesh with mixtures of matrix and grain", reason));
+        if self.materials.len() < 2 {
+            return refused(Unsupported::MixtureOfOne);
+        }
+        let hencky = |m: &Material| matches!(m.elasticity, Elasticity::Hencky { .. });
+        if !self.materials.iter().all(hencky) {
+            return refused(Unsupported::MixtureLaw);
+        }
+        if self.materials.iter().any(|m| m.strength.is_some()) {
+            return refused(Unsupported::MixtureStrength);
+        }
+        if !self.materials.iter().all(Material::is_mixable) || self.has_inelastic_grain() {
+            return refused(Unsupported::MixtureInelastic);
+        }
+        let kept = self.phase_field.is_some_and(|field| !field.degrade.viscous);
+        let viscous = |m: &Material| m.inelasticity.is_some() && m.fracture.is_some();
+        if kept && self.materials.iter().any(viscous) {
+            return refused(Unsupported::MixtureInelastic);
+        }
+        if self.materials.iter().any(|m| m.split.is_some()) {
+            return refused(Unsupported::UserSplitOfMixture);
+        }
+        Ok(())
+    }
+
+    /// Returns whether the second phase of a mixture is viscoelastic.
+    fn has_inelastic_grain(&self) -> bool {
+        let mixtures = self.mesh.mixture.iter().flatten();
+        let mut grains = mixtures.filter(|m| m.fraction > 0.0).map(|m| usize::from(m.region));
+        grains.any(|region| self.materials.get(region).is_some_and(|m| m.inelasticity.is_some()))
     }
 
     /// Returns the mean distance of neighbouring nodes on an edge, mm, if a material needs it: for its strength. Otherwise

@@ -4,7 +4,6 @@
 mod definition;
 mod discretisation;
 mod fingerprint;
-mod mixtures;
 mod rounding;
 mod setup;
 mod warning;

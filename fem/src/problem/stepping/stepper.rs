@@ -155,14 +155,6 @@ impl<'a> LoadStepper<'a> {
         self.increments.effort()
     }
 
-    /// Returns the relative residuals of the last solution of an increment: at the initial guess, then after each Newton
-    /// iteration. Contact is solved in several passes; the residuals then belong to the last pass.
-    ///
-    /// The residuals decrease quadratically if [`SolverOptions::linear_tolerance`](crate::SolverOptions) is at most 1e-6.
-    pub fn residuals(&self) -> &[f64] {
-        &self.increments.solver.newton.residuals
-    }
-
     /// Returns the name of the hardware that solves the linear systems: a device, or the processor.
     pub fn machine(&self) -> String {
         self.increments.solver.newton.machine()

@@ -1,14 +1,4 @@
 //! Linear solvers for the tangent, with a common trait.
-//!
-//! The modules, in the order of their layers:
-//!
-//! 1. `vectors`: operations on vectors, on any hardware
-//! 2. `in_memory`, `krylov`: vectors in memory, Krylov methods
-//! 3. `direct`, `multigrid`: preconditioners
-//! 4. `on_device`: matrices and vectors on a device
-//! 5. `iterative`: Krylov method with a preconditioner
-//! 6. `adaptive`: change from multigrid to a factor
-//! 7. `plan`: selection of the solver
 
 mod adaptive;
 mod direct;

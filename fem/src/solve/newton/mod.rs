@@ -2,7 +2,7 @@
 //!
 //! A tangent and its factor (a *linearisation*) are reused, also in later increments, while each solve reduces the
 //! residual at least to a tenth. The reason is that the assembly and factorisation of a new tangent cost more than an
-//! additional solve. With a small linear tolerance, each iteration has a new tangent.
+//! additional solve.
 
 mod force_step;
 
@@ -48,8 +48,6 @@ pub(crate) struct Newton<'a> {
     pub(crate) effort: Effort,
     /// Relative residual at the fields evaluated last.
     pub(crate) relative: f64,
-    /// Relative residuals of the current solution: at the initial guess, then after each iteration.
-    pub(crate) residuals: Vec<f64>,
     /// Largest reference values of the residuals at all equilibria so far.
     pub(crate) scales: Scales,
     /// Reference values of the residuals at the fields evaluated last.
@@ -84,9 +82,6 @@ struct Stalled;
 
 /// A tangent with its factor is reused while each solve reduces the residual to at most this fraction.
 const KEEP: f64 = 0.1;
-/// With a linear tolerance of at most this value, each iteration computes a new tangent, so that Newton's method
-/// converges quadratically. An accurate solution with the tangent of an earlier iterate would be wasted work.
-const ACCURATE: f64 = 1e-6;
 /// Largest number of step lengths that a line search tries.
 const BACKTRACKS: u32 = 8;
 /// Largest number of iterations that change the active set (the values at active bounds). These iterations do not count
@@ -136,7 +131,6 @@ impl<'a> Newton<'a> {
             settings,
             effort: Effort::default(),
             relative: 0.0,
-            residuals: Vec::new(),
             scales: Scales::default(),
             reached: Scales::default(),
             beside: Scales::default(),
@@ -164,10 +158,7 @@ impl<'a> Newton<'a> {
         if let Some(bounds) = context.bounds {
             bounds.project(fields);
         }
-        let norms = self.evaluate(fields, context)?;
-        self.residuals.clear();
-        self.residuals.push(norms.largest());
-        Ok(norms)
+        self.evaluate(fields, context)
     }
 
     /// Computes the residual, the energies and the norms of the residual at `fields`. Returns an error if a value is
@@ -243,7 +234,6 @@ impl<'a> Newton<'a> {
             self.factor = Linearisation::Absent;
             self.coupling = coupling;
         }
-        let renews = self.settings.linear_tolerance <= ACCURATE;
         let (mut spent, mut changes) = (0, 0);
         while spent < self.settings.iterations && changes < MOST_CHANGES {
             if norms.converged(field, tolerance) {
@@ -257,8 +247,7 @@ impl<'a> Newton<'a> {
             } else {
                 spent += 1
             }
-            let is_old = renews && self.factor != Linearisation::Fresh;
-            if self.factor == Linearisation::Absent || changed || is_old {
+            if self.factor == Linearisation::Absent || changed {
                 self.factorise(fields, context)?;
             }
             self.effort.iterations += 1;
@@ -267,7 +256,6 @@ impl<'a> Newton<'a> {
                 Ok((next, ratio)) => {
                     self.factor =
                         if ratio <= KEEP { Linearisation::Kept } else { Linearisation::Absent };
-                    self.residuals.push(next.largest());
                     next
                 }
                 Err(Stalled) if self.factor == Linearisation::Fresh => {

@@ -39,8 +39,8 @@ pub use error::CalibrationError;
 pub use groups::{Groups, Pooling, TestGroup, Trend, calibrate_groups, calibration_over_groups};
 pub use influence::WithoutSpecimen;
 pub use joint::{
-    BetweenTests, JointCalibration, JointTest, JointTests, Scope, ScopedParameter, TestDraws,
-    TrendOverTests, calibrate_joint, calibrate_tests, calibration_of_draws, calibration_over_tests,
+    BetweenTests, JointCalibration, JointTest, JointTests, TestDraws, TrendOverTests,
+    calibrate_tests, calibration_of_draws, calibration_over_tests,
 };
 use likelihood::of_specimens;
 pub use population::Population;

@@ -43,10 +43,6 @@ words! {
     Weibull = "weibull",
     InverseGamma = "inverse-gamma",
     Triangular = "triangular",
-    Cauchy = "cauchy",
-    HalfCauchy = "half-cauchy",
-    HalfNormal = "half-normal",
-    Gumbel = "gumbel",
 }
 
 words! {
@@ -72,8 +68,7 @@ words! {
 
 impl PriorFamily {
     /// Keys of the family's parameters. The lognormal distribution has a median and the factor exp(σ), where σ is the
-    /// standard deviation of the logarithm. The `sd` of the half-normal distribution is the standard deviation of the
-    /// normal distribution around zero before it is restricted to positive values.
+    /// standard deviation of the logarithm.
     pub fn keys(self) -> &'static [PriorKey] {
         match self {
             Self::Uniform => &[],
@@ -85,9 +80,6 @@ impl PriorFamily {
             Self::Exponential => &[PriorKey::Rate],
             Self::Weibull | Self::InverseGamma => &[PriorKey::Shape, PriorKey::Scale],
             Self::Triangular => &[PriorKey::Lower, PriorKey::Mode, PriorKey::Upper],
-            Self::Cauchy | Self::Gumbel => &[PriorKey::Location, PriorKey::Scale],
-            Self::HalfCauchy => &[PriorKey::Scale],
-            Self::HalfNormal => &[PriorKey::Sd],
         }
     }
 }
@@ -109,7 +101,7 @@ impl PriorKey {
             Self::A => "First shape of the beta distribution on 0 to 1.",
             Self::B => "Second shape of the beta distribution on 0 to 1.",
             Self::DegreesOfFreedom => "Degrees of freedom.",
-            Self::Location => "Centre (of gumbel: the mode), in the unit of the parameter.",
+            Self::Location => "Centre, in the unit of the parameter.",
             Self::Scale => "Scale, in the unit of the parameter.",
             Self::Lower => "Lower end of the triangle, in the unit of the parameter.",
             Self::Mode => "Peak of the triangle, in the unit of the parameter.",

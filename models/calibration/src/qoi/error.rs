@@ -25,7 +25,7 @@ pub enum QoiError {
     },
     /// The highest point is the first or the last point of the curve.
     #[error(
-        "no peak: the force is highest at the {end} of the curve ({displacement_mm:.4} mm); \
+        "no peak: the force is highest at the {end} of the curve ({displacement_mm} mm); \
          a test must continue until the force falls"
     )]
     NoPeak {
@@ -36,7 +36,7 @@ pub enum QoiError {
     },
     /// The points around the highest point do not form a maximum.
     #[error(
-        "the peak near {displacement_mm:.4} mm is not resolved: the readings around the peak do not form a parabola that opens downwards"
+        "the peak near {displacement_mm} mm is not resolved: the readings around the peak do not form a parabola that opens downwards"
     )]
     Unresolved {
         /// Displacement of the highest point in mm.
@@ -84,7 +84,7 @@ pub enum QoiError {
     },
     /// The curve does not include the time at which a quantity is taken.
     #[error(
-        "the curve covers {from_s:.4} to {to_s:.4} s and does not include {needed_s:.4} s for {quantity}; record \
+        "the curve covers {from_s} to {to_s} s and does not include {needed_s} s for {quantity}; record \
          longer (test.program, test.duration_s, test.stop_below_peak), or change qoi.quantities"
     )]
     TimeNotReached {

@@ -11,10 +11,10 @@ pub enum Extent {
     Displacement(f64),
     /// The curve up to this time in s.
     Time(f64),
-    /// Holds of the displacement in the load program, at least this many.
-    Hold(u32),
+    /// A hold of the displacement in the load program.
+    Hold,
     /// A hold of the force in the load program.
     ForceHold,
-    /// The unloading of the load program with this number, from 1, and the curve before it.
-    Unloading(u32),
+    /// The first unloading of the load program, and the curve before it.
+    Unloading,
 }

@@ -67,7 +67,7 @@ fn force_and_relaxed_fraction_are_those_of_the_standard_linear_solid() {
         assert_relative_eq!(found, force(seconds, u), max_relative = 1e-5);
     }
     let [start, end] = [force(0.4, 0.1), force(6.4, 0.1)];
-    let found = value(&curve, RelaxedFraction::default()).unwrap();
+    let found = value(&curve, RelaxedFraction).unwrap();
     assert_relative_eq!(found, 1.0 - end / start, max_relative = 1e-4);
     assert!((0.2..0.4).contains(&found), "{found}");
 }
@@ -84,69 +84,18 @@ fn slope_and_energy_of_an_unloading_are_exact_for_straight_branches() {
     {
         for n in [5, 40] {
             let curve = curve(program, n, force);
-            assert_relative_eq!(
-                value(&curve, UnloadingSlope::default()).unwrap(),
-                k2,
-                max_relative = 1e-9
-            );
+            assert_relative_eq!(value(&curve, UnloadingSlope).unwrap(), k2, max_relative = 1e-9);
             let returned = 0.5 * u * (k * u - 0.25 * k2 * u);
             let lost = 0.5 * k * u * u - returned;
             assert_relative_eq!(
-                value(&curve, HysteresisEnergy::default()).unwrap(),
+                value(&curve, HysteresisEnergy).unwrap(),
                 lost,
                 max_relative = 1e-9
             );
         }
     }
     let elastic = curve(&[(1.0, u), (2.0, 0.0)], 10, |_, x| k * x);
-    assert!(value(&elastic, HysteresisEnergy::default()).unwrap().abs() < 1e-12 * k * u * u);
-}
-
-/// Three cycles with other stiffnesses of unloading, and holds with other relaxed fractions: a number chooses the branch.
-#[test]
-fn a_number_chooses_the_branch() {
-    let (k, u) = (1000.0, 0.04);
-    // loading with k from the force 0, a drop of the force during the hold, unloading with the stiffness k₂ to half the
-    // displacement; then a return to the start of the next cycle without force
-    let (stiffness, drop) = ([1500.0, 1800.0, 2100.0], [0.1, 0.2, 0.3]);
-    let program: Vec<(f64, f64)> = (0..3)
-        .flat_map(|cycle| {
-            let t = 4.0 * f64::from(cycle);
-            [(t + 1.0, u), (t + 2.0, u), (t + 3.0, 0.5 * u), (t + 4.0, 0.5 * u)]
-        })
-        .collect();
-    let force = |t: f64, x: f64| {
-        let cycle = ((t / 4.0 - 1e-9).max(0.0) as usize).min(2);
-        let (since, held) = (t - 4.0 * cycle as f64, k * u * (1.0 - drop[cycle]));
-        match since {
-            s if s <= 1.0 => k * x,
-            s if s <= 2.0 => k * u + (held - k * u) * (s - 1.0),
-            s if s <= 3.0 => held - stiffness[cycle] * (u - x),
-            _ => held - stiffness[cycle] * 0.5 * u,
-        }
-    };
-    let curve = curve(&program, 40, force);
-    for (number, (k2, drop)) in (1..).zip(stiffness.into_iter().zip(drop)) {
-        let slope = value(&curve, UnloadingSlope::of_unloading(number).unwrap()).unwrap();
-        assert_relative_eq!(slope, k2, max_relative = 1e-9);
-        // every second hold is the hold of the unloaded specimen
-        let relaxed = RelaxedFraction::of_hold(2 * number - 1).unwrap();
-        assert_relative_eq!(value(&curve, relaxed).unwrap(), drop, max_relative = 1e-6);
-        let held = k * u * (1.0 - drop);
-        let returned = 0.5 * u * (held - 0.25 * k2 * u);
-        let from = if number == 1 { 0.0 } else { 0.5 * u };
-        // the force jumps to k u/2 within the first reading of a later cycle: the trapezoidal rule cuts the corner
-        let before = if number == 1 { 0.0 } else { force(4.0 * f64::from(number - 1), 0.5 * u) };
-        let cut = if number == 1 { 0.0 } else { 0.5 * (before - k * from) * 0.5 * u / 40.0 };
-        let energy = value(&curve, HysteresisEnergy::of_cycle(number).unwrap()).unwrap();
-        let lost = 0.5 * k * (u * u - from * from) + cut - returned;
-        assert_relative_eq!(energy, lost, max_relative = 1e-9);
-    }
-    assert!(value(&curve, UnloadingSlope::of_unloading(4).unwrap()).is_err());
-    assert!(value(&curve, RelaxedFraction::of_hold(7).unwrap()).is_err());
-    assert!(
-        UnloadingSlope::of_unloading(0).is_none() && HysteresisEnergy::of_cycle(1001).is_none()
-    );
+    assert!(value(&elastic, HysteresisEnergy).unwrap().abs() < 1e-12 * k * u * u);
 }
 
 #[test]
@@ -154,9 +103,9 @@ fn derivatives_are_those_of_the_values() {
     let quantities = [
         at(0.2),
         at(3.0),
-        Quantity::new(RelaxedFraction::default()),
-        Quantity::new(UnloadingSlope::default()),
-        Quantity::new(HysteresisEnergy::default()),
+        Quantity::new(RelaxedFraction),
+        Quantity::new(UnloadingSlope),
+        Quantity::new(HysteresisEnergy),
     ];
     let values = |maxwell: f64| {
         Qois::values_of(&curve(&PROGRAM, 30, solid(maxwell)), 0.3, &quantities).unwrap()
@@ -205,7 +154,7 @@ fn quantities_of_the_peak_leave_out_unloading_and_reloading() {
 #[test]
 fn a_curve_without_peak_has_quantities_that_need_none() {
     let hold = curve(&PROGRAM[..2], 20, solid(MAXWELL));
-    assert!(value(&hold, RelaxedFraction::default()).is_ok());
+    assert!(value(&hold, RelaxedFraction).is_ok());
     let refused = PeakedCurve::new(&hold, 0.3).map(drop).unwrap_err();
     assert!(matches!(refused, QoiError::NoPeak { end: "end", .. }), "{refused}");
     let quantities = [Quantity::of_the_paper().to_vec(), vec![at(2.0)]].concat();
@@ -216,10 +165,9 @@ fn a_curve_without_peak_has_quantities_that_need_none() {
 fn missing_times_and_branches_are_named() {
     let straight = curve(&[(2.0, 0.2)], 20, |_, x| 1500.0 * x);
     for (quantity, branch) in [
-        (Quantity::new(RelaxedFraction::default()), "no hold"),
-        (Quantity::new(UnloadingSlope::default()), "no unloading"),
-        (Quantity::new(HysteresisEnergy::default()), "no unloading"),
-        (Quantity::new(HysteresisEnergy::of_cycle(2).unwrap()), "no unloading"),
+        (Quantity::new(RelaxedFraction), "no hold"),
+        (Quantity::new(UnloadingSlope), "no unloading"),
+        (Quantity::new(HysteresisEnergy), "no unloading"),
     ] {
         let message = Qois::values_of(&straight, 0.3, std::slice::from_ref(&quantity))
             .unwrap_err()

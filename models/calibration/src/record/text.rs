@@ -23,8 +23,6 @@ pub(super) struct Sheet {
     pub(super) is_decimal_certain: bool,
     /// Descriptions of the detected format.
     pub(super) understood: Vec<String>,
-    /// Names of further sheets, if no option names the sheet of a workbook.
-    pub(super) others: Vec<String>,
 }
 
 /// Separators and decimal signs, in the order in which they are preferred.
@@ -90,7 +88,7 @@ impl Sheet {
         let mut understood = vec![format!("separator {}", separator.name())];
         understood.push(decimal.name().to_owned());
         understood.extend(encoding.map(str::to_owned));
-        Ok(Self { rows, decimal, is_decimal_certain, understood, others: Vec::new() })
+        Ok(Self { rows, decimal, is_decimal_certain, understood })
     }
 
     /// Parses a cell as a finite number; `None` if it is not a finite number.

@@ -33,10 +33,6 @@ pub(super) fn sheet(
         }
         None => names.first().cloned().unwrap_or_default(),
     };
-    let others = match options.sheet {
-        Some(_) => Vec::new(),
-        None => names.into_iter().skip(1).collect(),
-    };
     let range = workbook.worksheet_range(&name).map_err(unreadable)?;
     let first = range.start().map_or(0, |(row, _)| row as usize);
     let rows = range
@@ -44,13 +40,9 @@ pub(super) fn sheet(
         .enumerate()
         .map(|(i, cells)| Row { line: first + i + 1, cells: cells.iter().map(text).collect() });
     let filled = |row: &Row| row.cells.iter().any(|cell| !cell.is_empty());
-    let which = match others.len() {
-        0 => String::new(),
-        further => format!(" (the first of {})", further + 1),
-    };
-    let understood = vec![format!("sheet {name:?}{which}")];
+    let understood = vec![format!("sheet {name:?}")];
     let rows = rows.filter(filled).collect();
-    Ok(Sheet { rows, decimal: Decimal::Point, is_decimal_certain: false, understood, others })
+    Ok(Sheet { rows, decimal: Decimal::Point, is_decimal_certain: false, understood })
 }
 
 /// Formats a cell as text with a decimal point. A date or a duration becomes a clock time in hours, minutes and seconds,

@@ -9,7 +9,7 @@ pub(super) const DIFFERENT: f64 = 0.02;
 pub(super) const OUTSIDE: f64 = 0.2;
 /// Largest number of readings of a rounded copy that may differ: edited readings. Two tests whose forces differ by much less
 /// than the resolution differ in few rounded readings, too.
-pub(super) const MOST_DIFFERENT: usize = 3;
+const MOST_DIFFERENT: usize = 3;
 /// Smallest number of readings: fewer rounded readings of different tests may agree by chance.
 const LEAST: usize = 20;
 /// Largest resolution of a force, as a fraction of the largest force. With a coarser resolution, forces of different

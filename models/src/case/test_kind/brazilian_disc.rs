@@ -27,11 +27,6 @@ pub struct BrazilianDisc {
     pub contact_deg: f64,
 }
 
-impl BrazilianDisc {
-    /// Jaws that touch the largest arc.
-    pub(super) const LARGEST: Self = Self { contact_deg: MOST_DEG };
-}
-
 impl TestKind for BrazilianDisc {
     fn name(&self) -> &'static str {
         "brazilian-disc"
@@ -70,18 +65,6 @@ impl TestKind for BrazilianDisc {
         }
     }
 
-    fn too_coarse(&self, radius_mm: f64, spacing_mm: f64) -> Option<String> {
-        let arc_mm = self.contact_deg.to_radians() * radius_mm;
-        (spacing_mm > arc_mm).then(|| {
-            format!(
-                "The mesh may be refused before the first run: specimen.spacing_mm = {spacing_mm} is larger than the arc of \
-                 {arc_mm:.3} mm under a jaw (test.kind.brazilian-disc.contact_deg = {}). Reduce the spacing to a third of the \
-                 arc, or increase contact_deg.",
-                self.contact_deg
-            )
-        })
-    }
-
     fn add_surfaces(&self, mesh: &mut TetMesh) -> Result<(), String> {
         let Some(side) = mesh.surfaces.get("side") else {
             return Err("the mesh has no surface \"side\" for the jaws".to_owned());
@@ -103,7 +86,7 @@ impl TestKind for BrazilianDisc {
         });
         let stated = (right - left) * half * (top - bottom);
         for (name, faces) in &jaws {
-            let covered = faces.iter().fold(0.0, |sum, face| sum + area(mesh, face)) / stated;
+            let covered = faces.iter().map(|face| area(mesh, face)).sum::<f64>() / stated;
             if !COVERED.contains(&covered) {
                 return Err(format!(
                     "the faces of the mesh under {name} cover {covered:.1} times the arc of \

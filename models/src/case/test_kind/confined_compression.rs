@@ -39,11 +39,6 @@ impl TestKind for ConfinedCompression {
         )
     }
 
-    /// The confinement rests before the top moves, and a measured curve of a program begins with the first movement.
-    fn follows_programs(&self) -> bool {
-        false
-    }
-
     fn surfaces(&self) -> &'static [&'static str] {
         &["bottom", "side", "top"]
     }

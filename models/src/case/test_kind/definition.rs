@@ -8,8 +8,7 @@ use super::super::conditions::{ConditionsCase, PrescribeCase};
 /// Keys outside `test.kind` on which the conditions of a kind depend.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TestSetting {
-    /// `test.displacement_mm`, or the largest displacement of `test.program`; NaN in a case without both, which the
-    /// validation refuses.
+    /// `test.displacement_mm`; NaN in a case without this key, which the validation refuses.
     pub(crate) displacement_mm: f64,
     /// Duration of the test in s.
     pub(crate) duration_s: f64,
@@ -36,12 +35,6 @@ pub(crate) trait TestKind {
     /// Describes the test for `breccia check`; the displacement follows the text.
     fn in_words(&self) -> String;
 
-    /// Whether the moving surface can follow `test.program`. The displacements of the program then replace a displacement
-    /// that grows in proportion to the time.
-    fn follows_programs(&self) -> bool {
-        true
-    }
-
     /// Surfaces that the specimen must have.
     fn surfaces(&self) -> &'static [&'static str];
 
@@ -57,11 +50,6 @@ pub(crate) trait TestKind {
     /// Coordinates along x (mm) where the mesh of a block must have nodes.
     fn planes_mm(&self) -> Vec<f64> {
         Vec::new()
-    }
-
-    /// Returns a warning if elements of this size may be larger than a surface of the test. The specimen is a cylinder.
-    fn too_coarse(&self, _radius_mm: f64, _spacing_mm: f64) -> Option<String> {
-        None
     }
 
     /// Adds the surfaces of the conditions that the mesh does not have yet.

@@ -21,7 +21,7 @@ pub use notched_beam::NotchedBeam;
 use tension_bar::TensionBar;
 
 /// `test.kind`: the kind of a test that is not a compression between platens. The displacement grows in proportion to the
-/// time up to `test.displacement_mm`, or follows `test.program`.
+/// time up to `test.displacement_mm`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum TestKindCase {
@@ -43,14 +43,6 @@ impl TestKindCase {
             Self::BrazilianDisc(kind) => kind,
             Self::NotchedBeam(kind) => kind,
             Self::ConfinedCompression(kind) => kind,
-        }
-    }
-
-    /// Returns the kind with surfaces that a mesh of few elements has, too: jaws touch the largest arc.
-    pub(crate) fn on_few_elements(self) -> Self {
-        match self {
-            Self::BrazilianDisc(_) => Self::BrazilianDisc(BrazilianDisc::LARGEST),
-            kind => kind,
         }
     }
 }

@@ -1,10 +1,8 @@
 //! Checks of quantities of interest, design, surrogate and sampler.
 
 use ::surrogate::OrderRule;
-use fem_image::listed;
 
 use super::super::{CaseFile, DesignCase, DiscrepancyCase, Likelihood, Mistakes, SequentialCase};
-use super::corners::check_corners;
 use super::program::check_branches;
 use crate::error::InputError;
 use crate::qoi::{Extent, Quantity, RelativeForce};
@@ -30,7 +28,8 @@ impl CaseFile {
             self.check_prior(prior, &mut of_prior);
             let of_prior = of_prior.into_vec();
             if of_prior.is_empty() {
-                mistakes.note(check_corners(self));
+                mistakes.note(self.check_fractions());
+                mistakes.note(self.check_strengths());
             }
             of_prior.into_iter().for_each(|mistake| mistakes.note(Err(mistake)));
         }
@@ -142,7 +141,7 @@ impl CaseFile {
     }
 
     fn check_quantities(&self, quantities: &[Quantity]) -> Result<(), InputError> {
-        let shown = listed(quantities.iter().map(Quantity::to_string), ", ");
+        let shown = quantities.iter().map(Quantity::to_string).collect::<Vec<_>>().join(", ");
         let refuse = |problem: &str| {
             let help = "Name each once, as in quantities = [\"slope\", \"peak-force\"].";
             Err(self.error("qoi.quantities", format!("[{shown}]"), problem, help))
@@ -234,8 +233,8 @@ impl CaseFile {
         for (quantity, &percent) in &discrepancy.percent {
             let key = format!("calibration.discrepancy.percent.{quantity}");
             if !compared.contains(quantity) {
-                let names = listed(compared.iter().map(Quantity::to_string), ", ");
-                let help = format!("The compared quantities are: {names}.");
+                let names: Vec<String> = compared.iter().map(Quantity::to_string).collect();
+                let help = format!("The compared quantities are: {}.", names.join(", "));
                 return Err(self.error(&key, percent.to_string(), "is not compared", help));
             }
             let help = "It is the standard deviation of the model's error in %: 3.0 for an error of 3 %. \

@@ -1,7 +1,5 @@
 //! Checks of `[conditions]`.
 
-use fem_image::listed;
-
 use super::super::{CaseFile, ConditionsCase, ExtensometerCase, LineCase, TimeTable, Toe};
 use crate::error::{InputError, closest};
 
@@ -129,15 +127,15 @@ impl CaseFile {
         let hint = hint.map(|name| format!("Did you mean {name:?}? ")).unwrap_or_default();
         let help = match (specimen.mesh.is_some(), names.is_empty()) {
             (false, _) if specimen.block_mm.is_some() => {
-                format!("{hint}The block has the surfaces {}.", listed(&names, ", "))
+                format!("{hint}The block has the surfaces {}.", names.join(", "))
             }
-            (false, _) => format!("{hint}A cylinder has the surfaces {}.", listed(&names, ", ")),
+            (false, _) => format!("{hint}A cylinder has the surfaces {}.", names.join(", ")),
             (true, true) => {
                 "Name the mesh's physical surfaces: specimen.surfaces = { bottom = 11 }.".to_owned()
             }
             (true, false) => format!(
                 "{hint}specimen.surfaces names {}: add it there with its physical group.",
-                listed(&names, ", ")
+                names.join(", ")
             ),
         };
         let key = format!("conditions.{key}");

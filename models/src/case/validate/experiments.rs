@@ -1,7 +1,5 @@
 //! Checks of the specimens, measured or virtual.
 
-use fem_image::listed;
-
 use super::super::{CaseFile, Mistakes, Parameter, SpecimenGeometry, VirtualCase};
 use crate::error::InputError;
 
@@ -139,7 +137,7 @@ impl CaseFile {
                     &key,
                     "",
                     "is not calibrated",
-                    format!("[prior] has: {}.", listed(prior.names(), ", ")),
+                    format!("[prior] has: {}.", prior.names().collect::<Vec<_>>().join(", ")),
                 )),
             }
         };

@@ -1,7 +1,6 @@
 //! Checks of the interfaces between regions.
 
 use fem::FemError;
-use fem_image::listed;
 
 use super::super::{Case, InterfaceCase};
 
@@ -26,7 +25,7 @@ pub(super) fn check_interface(
         Err(WrongInterface { key, value, problem, help })
     };
     let Some(regions) = InterfaceCase::regions(name, &case.material) else {
-        let materials = listed(case.material.keys(), ", ");
+        let materials = case.material.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
         let help = format!(
             "Write [interface.matrix-grain]: two materials joined by a hyphen. The materials are: {materials}."
         );

@@ -1,16 +1,10 @@
 //! Checks of a case: ranges, units and consistency of its keys.
-//!
-//! 1. `conditions`, `interface`, `machine`, `material`, `program`, `test_kind`: single tables
-//! 2. `simulation`, `corners`, `prior`, `calibration`: the simulation of a run, and the box of the priors
-//! 3. `experiments`, `microstructure`, `outside`, `several_tests`, `validation`: specimens, other sources of runs, other tests
 
 mod calibration;
 mod conditions;
-mod corners;
 mod experiments;
 mod interface;
 mod machine;
-mod material;
 mod microstructure;
 mod outside;
 mod prior;
@@ -21,14 +15,12 @@ mod test_kind;
 mod validation;
 
 use fem::VOID;
-use fem_image::listed;
 
 use interface::{WrongInterface, check_interface};
 
-use super::{CaseFile, CovarianceCase, Mistakes, SpecimenGeometry};
+use super::{CaseFile, Mistakes, SpecimenGeometry};
 use crate::error::{InputError, closest};
 use machine::check_machine;
-use material::check_material;
 use several_tests::check_tests;
 use validation::check_validation;
 
@@ -68,11 +60,6 @@ impl CaseFile {
             let key = "calibration.between_tests";
             mistakes.note(Err(self.error(key, parameter.to_string(), problem, help)));
         }
-        if self.case.calibration.covariance == CovarianceCase::Pooled {
-            let problem = "pools the covariances of several tests, but the case has one test";
-            let help = "Add the tests as [[tests]], or remove the key.";
-            mistakes.note(Err(self.error("calibration.covariance", "pooled", problem, help)));
-        }
         let geometry = match self.geometry() {
             Ok(geometry) => Some(geometry),
             Err(mistake) => {
@@ -93,7 +80,7 @@ impl CaseFile {
         }
         if self.case.is_built_in() {
             for (region, material) in &self.case.material {
-                check_material(self, region, material, &mut mistakes);
+                self.check_material(region, material, &mut mistakes);
             }
             self.check_test(&mut mistakes);
         }
@@ -156,7 +143,7 @@ impl CaseFile {
                 VOID => "has no region: voids are no part of the mesh",
                 _ => "belongs to no region of the specimen",
             },
-            format!("{hint}The regions are: {}.", listed(regions, ", ")),
+            format!("{hint}The regions are: {}.", regions.join(", ")),
         ))
     }
 

@@ -2,8 +2,6 @@
 
 use std::path::Path;
 
-use fem_image::listed;
-
 use super::super::{CaseFile, MachineCase, Mistakes, Parameter, PriorCase, Template};
 use crate::error::{InputError, absence};
 use crate::qoi::Quantity;
@@ -279,7 +277,7 @@ fn check_placeholders(file: &CaseFile) -> Result<(), InputError> {
     let in_command: Vec<&str> = allowed().chain(["input"]).collect();
     for (word, written) in words.iter().zip(&simulator.command) {
         word.check(&in_command).map_err(|bad| {
-            let help = format!("Placeholders are: {}.", listed(&in_command, ", "));
+            let help = format!("Placeholders are: {}.", in_command.join(", "));
             file.error(
                 "simulator.command",
                 written,
@@ -305,7 +303,7 @@ fn check_placeholders(file: &CaseFile) -> Result<(), InputError> {
             let help = format!(
                 "Placeholders are: {}; formats are :e, :.6e and :.4f. Doubled braces, as in {{{{name}}}}, write \
                  the name in braces.",
-                listed(&in_input, ", ")
+                in_input.join(", ")
             );
             InputError::new(&path, location, bad.written, bad.problem, help)
         })?;

@@ -3,11 +3,11 @@
 use fem::FemError;
 use ppl::Univariate;
 
-use super::super::{Case, CaseFile, Mistakes, Parameter, PriorCase, SimulationParts, TargetError};
-use super::corners::shift_error;
+use super::super::{
+    Case, CaseFile, MaterialCase, Mistakes, Parameter, PriorCase, SimulationParts, TargetError,
+};
 use super::interface::{WrongInterface, check_interface};
 use super::machine::check_machine;
-use super::material::check_in_fem;
 use crate::error::InputError;
 use crate::prior::{Prior, PriorBounds};
 
@@ -151,10 +151,10 @@ impl CaseFile {
         };
         for (region, material) in self.case.material.iter().filter(changed) {
             // the check of the material reports a mistake that does not depend on the parameter
-            if check_in_fem(self, region, material).is_err() {
+            if self.in_fem(region, material).is_err() {
                 continue;
             }
-            match check_in_fem(self, region, &simulation.material[region]) {
+            match self.in_fem(region, &simulation.material[region]) {
                 Ok(()) => {}
                 Err(FemError::OutOfRange { entity, field, value, requirement }) => {
                     let is_parameter = parameter.path().ends_with(&format!(".{field}"));
@@ -173,11 +173,14 @@ impl CaseFile {
                 Err(other) => return refuse(other.to_string(), "Choose another value."),
             }
         }
-        let error_of_shift = |parts: &SimulationParts| {
-            parts.material.values().find_map(|material| shift_error(material, parts))
+        // a shift depends on constants of its material and on the temperature of the test
+        let shift_error = |parts: &SimulationParts| {
+            let celsius = parts.test.temperature_celsius?;
+            let series = parts.material.values().filter_map(|m| m.viscoelastic.as_ref());
+            { series }.find_map(|series| series.shift.as_ref()?.validate("test", celsius).err())
         };
-        if error_of_shift(&self.case.simulation_parts()).is_none()
-            && let Some(error) = error_of_shift(&simulation)
+        if shift_error(&self.case.simulation_parts()).is_none()
+            && let Some(error) = shift_error(&simulation)
         {
             return refuse(error.to_string(), "Choose another value.");
         }
@@ -221,6 +224,87 @@ impl CaseFile {
         }
     }
 
+    /// Refuses priors of the fractions of a Prony series if the sum of all upper bounds is 1 or more: no long-term
+    /// modulus would remain. The check of a single bound uses the values of the case for the other fractions.
+    pub(super) fn check_fractions(&self) -> Result<(), InputError> {
+        let Some(prior) = self.case.whole_prior().filter(|_| self.case.is_built_in()) else {
+            return Ok(());
+        };
+        let mut simulation = self.case.simulation_parts();
+        for (parameter, parameter_prior) in prior.iter() {
+            let path = parameter.to_string();
+            if path.contains(".viscoelastic.") && path.ends_with(".fraction") {
+                let [_, upper] = parameter_prior.range();
+                // `check_parameter` reports a parameter that cannot be set
+                let _ = parameter.set(&mut simulation, upper);
+            }
+        }
+        let changed = |(region, _): &(&String, &_)| {
+            simulation.material[*region] != self.case.material[*region]
+        };
+        for (region, material) in self.case.material.iter().filter(changed) {
+            if self.in_fem(region, material).is_err() {
+                continue;
+            }
+            let error = self.in_fem(region, &simulation.material[region]);
+            if let Err(FemError::OutOfRange { field: "fraction", value, .. }) = error {
+                let key = format!("prior.{region}.viscoelastic");
+                let problem =
+                    "is the sum of the upper bounds of all fractions: no long-term modulus remains";
+                let help =
+                    "Lower the upper bounds of the fractions, so that their sum stays below 1.";
+                return Err(self.error(&key, value.to_string(), problem, help));
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses priors with a corner at which the strength of a region is not defined: tensile strength and regularisation
+    /// length have their upper bounds; compressive strength, toughness and Young's modulus have their lower bounds. The
+    /// check of a single bound uses the values of the case for the other parameters.
+    pub(super) fn check_strengths(&self) -> Result<(), InputError> {
+        let Some(prior) = self.case.whole_prior().filter(|_| self.case.is_built_in()) else {
+            return Ok(());
+        };
+        let mut simulation = self.case.simulation_parts();
+        let mut names = Vec::new();
+        for (parameter, parameter_prior) in prior.iter() {
+            let path = parameter.to_string();
+            let [lower, upper] = parameter_prior.range();
+            let is_of = |key: &str| path.ends_with(key);
+            let value = if is_of(".strength.tensile_mpa") || path == "phase_field.length_mm" {
+                upper
+            } else if [".strength.compressive_mpa", ".toughness_n_per_mm", ".young_mpa"]
+                .into_iter()
+                .any(is_of)
+            {
+                lower
+            } else {
+                continue;
+            };
+            // `check_parameter` reports a parameter that cannot be set
+            let _ = parameter.set(&mut simulation, value);
+            names.push(format!("{path} = {value}"));
+        }
+        // the check of the material reports a strength that the case itself does not allow
+        let is_checked = |(region, material): &(&String, &MaterialCase)| {
+            material.strength.is_some() && self.in_fem(region, &self.case.material[*region]).is_ok()
+        };
+        for (region, material) in simulation.material.iter().filter(is_checked) {
+            let checked = material
+                .in_fem()
+                .and_then(|material| material.validate(region, simulation.phase_field.as_ref()));
+            if let Err(error) = checked {
+                let key = format!("prior.{region}.strength");
+                let problem = format!("is not possible in a corner of the priors: {error}");
+                let help =
+                    "Narrow the ranges, so that every combination of their bounds is possible.";
+                return Err(self.error(&key, names.join(", "), problem, help));
+            }
+        }
+        Ok(())
+    }
+
     /// Checks that the parameter exists in the case.
     fn check_parameter(&self, key: &str, parameter: &Parameter) -> Result<(), InputError> {
         let set = parameter.set(&mut self.case.simulation_parts(), 1.0);
@@ -255,7 +339,7 @@ mod tests {
         for (constant, key) in [
             (
                 "viscoelastic.shear = [{ fraction = 0.3, time_s = -0.1 }]",
-                "material.matrix.viscoelastic.shear[0].time_s = -0.1",
+                "material.matrix.viscoelastic.shear.time_s = -0.1",
             ),
             ("viscosity_mpa_s = -1.0", "material.matrix.viscosity_mpa_s = -1"),
             (

@@ -1,8 +1,6 @@
 //! Checks of a case with several tests: checks of each test, and of the keys that apply to all
 //! tests.
 
-use fem_image::listed;
-
 use super::super::several_tests::{TestMistake, check_name, is_reserved, read_tests};
 use super::super::validation::validation_case;
 use super::super::{
@@ -69,7 +67,7 @@ fn check_entries_of_tests(file: &CaseFile, names: &[&str], mistakes: &mut Mistak
     let candidates = candidates.map(|own| ("further_tests.candidate", &own.name, &own.test));
     for (table, name, test) in validations.chain(candidates) {
         let key = format!("{table} ({name}).test");
-        let help = format!("Write test = \"…\" beside name, with one of: {}.", listed(names, ", "));
+        let help = format!("Write test = \"…\" beside name, with one of: {}.", names.join(", "));
         match test {
             Some(test) if names.contains(&test.as_str()) => {}
             Some(test) => {
@@ -94,10 +92,7 @@ fn check_entries_of_tests(file: &CaseFile, names: &[&str], mistakes: &mut Mistak
     }
     let prior = file.case.whole_prior().unwrap_or_default();
     for (parameter, width) in file.case.further_tests.width90.iter() {
-        let of_test = |test: &TestEntry| {
-            test.prior.get(parameter).is_some()
-                || test.parameters.contains_key(&parameter.to_string())
-        };
+        let of_test = |test: &TestEntry| test.prior.get(parameter).is_some();
         if prior.get(parameter).is_none() && !file.case.tests.iter().any(of_test) {
             let key = format!("further_tests.width90.{parameter}");
             let help = "Name a parameter of [prior], or of the prior of a test.";
@@ -129,7 +124,7 @@ fn in_words(mistakes: Vec<TestMistake>, tests: usize) -> Vec<InputError> {
         if of.len() == tests {
             return error;
         }
-        let place = format!("tests ({})", listed(&of, ", "));
+        let place = format!("tests ({})", of.join(", "));
         let place = match error.place.is_empty() {
             true => place,
             false => format!("{place}.{}", error.place),

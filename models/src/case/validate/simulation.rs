@@ -1,8 +1,8 @@
-//! Checks of specimen, test and solver.
+//! Checks of specimen, materials, test and solver.
 
-use fem::{FemError, Packing, PhaseField, Platens, Segmentation};
+use fem::{FemError, Fracture, Packing, PhaseField, Platens, Segmentation, Unsupported};
 
-use super::super::{Case, CaseFile, Mistakes, NotchCase, SpecimenGeometry};
+use super::super::{Case, CaseFile, MaterialCase, Mistakes, NotchCase, Property, SpecimenGeometry};
 use super::program::check_program;
 use super::test_kind::check_kind;
 use crate::error::InputError;
@@ -192,6 +192,120 @@ impl CaseFile {
         Ok(())
     }
 
+    pub(super) fn check_material(&self, region: &str, m: &MaterialCase, mistakes: &mut Mistakes) {
+        let mut is_complete = true;
+        for (property, value) in [(Property::Young, m.young_mpa), (Property::Poisson, m.poisson)] {
+            let key = format!("material.{region}.{}", property.key());
+            let mistake = match (value, m.law.has_constants()) {
+                (None, false) => {
+                    let help = format!("Add it. {}", property.help());
+                    self.error(&key, "", "is missing", help)
+                }
+                (Some(value), true) => self.error(
+                    &key,
+                    value.to_string(),
+                    "is given, but the law has constants of its own",
+                    "Remove it: the constants of the law determine the stiffness.",
+                ),
+                _ => continue,
+            };
+            is_complete = false;
+            mistakes.note(Err(mistake));
+        }
+        if m.viscoelastic.is_some() && m.plastic.is_some() {
+            is_complete = false;
+            mistakes.note(Err(self.error(
+                &format!("material.{region}.plastic"),
+                "",
+                "cannot be combined with viscoelastic",
+                "A region is viscoelastic or plastic: remove one of the two.",
+            )));
+        }
+        if let Some(shift) = m.viscoelastic.as_ref().and_then(|series| series.shift) {
+            mistakes.note(self.check_shift(region, &shift));
+        }
+        if is_complete {
+            let checked = self.in_fem(region, m);
+            mistakes.note(checked.map_err(|error| self.material_error(region, error)));
+        }
+        // `fem` does not check these constants of a region without a toughness
+        if m.toughness_n_per_mm.is_none() {
+            let checked = Fracture {
+                toughness_n_per_mm: 1.0,
+                viscosity_mpa_s: m.viscosity_mpa_s,
+                residual_stiffness: m.residual_stiffness,
+            };
+            mistakes
+                .note(checked.validate(region).map_err(|error| self.material_error(region, error)));
+        }
+    }
+
+    /// Checks that the time shift of a region has a temperature at which it is valid.
+    fn check_shift(&self, region: &str, shift: &fem::TimeShift) -> Result<(), InputError> {
+        let Some(celsius) = self.case.test.temperature_celsius else {
+            return Err(self.error(
+                "test.temperature_celsius",
+                "",
+                format!("is missing, but material.{region}.viscoelastic.shift depends on it"),
+                "Add the temperature of the test in °C, or leave the shift out.",
+            ));
+        };
+        match shift.validate("test", celsius) {
+            // the check of the material reports the reference temperature with its key
+            Ok(()) | Err(FemError::OutOfRange { field: "reference_celsius", .. }) => Ok(()),
+            Err(error) => {
+                let key = format!("material.{region}.viscoelastic.shift");
+                let help = "Check its constants and the temperature.";
+                Err(self.error(&key, "", error.to_string(), help))
+            }
+        }
+    }
+
+    /// Checks a material of a region with the checks of `fem`.
+    pub(super) fn in_fem(&self, region: &str, material: &MaterialCase) -> Result<(), FemError> {
+        material.in_fem()?.validate(region, self.case.phase_field.as_ref())
+    }
+
+    /// Returns an error of `fem` about a material with the key of the case.
+    fn material_error(&self, region: &str, error: FemError) -> InputError {
+        match error {
+            FemError::OutOfRange { entity, field, value, requirement }
+                if entity.starts_with(&format!("material.{region}.")) =>
+            {
+                let (key, problem) =
+                    (format!("{entity}.{field}"), format!("must be {requirement}"));
+                let is_strength = entity.ends_with(".strength");
+                let page = if is_strength { "strength" } else { "memory" };
+                let help = format!("See docs/how-to/{page}.md.");
+                self.error(&key, value.to_string(), problem, help)
+            }
+            FemError::OutOfRange { field, value, requirement, .. } => {
+                let property = Property::ALL.into_iter().find(|p| p.key() == field);
+                let table = if property.is_some() { "" } else { "law.ogden.terms." };
+                let help = property.map_or("Leave the term out.", Property::help);
+                let key = format!("material.{region}.{table}{field}");
+                self.error(&key, value.to_string(), format!("must be {requirement}"), help)
+            }
+            FemError::Unsupported { reason, .. } => {
+                let key = match reason {
+                    Unsupported::StrengthWithoutToughness
+                    | Unsupported::StrengthOfInelasticLaw
+                    | Unsupported::StrengthOfField
+                    | Unsupported::StrengthLength { .. } => "strength",
+                    Unsupported::PlasticLaw => "plastic",
+                    Unsupported::ViscoelasticLaw => "viscoelastic",
+                    _ => "law",
+                };
+                let key = format!("material.{region}.{key}");
+                self.error(&key, "", reason.to_string(), sentence(reason.help()))
+            }
+            other => {
+                let key = format!("material.{region}");
+                self.error(&key, "", other.to_string(), "Check its numbers.")
+            }
+        }
+    }
+
     pub(super) fn check_test(&self, mistakes: &mut Mistakes) {
         let Case { phase_field, test, solver, .. } = &self.case;
         match self.case.test.kind {
@@ -357,4 +471,11 @@ impl CaseFile {
         let (key, velocity) = ("test.slip_velocity_mm_per_s", test.slip_velocity_mm_per_s);
         mistakes.note(self.within(key, velocity, 1e-9, 1e6, "mm/s", help));
     }
+}
+
+/// Turns a clause into a sentence: adds a capital first letter and a full stop.
+fn sentence(clause: &str) -> String {
+    let mut letters = clause.chars();
+    let first = letters.next().into_iter().flat_map(char::to_uppercase);
+    first.chain(letters).chain(['.']).collect()
 }

@@ -15,7 +15,7 @@ pub(super) fn check_kind(file: &CaseFile, kind: TestKindCase, mistakes: &mut Mis
     let refused = [
         (is_written, "conditions", "The kind has its own conditions: remove one of the two."),
         (
-            case.test.program.is_some() && !kind.follows_programs(),
+            case.test.program.is_some(),
             "test.program",
             "Give displacement_mm and duration_s, or write the test as [conditions] with a table of times.",
         ),
@@ -29,21 +29,11 @@ pub(super) fn check_kind(file: &CaseFile, kind: TestKindCase, mistakes: &mut Mis
         mistakes.note(Err(file.error(key, "", problem, help)));
         return;
     }
-    let forces = case.test.program.iter().flatten().map(|point| point.force_n);
-    if let Some((k, force_n)) = forces.enumerate().find_map(|(k, force_n)| Some((k, force_n?))) {
-        let help = "Give displacement_mm at each point of the program: only platens are controlled by force.";
-        let key = format!("test.program[{k}].force_n");
-        mistakes.note(Err(file.error(&key, force_n.to_string(), problem, help)));
-        return;
-    }
     let key = "test.displacement_mm";
     match case.test.displacement_mm {
-        // `check_program` checks the displacements of a program
-        None if case.test.program.is_some() => {}
         None => {
             let problem = format!("is missing: test.kind = {name} needs it");
-            let help =
-                "It is the displacement at the end of the test; test.program can replace it.";
+            let help = "It is the displacement at the end of the test.";
             mistakes.note(Err(file.error(key, "", problem, help)));
         }
         Some(value) => {

@@ -6,7 +6,7 @@ use rand::{Rng, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
-use surrogate::{Column, Dataset, DesignMethod, Input, Role};
+use surrogate::{Dataset, DesignMethod, Input};
 
 use super::*;
 use crate::case::SurrogateCase;
@@ -60,17 +60,18 @@ impl Laboratory {
             (0..self.count).map(|_| Grains::draw(rng, self.scatter)).collect();
         let outputs = vec!["slope_N_per_mm".into(), "displacement_at_peak_mm".into()];
         let mut runs = Dataset::new(prior(), outputs, "emulated").unwrap();
-        let columns =
-            vec![Column::new(Role::Group, SEED), Column::new(Role::Covariate, STIFFNESS_RATIO)];
-        runs = runs.with_columns(columns).unwrap();
+        runs = runs.with_notes(&[SEED, STIFFNESS_RATIO]).unwrap();
         let design = DesignMethod::LatinHypercube.sample(&prior(), RUNS, self.seed).unwrap();
         let turns = in_turn(RUNS, self.count, self.seed);
         for (i, (x, place)) in design.iter().zip(turns).enumerate() {
             let noise = [(); 2].map(|()| 0.001 * rng.sample::<f64, _>(StandardNormal));
             let y = grains[place].quantities([x[0], x[1]], noise);
-            let group = if shared { place } else { i } as u64;
-            let ratio = self.knows_ratio.then(|| 1.5 * grains[place].ratio.exp());
-            runs.push_described(x, &y, &[group.into(), ratio.into()]).unwrap();
+            let name = if shared { place } else { i }.to_string();
+            let ratio = match self.knows_ratio {
+                true => (1.5 * grains[place].ratio.exp()).to_string(),
+                false => String::new(),
+            };
+            runs.push_noted(x, &y, &[&name, &ratio]).unwrap();
         }
         runs
     }

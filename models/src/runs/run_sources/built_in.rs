@@ -4,7 +4,6 @@ use std::borrow::Cow;
 
 use fem::RunRecord;
 
-use crate::case_inputs::CaseInputs;
 use crate::pipeline::inputs::Inputs;
 use crate::results_folder::error::WorkflowError;
 use crate::runs::ensemble_runs::run_named;

@@ -12,7 +12,6 @@ use fem::{End, EnsembleState, FemError, Outcome, RunInput, RunRecord, RunStatus}
 use super::process::{ProcessEnd, run_process};
 use super::result_file::{ProgramResult, read_result};
 use crate::case::{SimulatorCase, Template, Value};
-use crate::case_inputs::CaseInputs;
 use crate::pipeline::inputs::Inputs;
 use crate::pipeline::run_key::RunKey;
 use crate::results_folder::error::WorkflowError;
@@ -41,7 +40,7 @@ struct Program {
 }
 
 /// Keys of `[simulator]` that change the result of a run.
-pub(crate) const KEYS_OF_RUNS: [&str; 4] =
+const KEYS_OF_RUNS: [&str; 4] =
     ["simulator.command", "simulator.input", "simulator.files", "simulator.result"];
 
 /// Opens the source, if the case has `[simulator]`.
@@ -61,7 +60,7 @@ pub(super) fn open(inputs: &Inputs<'_>) -> Result<Option<Box<dyn RunSource>>, Wo
     });
     let mut case = case.clone();
     // the program works in another folder; a program without a folder is searched in PATH
-    if has_path(&case.command[0]) {
+    if Path::new(&case.command[0]).components().count() > 1 {
         let from = inputs.case_path().with_file_name("").join(&case.command[0]);
         let program = std::path::absolute(&from).map_err(|e| WorkflowError::io(&from, e))?;
         case.command[0] = program.display().to_string();
@@ -75,11 +74,6 @@ pub(super) fn open(inputs: &Inputs<'_>) -> Result<Option<Box<dyn RunSource>>, Wo
     })))
 }
 
-/// Whether a program is named by its path, and not searched in `PATH`.
-fn has_path(program: &str) -> bool {
-    Path::new(program).components().count() > 1
-}
-
 fn name_of(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
@@ -87,11 +81,7 @@ fn name_of(path: &Path) -> String {
 impl RunSource for Program {
     fn identified(&self, key: RunKey, inputs: &Inputs<'_>) -> RunKey {
         let named = self.case.input.iter().chain(&self.case.files);
-        let mut files: Vec<_> = named.map(|path| path.to_string_lossy()).collect();
-        // a program that is searched in PATH is installed, and no file of the user
-        if has_path(&self.case.command[0]) {
-            files.push(self.case.command[0].as_str().into());
-        }
+        let files: Vec<_> = named.map(|path| path.to_string_lossy()).collect();
         key.and(inputs, &KEYS_OF_RUNS, &files.iter().map(|name| &**name).collect::<Vec<_>>())
     }
 
@@ -349,8 +339,9 @@ pub(crate) fn check_program(case: &Path, program: &str) -> Result<(), String> {
 
 /// Whether a program exists: at its path, or for a plain name in a folder of `PATH`.
 fn is_found(program: &str) -> bool {
-    if has_path(program) {
-        return Path::new(program).is_file();
+    let path = Path::new(program);
+    if path.components().count() > 1 {
+        return path.is_file();
     }
     let folders = std::env::var_os("PATH").unwrap_or_default();
     let folders: Vec<PathBuf> = std::env::split_paths(&folders).collect();
@@ -363,41 +354,6 @@ fn is_found(program: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::case::CaseFile;
-
-    /// The keys of the program are in the identity of its runs, and the contents of its files, also of a program that is
-    /// named by its path.
-    #[test]
-    fn runs_depend_on_the_program_and_its_files() {
-        let dir = tempfile::tempdir().unwrap();
-        let path = |name: &str| dir.path().join(name);
-        let file = CaseFile::default_case();
-        let key = |command: &str, program: &str, input: &str| {
-            std::fs::write(path("solver"), program).unwrap();
-            std::fs::write(path("deck.inp"), input).unwrap();
-            let inputs = Inputs::new(&file, dir.path(), |_| None);
-            let case = SimulatorCase {
-                command: vec![command.to_owned()],
-                input: Some("deck.inp".into()),
-                files: Vec::new(),
-                result: "result.csv".to_owned(),
-                time_limit_s: None,
-                retries: 0,
-            };
-            let program = Program { case, input: None, arguments: Vec::new(), files: Vec::new() };
-            program.identified(RunKey::new(&inputs, &[], &[]), &inputs)
-        };
-        let solver = path("solver").display().to_string();
-        let plain = key(&solver, "a program", "a deck");
-        for name in KEYS_OF_RUNS.into_iter().chain(["deck.inp", &solver]) {
-            assert!(plain.names().any(|named| named == name), "{name}: {plain}");
-        }
-        assert_eq!(key(&solver, "a program", "a deck"), plain);
-        assert_ne!(key(&solver, "another program", "a deck"), plain);
-        assert_ne!(key(&solver, "a program", "another deck"), plain);
-        // a program in PATH is no file of the user
-        assert_eq!(key("solver", "a", "a deck"), key("solver", "b", "a deck"));
-    }
 
     fn runs(count: usize) -> Vec<RunInput> {
         (1..=count).map(|id| RunInput { id, inputs: Vec::new() }).collect()

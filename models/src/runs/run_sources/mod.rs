@@ -12,8 +12,6 @@ mod process;
 mod result_file;
 mod table;
 
-#[cfg(test)]
-pub(crate) use command::KEYS_OF_RUNS;
 pub(crate) use command::check_program;
 pub(crate) use table::ImportedRuns;
 

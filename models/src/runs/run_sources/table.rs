@@ -4,7 +4,6 @@ use std::path::Path;
 
 use fem::{RunEnd, RunRecord, RunStatus, Sensitivities};
 
-use crate::case_inputs::CaseInputs;
 use crate::error::InputError;
 use crate::pipeline::inputs::Inputs;
 use crate::qoi::Quantity;

@@ -7,19 +7,14 @@ use ppl::Posterior;
 use super::evidence::TestEvidence;
 use super::folders;
 use super::model_file::write_model;
-use super::parameters::{FILE, JointParameter};
+use super::parameters::{FILE, JointParameter, path_and_test};
 use super::sources::write_uncertainty;
 use crate::case::{
-    BetweenTestsCase, CaseFile, CovarianceCase, SingleTest, TrendCase, TrendValues, TrendVariable,
-    validation_case,
+    BetweenTestsCase, CaseFile, SingleTest, TrendCase, TrendValues, TrendVariable, validation_case,
 };
-use crate::case_inputs::CaseInputs;
 use crate::error::InputError;
 use crate::forward::prior_sensitivity::{write_evidence, write_sensitivity};
-use crate::fracture::{
-    BetweenTests, JointCalibration, JointTest, JointTests, Scope, ScopedParameter, TrendOverTests,
-    calibrate_joint,
-};
+use crate::fracture::{BetweenTests, JointCalibration, JointTest, TrendOverTests, calibrate_tests};
 use crate::pipeline::inputs::Inputs;
 use crate::pipeline::task::Task;
 use crate::progress::say;
@@ -39,18 +34,13 @@ pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         let bar = ChainsBar::new(settings.chains, label);
         let result = task.on_threads(settings.chains, |threads| {
             let shown = sampler.clone().threads(threads).progress(&bar);
-            let prepared = JointTests::new(tests, between)?;
-            let prepared = match settings.covariance {
-                CovarianceCase::Independent => prepared,
-                CovarianceCase::Pooled => prepared.with_pooled_covariance(),
-            };
-            calibrate_joint(prepared, &shown, burn_in, settings.seed)
+            calibrate_tests(tests, between, &shown, burn_in, settings.seed)
         });
         drop(bar);
         task.check_interrupt()?;
         Ok::<JointCalibration, WorkflowError>(result?)
     };
-    write_model(task, &all, &between, settings.covariance)?;
+    write_model(task, &all, &between)?;
     let joint = calibrated(&all, "draws of all tests")?;
     if !joint.mode.converged {
         let mode = &joint.mode;
@@ -188,12 +178,10 @@ fn write_posterior(task: &Task<'_>, joint: &JointCalibration) -> Result<(), Work
     let warnings = write_summary(task, &mut summary, joint.names.iter().map(String::as_str))?;
     warnings.iter().for_each(|warning| task.warn(warning));
     write_sampling(task, posterior)?;
-    let parameter = |(parameter, prior): (&ScopedParameter, &_)| JointParameter {
-        parameter: parameter.clone(),
-        prior: *prior,
-    };
+    let parameter =
+        |(name, prior): (&String, &_)| JointParameter { name: name.clone(), prior: *prior };
     let parameters: Vec<JointParameter> =
-        joint.parameters.iter().zip(&joint.priors).map(parameter).collect();
+        joint.names.iter().zip(&joint.priors).map(parameter).collect();
     task.write_json(FILE, &parameters)
 }
 
@@ -213,22 +201,21 @@ fn without_coordinates(posterior: &Posterior) -> Posterior {
 /// Writes the mode, and the true medians of virtual specimens, if they are equal in all tests that have the parameter.
 fn write_map(task: &Task<'_>, joint: &JointCalibration) -> Result<(), WorkflowError> {
     let tests = task.inputs.tests()?;
-    let truth = |parameter: &ScopedParameter| {
-        // the value of a test need not lie at the end of a trend
-        let is_trend = matches!(parameter.scope, Scope::TrendEnd(_));
-        let tests = tests.iter().filter(|test| !is_trend && parameter.is_of(&test.name));
+    let truth = |name: &str| {
+        let (path, only) = path_and_test(name);
+        let tests = tests.iter().filter(|test| only.is_none_or(|only| only == test.name));
         let virtual_specimens = tests
             .filter_map(|test| test.file.case.experiments.as_ref()?.virtual_specimens.as_ref());
         let mut values = virtual_specimens.flat_map(|specimens| {
             let truths = specimens.truth.iter();
-            truths.filter(|(other, _)| other.to_string() == parameter.path).map(|(_, truth)| *truth)
+            truths.filter(|(parameter, _)| parameter.to_string() == path).map(|(_, truth)| *truth)
         });
         let first = values.next()?;
         values.all(|value| value == first).then_some(first)
     };
-    let rows = joint.parameters.iter().zip(&joint.map).map(|(parameter, map)| {
-        let truth = truth(parameter).map(|truth| truth.to_string()).unwrap_or_default();
-        [parameter.to_string(), map.to_string(), truth]
+    let rows = joint.names.iter().zip(&joint.map).map(|(name, map)| {
+        let truth = truth(name).map(|truth| truth.to_string()).unwrap_or_default();
+        [name.clone(), map.to_string(), truth]
     });
     task.write_csv("map.csv", ["parameter", "map", "truth"], rows)
 }

@@ -2,11 +2,10 @@
 
 use super::folders;
 use crate::case::{CaseFile, SingleTest};
-use crate::case_inputs::CaseInputs;
-use crate::experiments::data_range::check_range_of_test;
 use crate::forward::fitted::{Fitted, read_experiments};
 use crate::forward::uncertainty::SharedError;
 use crate::fracture::{Evidence, JointTest, column_means};
+use crate::pipeline::gate::check_range_of_test;
 use crate::pipeline::inputs::Inputs;
 use crate::prior::Prior;
 use crate::results_folder::error::WorkflowError;

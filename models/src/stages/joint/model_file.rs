@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 use surrogate::{CoefficientPosterior, DynPce};
 
-use crate::case::CovarianceCase;
 use crate::fracture::{BetweenTests, Evidence, JointTest};
 use crate::pipeline::task::Task;
 use crate::prior::Prior;
@@ -20,8 +19,6 @@ struct JointModelFile<'a> {
     tests: Vec<TestFile<'a>>,
     /// Relation between the values of a parameter in the tests; the tests share all other parameters.
     between_tests: &'a BTreeMap<String, BetweenTests>,
-    /// Whether each test has its own covariance of the specimens, or all tests have one.
-    covariance: CovarianceCase,
 }
 
 /// One test: its forward model and its specimens.
@@ -62,10 +59,9 @@ pub(super) fn write_model(
     task: &Task<'_>,
     tests: &[JointTest],
     between_tests: &BTreeMap<String, BetweenTests>,
-    covariance: CovarianceCase,
 ) -> Result<(), WorkflowError> {
     let tests = tests.iter().map(test_file).collect();
-    task.write_json(FILE, &JointModelFile { tests, between_tests, covariance })
+    task.write_json(FILE, &JointModelFile { tests, between_tests })
 }
 
 fn test_file(test: &JointTest) -> TestFile<'_> {

@@ -1,13 +1,10 @@
 //! Parameters of a joint calibration, for verdict and report.
 
-use std::collections::BTreeMap;
-
 use ppl::diagnostics::{mcse_mean, mcse_quantile, mcse_sd};
 use serde::{Deserialize, Serialize};
 
 use crate::case::Parameter;
 use crate::error::InputError;
-use crate::fracture::{Scope, ScopedParameter};
 use crate::pipeline::inputs::Inputs;
 use crate::prior::Prior;
 use crate::report::CalibratedParameter;
@@ -20,45 +17,28 @@ pub(super) const FILE: &str = "joint/parameters.json";
 /// A parameter of the joint model.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct JointParameter {
-    pub(super) parameter: ScopedParameter,
+    /// Path of the parameter, followed by the name of the test in parentheses for a parameter of one test, or by the end
+    /// of the trend, such as `(at 20 °C)`.
+    pub(super) name: String,
     pub(super) prior: Prior,
 }
 
-/// Reads the parameters of the joint model, in the order of the posterior.
-///
-/// # Errors
-/// Fails if the file is missing or cannot be read.
-pub(super) fn joint_parameters(inputs: &Inputs<'_>) -> Result<Vec<JointParameter>, WorkflowError> {
-    inputs.json(FILE)
-}
-
-/// Symbol and unit of a parameter, with its region, and the name of its test or the end of its trend.
-fn label_of(parameter: &ScopedParameter) -> String {
-    let ScopedParameter { path, scope } = parameter;
-    let parsed: Result<Parameter, _> = path.parse();
-    let label = parsed.map_or_else(|_| path.clone(), |p| p.label_and_unit(true));
-    match scope {
-        Scope::Shared => label,
-        Scope::Test(place) | Scope::TrendEnd(place) => format!("{label}, {place}"),
+/// Path of the parameter, and the name of its test or the end of its trend.
+pub(super) fn path_and_test(name: &str) -> (&str, Option<&str>) {
+    match name.strip_suffix(')').and_then(|rest| rest.split_once(" (")) {
+        Some((path, test)) => (path, Some(test)),
+        None => (name, None),
     }
 }
 
-/// Labels of the parameters of a joint calibration.
-pub(super) struct Labels(BTreeMap<String, String>);
-
-impl Labels {
-    /// Reads the parameters of the joint model.
-    ///
-    /// # Errors
-    /// The errors of [`joint_parameters`].
-    pub(super) fn read(inputs: &Inputs<'_>) -> Result<Self, WorkflowError> {
-        let parameters = joint_parameters(inputs)?.into_iter();
-        Ok(Self(parameters.map(|p| (p.parameter.to_string(), label_of(&p.parameter))).collect()))
-    }
-
-    /// The label of the parameter with this name; the name itself for other quantities of the posterior.
-    pub(super) fn of(&self, name: &str) -> String {
-        self.0.get(name).cloned().unwrap_or_else(|| name.to_owned())
+/// Symbol and unit of a parameter, with its region and the name of its test.
+pub(super) fn label(name: &str) -> String {
+    let (path, test) = path_and_test(name);
+    let parameter: Result<Parameter, _> = path.parse();
+    let label = parameter.map_or_else(|_| path.to_owned(), |p| p.label_and_unit(true));
+    match test {
+        Some(test) => format!("{label}, {test}"),
+        None => label,
     }
 }
 
@@ -67,14 +47,13 @@ impl Labels {
 /// # Errors
 /// Fails if a result is missing or cannot be read.
 pub(super) fn parameters(inputs: &Inputs<'_>) -> Result<Vec<CalibratedParameter>, WorkflowError> {
-    let joint_parameters = joint_parameters(inputs)?;
+    let joint_parameters: Vec<JointParameter> = inputs.json(FILE)?;
     let [draws, summary, map] = ["posterior.csv", "summary.csv", "map.csv"].map(|f| inputs.file(f));
     let (draws, summary, map) = (draws?, summary?, map?);
     let draws = CsvTable::read(&draws, &["chain"])?;
     let summary = CsvTable::read(&summary, &["parameter", "contraction"])?;
     let map = CsvTable::read(&map, &["parameter", "map"])?;
-    let parameter = |JointParameter { parameter, prior }: JointParameter| {
-        let name = parameter.to_string();
+    let parameter = |JointParameter { name, prior }: JointParameter| {
         let chains = chains(&draws, &name)?;
         let slices: Vec<&[f64]> = chains.iter().map(Vec::as_slice).collect();
         let row = summary.named("parameter", &name)?;
@@ -113,22 +92,10 @@ mod tests {
 
     #[test]
     fn a_parameter_of_one_test_is_labelled_with_the_test() {
-        let young = |scope| ScopedParameter { path: "matrix.young_mpa".to_owned(), scope };
-        for (scope, name, label) in [
-            (Scope::Shared, "matrix.young_mpa", "matrix E (MPa)"),
-            // a test may have any name
-            (Scope::Test("a (b)".into()), "matrix.young_mpa (a (b))", "matrix E (MPa), a (b)"),
-            (
-                Scope::TrendEnd("at 20 °C".into()),
-                "matrix.young_mpa (at 20 °C)",
-                "matrix E (MPa), at 20 °C",
-            ),
-        ] {
-            let parameter = young(scope);
-            assert_eq!(parameter.to_string(), name);
-            let labels = Labels([(parameter.to_string(), label_of(&parameter))].into());
-            assert_eq!(labels.of(name), label);
-            assert_eq!(labels.of("sd[slope (slow)]"), "sd[slope (slow)]");
-        }
+        assert_eq!(path_and_test("test.friction (slow)"), ("test.friction", Some("slow")));
+        assert_eq!(path_and_test("matrix.young_mpa"), ("matrix.young_mpa", None));
+        assert_eq!(label("matrix.young_mpa (slow)"), "matrix E (MPa), slow");
+        assert_eq!(label("matrix.young_mpa (at 20 °C)"), "matrix E (MPa), at 20 °C");
+        assert_eq!(label("sd[slope (slow)]"), "sd[slope (slow)]");
     }
 }

@@ -1,12 +1,10 @@
 //! Stage `report` of a case with several tests: one page for all tests.
 
 use super::folders;
-use super::parameters::Labels;
+use super::parameters::label;
 use super::verdict::parameters_and_warnings;
 use crate::case::CaseFile;
-use crate::case_inputs::CaseInputs;
 use crate::error::InputError;
-use crate::forward::shares_table::{SharesOfParameter, read_shares};
 use crate::pipeline::inputs::Inputs;
 use crate::pipeline::task::Task;
 use crate::report::{JointResults, Results, WithoutTest, joint_page};
@@ -26,15 +24,13 @@ pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         inputs.reads_in_folder(&of_test, &folder);
     }
     let case = inputs.case();
-    let labels = Labels::read(inputs)?;
-    let label = |name: &str| labels.of(name);
     let (parameters, warnings) = parameters_and_warnings(inputs, &label)?;
     let names: Vec<&str> = tests.iter().map(|(name, _)| name.as_str()).collect();
     let joint = Results {
         title: format!("Calibration to several tests: {}", names.join(", ")),
         parameters,
         warnings,
-        budget: budget(inputs, &labels)?,
+        budget: budget(inputs)?,
         sensitivities: sensitivities(inputs, &label)?,
         evidence: evidence(inputs)?,
         summary: summary(inputs)?,
@@ -42,23 +38,36 @@ pub(crate) fn run(task: &Task<'_>) -> Result<String, WorkflowError> {
         case_toml: case.to_toml(),
         ..Results::default()
     };
-    let results = JointResults { joint, without: without(inputs, &labels)?, tests };
+    let results = JointResults { joint, without: without(inputs)?, tests };
     task.write("report.html", joint_page(&results))?;
     Ok(task.path("report.html").display().to_string())
 }
 
-/// Contributions to the uncertainty of each parameter, with the labels of the parameters; empty if there is no table.
-fn budget(inputs: &Inputs<'_>, labels: &Labels) -> Result<Vec<SharesOfParameter>, WorkflowError> {
-    let parameters = read_shares(inputs)?.into_iter();
-    Ok(parameters.map(|(name, shares)| (labels.of(&name), shares)).collect())
+/// Label of a parameter, with the share of each source in its variance.
+type Shares = (String, Vec<(String, f64)>);
+
+/// Contributions to the uncertainty of each parameter, in the order of the file; empty if there is no file.
+fn budget(inputs: &Inputs<'_>) -> Result<Vec<Shares>, WorkflowError> {
+    let Some(path) = inputs.file_if_there("uncertainty.csv") else { return Ok(Vec::new()) };
+    let table = CsvTable::read(&path, &["parameter", "source", "share"])?;
+    let mut budget: Vec<Shares> = Vec::new();
+    for row in table.rows() {
+        let label = label(row.text("parameter"));
+        let part = (row.text("source").to_owned(), row.number("share")?);
+        match budget.last_mut() {
+            Some((parameter, sources)) if *parameter == label => sources.push(part),
+            _ => budget.push((label, vec![part])),
+        }
+    }
+    Ok(budget)
 }
 
-fn without(inputs: &Inputs<'_>, labels: &Labels) -> Result<Vec<WithoutTest>, WorkflowError> {
+fn without(inputs: &Inputs<'_>) -> Result<Vec<WithoutTest>, WorkflowError> {
     let path = inputs.file("without_tests.csv")?;
     let table = CsvTable::read(&path, &["parameter", "without"])?;
     let row = |row: TableRow<'_>| {
         Ok(WithoutTest {
-            parameter: labels.of(row.text("parameter")),
+            parameter: label(row.text("parameter")),
             test: row.text("without").to_owned(),
             mean: row.number("mean")?,
             sd: row.number("sd")?,

@@ -5,7 +5,6 @@ use ppl::Univariate;
 
 use super::evidence::TestEvidence;
 use crate::budget::shares;
-use crate::forward::shares_table::{SharesOfParameter, write_shares};
 use crate::forward::uncertainty::{TestSources, sources_of_test};
 use crate::fracture::{JointCalibration, calibration_of_draws};
 use crate::pipeline::task::Task;
@@ -32,12 +31,13 @@ pub(super) fn write_uncertainty(
     let (jacobian, sources) = stacked(tests, joint, &sources_by_test);
     let (names, covariances): (Vec<String>, Vec<DMatrix<f64>>) = sources.into_iter().unzip();
     let Some(shares) = shares(&jacobian, &prior, &covariances) else { return Ok(()) };
-    let of_parameter = |(parameter, shares): (&String, &Vec<f64>)| {
-        (parameter.clone(), names.iter().cloned().zip(shares.iter().copied()).collect())
-    };
-    let parameters: Vec<SharesOfParameter> =
-        joint.names.iter().zip(&shares).map(of_parameter).collect();
-    write_shares(task, &parameters)
+    let rows = joint.names.iter().zip(&shares).flat_map(|(parameter, shares)| {
+        let row = |(source, share): (&String, &f64)| {
+            [parameter.clone(), source.clone(), share.to_string()]
+        };
+        names.iter().zip(shares).map(row).collect::<Vec<_>>()
+    });
+    task.write_csv("uncertainty.csv", ["parameter", "source", "share"], rows)
 }
 
 /// Name of a source of uncertainty, and its covariance.

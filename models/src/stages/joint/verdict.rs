@@ -3,10 +3,8 @@
 use std::collections::BTreeSet;
 
 use super::folders;
-use super::parameters::{joint_parameters, parameters};
+use super::parameters::{parameters, path_and_test};
 use crate::case::CaseFile;
-use crate::case_inputs::CaseInputs;
-use crate::experiments::data_range::is_out_of_range;
 use crate::pipeline::inputs::Inputs;
 use crate::pipeline::task::Task;
 use crate::report::{CalibratedParameter, Qualifier};
@@ -14,6 +12,7 @@ use crate::results_folder::error::WorkflowError;
 use crate::rules::rule::Warning;
 use crate::rules::warnings::{of_rules, of_stages};
 use crate::stages::verdict::write_verdicts;
+use crate::table::CsvTable;
 
 /// Warnings of one test, and the restrictions of verdicts that follow from these warnings.
 struct Judgement {
@@ -51,7 +50,9 @@ fn judgements(inputs: &Inputs<'_>) -> Result<Vec<Judgement>, WorkflowError> {
         let mut warnings = of_rules(&of_test, &|_| true)?;
         let qualifiers = warnings.iter().filter_map(|warning| warning.qualifier).collect();
         warnings.extend(of_stages(&of_test, &|_| true)?);
-        let is_out_of_range = is_out_of_range(&of_test)?;
+        let path = of_test.file("range.csv")?;
+        let table = CsvTable::read(&path, &["inside"])?;
+        let is_out_of_range = table.rows().any(|row| row.text("inside") != "true");
         inputs.reads_in_folder(&of_test, &folder);
         judgements.push(Judgement { test: test.name, qualifiers, is_out_of_range, warnings });
     }
@@ -66,8 +67,13 @@ fn judged(
     judgements: &[Judgement],
 ) -> Result<Vec<CalibratedParameter>, WorkflowError> {
     let mut all = parameters(inputs)?;
-    for (parameter, joint) in all.iter_mut().zip(joint_parameters(inputs)?) {
-        for judgement in judgements.iter().filter(|warned| joint.parameter.is_of(&warned.test)) {
+    for parameter in &mut all {
+        let (_, only) = path_and_test(&parameter.label);
+        // the end of a trend, such as `at 20 °C`, is a parameter of all tests
+        let only = only.filter(|only| judgements.iter().any(|warned| warned.test == *only));
+        let selected =
+            judgements.iter().filter(|warned| only.is_none_or(|only| only == warned.test));
+        for judgement in selected.collect::<Vec<_>>() {
             parameter.qualifiers.extend(&judgement.qualifiers);
             parameter.out_of_range |= judgement.is_out_of_range;
         }

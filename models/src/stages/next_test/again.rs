@@ -7,7 +7,6 @@ use surrogate::DynPce;
 
 use super::present::{at_draws, belief};
 use crate::case::{CandidateCase, QoiComparison};
-use crate::case_inputs::CaseInputs;
 use crate::error::InputError;
 use crate::experiments::experiment_inputs;
 use crate::experiments::mesh_scale::MeshScale;
@@ -36,7 +35,7 @@ pub(super) fn test(
 ) -> Result<(Belief, FurtherTest), WorkflowError> {
     let inputs = &task.inputs;
     let plan = Plan::of(inputs, usize::MAX)?;
-    let qoi = &inputs.qoi();
+    let qoi = inputs.qoi();
     let quantities = case.measured(&qoi.quantities);
     let further = QoiComparison { quantities: quantities.clone(), ..*qoi };
     let done: Vec<LevelRuns> =

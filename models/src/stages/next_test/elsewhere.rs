@@ -6,7 +6,6 @@
 //! further test. The further test measures the differing parameters. It informs about the parameters of the calibrated
 //! test by the covariance of both in the joint posterior.
 
-use crate::case_inputs::CaseInputs;
 use crate::forward::posterior_draws::Draw;
 use crate::further_test::{Belief, FurtherTestError, TestAtDraw};
 use crate::pipeline::inputs::Inputs;

@@ -7,7 +7,6 @@ mod other;
 mod present;
 
 use crate::case::{CandidateCase, PRESENT};
-use crate::case_inputs::CaseInputs;
 use crate::further_test::{Belief, Expected, FurtherTest, FurtherTestError, Goal};
 use crate::pipeline::task::Task;
 use crate::progress::say;

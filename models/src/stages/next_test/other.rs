@@ -6,7 +6,6 @@ use surrogate::FitReport;
 use super::elsewhere::Elsewhere;
 use super::present::{Present, at_draws, mean};
 use crate::case::CandidateCase;
-use crate::case_inputs::CaseInputs;
 use crate::forward::fitted::Fitted;
 use crate::forward::posterior_draws::Draw;
 use crate::forward::specimen_stiffness::{knowing_stiffness, of_specimens};

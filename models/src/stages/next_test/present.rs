@@ -3,7 +3,6 @@
 use surrogate::{DynPce, Input};
 
 use super::elsewhere::Elsewhere;
-use crate::case_inputs::CaseInputs;
 use crate::forward::fitted::{Fitted, read_experiments};
 use crate::forward::posterior_draws::{Draw, posterior_draws};
 use crate::forward::uncertainty::SharedError;

@@ -26,17 +26,17 @@ pub(super) fn corrected(
     let runs = CsvTable::read(&runs, &["level", "run", "seconds"])?;
     let index = |quantity| quantities.iter().position(|other| *other == quantity);
     let axes = [index(Quantity::new(DisplacementAtPeak)), index(Quantity::new(PeakForce))];
-    let mut simulated: BTreeMap<u64, [Option<f64>; 2]> = BTreeMap::new();
+    let mut simulated: BTreeMap<String, [Option<f64>; 2]> = BTreeMap::new();
     for row in runs.rows() {
         if row.text("level") != "1" {
             results.ensemble_seconds += row.number("seconds")?;
             continue;
         }
         let value = |m: Option<usize>| m.and_then(|m| row.number(&quantities[m].column()).ok());
-        simulated.insert(row.number("run")? as u64, axes.map(value));
+        simulated.insert(row.text("run").to_owned(), axes.map(value));
     }
     for (i, (curve, (_, corrected))) in results.ensemble.iter_mut().zip(data.rows()).enumerate() {
-        let values_of_run = data.run(i).and_then(|run| simulated.get(&run)).copied();
+        let values_of_run = data.note(i, "run").and_then(|run| simulated.get(run)).copied();
         let factor = |axis: usize| {
             let raw = values_of_run.and_then(|values| values[axis]);
             axes[axis].zip(raw).map_or(1.0, |(m, raw)| corrected[m] / raw)

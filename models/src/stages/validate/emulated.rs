@@ -7,7 +7,6 @@ use super::held_out::HeldOut;
 use super::predicted::{Predicted, Scatter};
 use crate::budget::matrix;
 use crate::case::ValidationCase;
-use crate::case_inputs::CaseInputs;
 use crate::forward::fitted::read_experiments;
 use crate::forward::uncertainty::SharedError;
 use crate::fracture::column_means;

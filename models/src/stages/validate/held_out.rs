@@ -1,6 +1,5 @@
 //! Measurements of the held-out specimens of a validation.
 
-use crate::case_inputs::CaseInputs;
 use crate::error::InputError;
 use crate::experiments::specimen_quantities::read_cell;
 use crate::pipeline::inputs::Inputs;

@@ -22,7 +22,6 @@ mod simulated;
 use std::collections::BTreeMap;
 
 use crate::case::{CaseFile, ValidationCase};
-use crate::case_inputs::CaseInputs;
 use crate::experiments::validation_folders::{PREPARATION, folder_of};
 use crate::forward::fitted::Fitted;
 use crate::forward::posterior_draws::{Draw, posterior_draws};

@@ -6,7 +6,6 @@ use super::calibrated::Calibrated;
 use super::held_out::HeldOut;
 use super::predicted::{Predicted, Scatter};
 use crate::case::ValidationCase;
-use crate::case_inputs::CaseInputs;
 use crate::experiments::validation_folders::folder_of;
 use crate::forward::fitted::read_experiments;
 use crate::forward::posterior_draws::Draw;
@@ -15,10 +14,10 @@ use crate::pipeline::task::Task;
 use crate::qoi::{PeakForce, Quantity};
 use crate::results_folder::error::WorkflowError;
 use crate::runs::ensemble_runs::NamedRuns;
-use crate::runs::keyed_levels::keyed_levels;
 use crate::runs::run_source::{RequestedRuns, key_of_runs};
 use crate::runs::run_sources::source_of;
 use crate::simulation::run_values::quantities;
+use crate::specimen::levels::Level;
 
 /// Usable simulations of the test at posterior draws.
 pub(super) struct Runs<'a> {
@@ -59,7 +58,7 @@ impl<'a> Runs<'a> {
         let draws = calibrated.thinned_for(entry);
         let (records, has_microstructures) =
             records(validation_task, entry, &calibrated.names, &draws)?;
-        let qoi = &validation_task.inputs.qoi();
+        let qoi = validation_task.inputs.qoi();
         let mut runs = Self {
             draws: Vec::new(),
             records: Vec::new(),
@@ -158,6 +157,11 @@ fn records(
     draws: &[&Draw],
 ) -> Result<(Vec<RunRecord>, bool), WorkflowError> {
     let inputs = &validation_task.inputs;
+    if inputs.is_built_in() {
+        // the runs depend on the geometry even if no mesh file is read: reading the geometry adds it to the identity of
+        // the runs
+        inputs.geometry()?;
+    }
     let parameters: Vec<String> = inputs.parameters()?.iter().map(ToString::to_string).collect();
     let source = source_of(inputs)?;
     if source.parameter_points().is_some() {
@@ -168,7 +172,7 @@ fn records(
     let specimens = source.specimens(inputs, draws.len())?;
     let key = key_of_runs(inputs, &*source, specimens.as_ref())?;
     // the last level is the mesh of the case itself
-    let Some(level) = keyed_levels(inputs, &key, specimens.as_ref())?.pop() else {
+    let Some(level) = Level::all(inputs, &key).pop() else {
         return Err(WorkflowError::Unusable("the case has no mesh".to_owned()));
     };
     source.read_rest(inputs);

@@ -3,25 +3,10 @@
 use rand::Rng;
 
 use crate::density::DomainError;
-use crate::distribution::family::Family;
+use crate::distribution::family::{Array, Family};
 use crate::distribution::traits::{Distribution, Unknown};
 use crate::number::scalar::Scalar;
 use crate::term::accumulator::Accumulator;
-
-/// Distribution of an array of `N` independent values with the same distribution; created by [`Variations::array`](crate::Variations::array).
-///
-/// # Example
-/// ```
-/// use ppl::prelude::*;
-///
-/// let pair: f64 = Normal(0.0, 1.0).array::<2>().ln_density(&[0.5, -1.0]);
-/// let [a, b]: [f64; 2] = [0.5, -1.0].map(|x| Normal(0.0, 1.0).ln_density(&x));
-/// assert_eq!(pair, a + b);
-/// ```
-#[derive(Clone, Copy, Debug)]
-pub struct Array<D, const N: usize> {
-    pub(super) inner: D,
-}
 
 impl<D: Family, const N: usize> Family for Array<D, N> {}
 

@@ -3,27 +3,10 @@
 use rand::Rng;
 
 use crate::density::DomainError;
-use crate::distribution::family::Family;
+use crate::distribution::family::{Family, Iid};
 use crate::distribution::traits::{Distribution, Unknown};
 use crate::number::scalar::Scalar;
 use crate::term::accumulator::Accumulator;
-
-/// Distribution of a vector of `n` independent values with the same distribution; created by [`Variations::iid`](crate::Variations::iid).
-///
-/// Observed data with another length have density zero.
-///
-/// # Example
-/// ```
-/// use ppl::prelude::*;
-///
-/// let heads: f64 = Bernoulli(0.5).iid(3).ln_density(&vec![true, false, true]);
-/// assert_eq!(heads, 3.0 * 0.5f64.ln());
-/// ```
-#[derive(Clone, Copy, Debug)]
-pub struct Iid<D> {
-    pub(super) inner: D,
-    pub(super) n: usize,
-}
 
 impl<D: Family> Family for Iid<D> {}
 

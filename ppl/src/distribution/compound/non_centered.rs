@@ -2,50 +2,15 @@
 
 use rand::Rng;
 
-use super::array::Array;
 use crate::density::DomainError;
 use crate::distribution::continuous::{LogNormal, Normal, StudentT};
-use crate::distribution::family::Family;
+use crate::distribution::family::{Array, Family, NonCentered};
 use crate::distribution::multivariate::{CholeskyFactor, MatrixEntry, MvNormalCholesky};
 use crate::distribution::traits::{Distribution, Unknown, lift};
 use crate::number::scalar::Scalar;
 use crate::quantity::datum::Datum;
 use crate::term::accumulator::{Accumulator, Joined};
 use crate::term::parameter::Parameter;
-
-/// A distribution in non-centred parametrisation; created by [`Variations::non_centered`](crate::Variations::non_centered).
-///
-/// The distribution of x is unchanged. An unknown x = T(z) with this prior has the unconstrained coordinates of the
-/// standardised value z, see [`LocationScale`](super::LocationScale). The prior density of these coordinates does not
-/// depend on location and scale. If the scale is unknown and the data inform the elements weakly, the non-centred
-/// parametrisation avoids the funnel-shaped posterior of the centred parametrisation, which samplers explore poorly.
-///
-/// # Example
-/// ```
-/// use ppl::prelude::*;
-///
-/// ppl::model! {
-///     fn schools(effects: &[f64; 8], errors: &[f64; 8]) {
-///         let mu ~ Normal(0.0, 5.0);
-///         let tau ~ HalfCauchy(5.0);
-///         let theta ~ Normal(mu, tau).non_centered().array::<8>();
-///         for j in 0..8 {
-///             effects[j] ~ Normal(theta[j], errors[j]);
-///         }
-///     }
-/// }
-/// let model = schools(&[28.0, 8.0, -3.0, 7.0, -1.0, 1.0, 18.0, 12.0], &[10.0; 8]);
-/// assert_eq!(model.layout()?.dim, 10);
-/// # Ok::<(), ppl::ModelError>(())
-/// ```
-///
-/// # References
-/// Papaspiliopoulos, Roberts & Sköld (2007), Statistical Science 22(1), 59–73,
-/// doi:10.1214/088342307000000014.
-#[derive(Clone, Copy, Debug)]
-pub struct NonCentered<D> {
-    pub(super) inner: D,
-}
 
 /// Location-scale family: x = T(z), where the distribution of z has no unknown location or scale.
 ///
@@ -181,7 +146,7 @@ where
 
     #[inline]
     fn standard(&self) -> Self::Standard {
-        Array { inner: Normal(0.0, 1.0) }
+        Normal(0.0, 1.0).array()
     }
 
     #[inline]

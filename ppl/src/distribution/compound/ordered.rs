@@ -2,42 +2,16 @@
 
 use rand::Rng;
 
-use super::repeated::Repeated;
 use crate::density::DomainError;
-use crate::distribution::family::Family;
+use crate::distribution::family::{Family, Ordered};
 use crate::distribution::traits::{Distribution, Unknown};
 use crate::distribution::univariate::Univariate;
 use crate::distribution::univariate_density::{UnivariateDensity, add_terms};
+use crate::distribution::vector::Repeated;
 use crate::number::scalar::Scalar;
 use crate::special::ln_gamma;
 use crate::term::accumulator::Accumulator;
 use crate::transform::Ascending;
-
-/// Distribution of N independent values, sorted in ascending order; created by [`Variations::ordered`](crate::Variations::ordered).
-///
-/// p(x) = N! Π p₀(xᵢ) for x₁ ≤ x₂ ≤ … ≤ x_N. This is the density of the order statistics, which integrates to 1 over
-/// ordered vectors. The values are positive if the elements are positive. With elements `Uniform(a, b)`, the density is
-/// uniform over the ordered vectors between a and b.
-///
-/// [`Ascending`](crate::transform::Ascending) documents the unconstrained coordinates.
-///
-/// # Example
-/// ```
-/// use ppl::prelude::*;
-///
-/// let modes = Normal(0.0, 5.0).array::<2>().ordered();
-/// let joint: f64 = modes.ln_density(&[-1.0, 2.0]);
-/// let apart: f64 = Normal(0.0, 5.0).array::<2>().ln_density(&[-1.0, 2.0]);
-/// assert!((joint - apart - 2.0f64.ln()).abs() < 1e-14);
-/// assert_eq!(modes.ln_density(&[2.0, -1.0]), f64::NEG_INFINITY);
-/// ```
-///
-/// # References
-/// David & Nagaraja (2003), *Order Statistics*, ch. 2.
-#[derive(Clone, Copy, Debug)]
-pub struct Ordered<A> {
-    pub(super) inner: A,
-}
 
 impl<A: Family> Family for Ordered<A> {}
 

@@ -1,6 +1,9 @@
 //! Truncated distributions.
 
+use rand::Rng;
+
 use crate::density::DomainError;
+use crate::distribution::family::Truncated;
 use crate::distribution::interval::Interval;
 use crate::distribution::univariate::{
     NEAR_UNDERFLOW, Univariate, ln_inside, masses, quantile_within, sides,
@@ -10,25 +13,6 @@ use crate::number::scalar::Scalar;
 use crate::special::Tail;
 use crate::term::accumulator::Accumulator;
 use crate::transform::Support;
-
-/// A univariate distribution truncated to an interval; created by [`Variations::truncate`](crate::Variations::truncate).
-///
-/// ln p(x) = ln p₀(x) − ln P₀(X ∈ interval). The density includes the normalising constant and its derivatives with
-/// respect to the parameters.
-///
-/// # Example
-/// ```
-/// use ppl::prelude::*;
-///
-/// let sd = Normal(0.15, 0.25).truncate(0.0..);
-/// assert!((sd.mean() - 0.2648).abs() < 1e-4);
-/// assert_eq!(sd.ln_density(&-0.1), f64::NEG_INFINITY);
-/// ```
-#[derive(Clone, Copy, Debug)]
-pub struct Truncated<D> {
-    pub(super) inner: D,
-    pub(super) interval: Interval,
-}
 
 crate::univariate!([D: Univariate] Truncated<D>);
 
@@ -69,6 +53,10 @@ impl<D: Univariate> Univariate for Truncated<D> {
         let inside = masses(&self.inner, self.interval).1;
         let holds = inside > 0.0 || ln_inside(&self.inner, self.interval).0 > f64::NEG_INFINITY;
         DomainError::require(holds, "truncate", "probability of the interval", "positive", inside)
+    }
+
+    fn sample<G: Rng + ?Sized>(&self, rng: &mut G) -> f64 {
+        self.quantile(rng.random())
     }
 
     fn mean(&self) -> f64 {

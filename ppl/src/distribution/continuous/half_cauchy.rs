@@ -2,6 +2,8 @@
 
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2};
 
+use rand::Rng;
+
 use crate::density::DomainError;
 use crate::distribution::traits::normaliser;
 use crate::distribution::univariate::Univariate;
@@ -40,6 +42,10 @@ crate::univariate!([S: Parameter] HalfCauchy<S>);
 impl<S: Parameter> Univariate for HalfCauchy<S> {
     fn validate(&self) -> Result<(), DomainError> {
         DomainError::require_positive("HalfCauchy", "scale", self.0.number())
+    }
+
+    fn sample<G: Rng + ?Sized>(&self, rng: &mut G) -> f64 {
+        self.quantile(rng.random())
     }
 
     fn mean(&self) -> f64 {

@@ -114,7 +114,7 @@ pub(super) fn pointwise<'g, R: Scalar, G: Regression<R>>(
     out: &mut Vec<f64>,
 ) {
     let each = |(i, datum): (usize, &Value<'g, R, G>)| {
-        Joined::sum_of(|terms| regression.each(i).add_terms(datum, terms)).value()
+        Joined::of(|terms| regression.each(i).add_terms(datum, terms)).value()
     };
     out.extend(data.iter().take(regression.size()).enumerate().map(each));
 }

@@ -1,7 +1,6 @@
 //! The Dirichlet distribution.
 
 use rand::Rng;
-use rand::distr::Open01;
 
 use crate::density::DomainError;
 use crate::distribution::family::Family;
@@ -113,7 +112,7 @@ impl<R: Scalar, A: Parameter + Datum<R>, const K: usize> Distribution<R> for Dir
             let alpha = alpha.number();
             let larger: f64 = rand_distr::Gamma::new(alpha + 1.0, 1.0)
                 .map_or(f64::NAN, |gamma| rng.sample(gamma));
-            larger.ln() + rng.sample::<f64, _>(Open01).ln() / alpha
+            larger.ln() + rng.random::<f64>().ln() / alpha
         });
         let largest = logarithms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let sum: f64 = logarithms.iter().map(|ln| (ln - largest).exp()).sum();

@@ -35,7 +35,7 @@ impl<R: Scalar, S: Size> Partials<R> for Gradient<R, S> {
             }
             in_factor[i][i] -= inverse[i];
         }
-        Whole { factor, weights: in_factor }.spread(f);
+        factor.spread_rows(in_factor, f);
     }
 }
 

@@ -83,7 +83,7 @@ pub(super) fn find(
 
     // a posterior can be wide because the chains disagree; this is no conflict of prior and data
     let apart: BTreeSet<&str> =
-        rows.iter().filter(|row| row.rhat > APART).map(|row| row.indexed_name.as_str()).collect();
+        rows.iter().filter(|row| row.rhat > APART).map(|row| row.place.as_str()).collect();
     let widened = identifiability.iter().filter(|row| row.conflict());
     let widened = widened.filter(|row| !apart.contains(row.name.as_str())).map(|row| {
         let name = names.shown(&row.name);
@@ -138,7 +138,7 @@ fn undetermined(
     let enough: BTreeSet<&str> = rows
         .iter()
         .filter(|row| row.ess() >= ENOUGH_FOR_A_COVARIANCE)
-        .map(|row| row.indexed_name.as_str())
+        .map(|row| row.place.as_str())
         .collect();
     let fit = |&k: &usize| {
         let chains: Vec<&[f64]> = columns[k].posterior.chunks(after.draws).collect();

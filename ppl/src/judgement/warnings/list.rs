@@ -71,7 +71,7 @@ pub(super) struct ShownNames<'r>(BTreeMap<&'r str, &'r str>);
 
 impl<'r> ShownNames<'r> {
     pub(super) fn new(rows: &'r [SummaryRow]) -> Self {
-        Self(rows.iter().map(|row| (row.indexed_name.as_str(), row.name.as_str())).collect())
+        Self(rows.iter().map(|row| (row.place.as_str(), row.name.as_str())).collect())
     }
 
     pub(super) fn shown<'n>(&self, element: &'n str) -> &'n str

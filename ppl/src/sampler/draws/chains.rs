@@ -6,10 +6,10 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use serde::{Deserialize, Serialize};
 
 use crate::density::Location;
-use crate::sampler::adaptation::tuning::Tuning;
-use crate::sampler::reports::encoding::locations;
-use crate::sampler::reports::report::{Divergence, DrawStats, WarmupReport};
-use crate::sampler::reports::stop::StopReason;
+use crate::sampler::draws::encoding::locations;
+use crate::sampler::draws::report::{Divergence, DrawStats, WarmupReport};
+use crate::sampler::run::stop::StopReason;
+use crate::sampler::walk::tuning::Tuning;
 
 /// Draws, statistics and resumable state of one chain.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -45,15 +45,15 @@ pub enum ChainsFileError {
     },
     /// The file does not contain chains in this version of the format.
     #[error(
-        "{} is not a file of chains in the format `{FORMAT}` (it begins with {beginning}): give a file \
+        "{} is not a file of chains in the format `{FORMAT}` (it begins with {found}): give a file \
          written by `Chains::save` of this version, or run the sampler again",
         path.display()
     )]
     Format {
         /// Path of the file.
         path: PathBuf,
-        /// Beginning of the file: its format identifier, or `no format`.
-        beginning: String,
+        /// Format identifier found in the file.
+        found: String,
     },
     /// The contents of the file are damaged.
     #[error("the chains in {} are damaged ({message}): run the sampler again", path.display())]
@@ -124,10 +124,10 @@ impl Chains {
         match serde_json::from_str::<Header>(&text) {
             Ok(Header { format }) if format == FORMAT => {}
             Ok(Header { format }) => {
-                return Err(ChainsFileError::Format { path, beginning: format!("`{format}`") });
+                return Err(ChainsFileError::Format { path, found: format!("`{format}`") });
             }
             Err(error) if error.is_data() => {
-                return Err(ChainsFileError::Format { path, beginning: "no format".into() });
+                return Err(ChainsFileError::Format { path, found: "no format".into() });
             }
             Err(error) => {
                 return Err(ChainsFileError::Damaged { path, message: error.to_string() });

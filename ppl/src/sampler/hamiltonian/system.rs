@@ -4,10 +4,10 @@ use rand::Rng;
 
 use crate::density::Rejection;
 use crate::model::erased::{ErasedDensity, Evaluator};
-use crate::sampler::control::rejections::Rejections;
 use crate::sampler::hamiltonian::dot::dot;
 use crate::sampler::hamiltonian::metric::Metric;
-use crate::sampler::reports::stop::StopReason;
+use crate::sampler::run::rejections::Rejections;
+use crate::sampler::run::stop::StopReason;
 
 /// A position with its log density and score (gradient of the log density).
 #[derive(Clone, Debug)]

@@ -5,10 +5,10 @@ use std::mem::discriminant;
 
 use serde::{Deserialize, Serialize};
 
+use crate::sampler::draws::report::{DrawStats, MapSwitch, WarmupReport};
 use crate::sampler::hamiltonian::metric::{Choice, Diagonal, Metric, Sample, choose};
 use crate::sampler::hamiltonian::step_size::DualAveraging;
 use crate::sampler::hamiltonian::system::Position;
-use crate::sampler::reports::report::{DrawStats, MapSwitch, WarmupReport};
 
 /// Rule by which the warmup adapts the mass matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

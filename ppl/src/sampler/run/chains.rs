@@ -11,15 +11,15 @@ use rayon::prelude::*;
 use crate::density::{Location, Rejection};
 use crate::model::erased::ErasedDensity;
 use crate::model::start::{NoStart, StartKind, find_start, with_values};
-use crate::sampler::adaptation::tuning::Tuning;
-use crate::sampler::control::error::RunError;
-use crate::sampler::control::progress::Meter;
-use crate::sampler::control::rejections::Rejections;
-use crate::sampler::control::settings::{Settings, Starts};
-use crate::sampler::control::stream::{Stream, streams};
 use crate::sampler::draws::chains::{Chain, Chains, Paused};
-use crate::sampler::reports::report::{Divergence, DrawStats, WarmupReport};
-use crate::sampler::reports::stop::StopReason;
+use crate::sampler::draws::report::{Divergence, DrawStats, WarmupReport};
+use crate::sampler::run::error::RunError;
+use crate::sampler::run::progress::Meter;
+use crate::sampler::run::rejections::Rejections;
+use crate::sampler::run::settings::{Settings, Starts};
+use crate::sampler::run::stop::StopReason;
+use crate::sampler::run::stream::{Stream, streams};
+use crate::sampler::walk::tuning::Tuning;
 
 /// Transition kernel with the current state of one chain.
 pub(crate) trait MarkovChain {
@@ -52,12 +52,7 @@ pub(crate) trait MarkovChain {
     fn explain(&self, y: &[f64]) -> Option<String>;
 }
 
-/// Runs chains with the given settings.
-pub(crate) struct ChainRunner<'r> {
-    pub(crate) settings: &'r Settings<'r>,
-}
-
-impl ChainRunner<'_> {
+impl Settings<'_> {
     /// Runs all chains from their starting points; `make` builds the kernel of a chain.
     pub(crate) fn execute<K: MarkovChain>(
         &self,
@@ -65,18 +60,17 @@ impl ChainRunner<'_> {
         make: impl Fn() -> K + Sync,
     ) -> Result<Chains, RunError> {
         let dim = density.dim();
-        self.settings.validate(dim)?;
+        self.validate(dim)?;
         let abort = AtomicBool::new(false);
-        let chains = self
-            .in_parallel(streams(self.settings.seed, self.settings.chains), |number, mut rng| {
-                self.chain(number, density, make(), &mut rng, &abort)
-            })?;
-        Ok(Chains::new(dim, chains, self.settings.thin))
+        let chains = self.in_parallel(streams(self.seed, self.chains), |number, mut rng| {
+            self.chain(number, density, make(), &mut rng, &abort)
+        })?;
+        Ok(Chains::new(dim, chains, self.thin))
     }
 
     /// Continues the chains `earlier` until each has the requested number of draws. `make` returns the tuned kernel and
     /// the random stream of a chain.
-    pub(crate) fn continue_chains<K: MarkovChain>(
+    pub(crate) fn go_on<K: MarkovChain>(
         &self,
         earlier: Vec<Chain>,
         make: impl Fn(&Chain) -> Result<(K, Stream), RunError> + Sync,
@@ -86,11 +80,7 @@ impl ChainRunner<'_> {
             let (mut kernel, mut rng) = make(&chain)?;
             let warmup = chain.paused.take().map(|paused| paused.length);
             let ahead = warmup.map_or(0, |length| length.saturating_sub(chain.warmup.stats.len()));
-            let mut meter = Meter::new(
-                self.settings.progress,
-                number,
-                ahead + self.settings.draws * self.settings.thin,
-            );
+            let mut meter = Meter::new(self.progress, number, ahead + self.draws * self.thin);
             chain.stopped = None;
             let tuned = warmup.map_or(Ok(()), |length| {
                 self.tune(length, &mut chain, &mut kernel, &mut rng, &mut meter, &abort)
@@ -109,7 +99,7 @@ impl ChainRunner<'_> {
         let all = || -> Vec<Result<R, RunError>> {
             jobs.into_par_iter().enumerate().map(|(number, job)| work(number, job)).collect()
         };
-        let results = match self.settings.threads {
+        let results = match self.threads {
             Some(n) => rayon::ThreadPoolBuilder::new().num_threads(n).build()?.install(all),
             None => all(),
         };
@@ -129,16 +119,12 @@ impl ChainRunner<'_> {
             .start(number, density, &mut kernel, rng)
             .inspect_err(|_| abort.store(true, Ordering::Relaxed))?;
         // without unknowns there is nothing to tune
-        let warmup = if dim == 0 { 0 } else { self.settings.warmup };
+        let warmup = if dim == 0 { 0 } else { self.warmup };
         let mut chain = Chain::new(WarmupReport::at(kernel.position().to_vec(), start_kind));
         chain.warmup.stats.reserve_exact(warmup);
-        chain.stats.reserve_exact(self.settings.draws);
-        chain.draws.reserve_exact(self.settings.draws * dim);
-        let mut meter = Meter::new(
-            self.settings.progress,
-            number,
-            warmup + self.settings.draws * self.settings.thin,
-        );
+        chain.stats.reserve_exact(self.draws);
+        chain.draws.reserve_exact(self.draws * dim);
+        let mut meter = Meter::new(self.progress, number, warmup + self.draws * self.thin);
 
         // a model without unknowns has no step size to search
         let prepared = if dim == 0 { Ok(()) } else { kernel.prepare(rng) };
@@ -192,7 +178,7 @@ impl ChainRunner<'_> {
         ended: Result<(), StopReason>,
     ) {
         let ended = ended.and_then(|()| {
-            (chain.len()..self.settings.draws).try_for_each(|draw| {
+            (chain.len()..self.draws).try_for_each(|draw| {
                 let stats = self.draw(kernel, rng, &mut meter, abort)?;
                 if stats.divergent {
                     let (position, energy_error) = kernel.divergence();
@@ -230,22 +216,19 @@ impl ChainRunner<'_> {
                 let _ = rejections.count(rejection);
             })
         };
-        let start = match &self.settings.init {
-            Starts::Points(starts) => {
-                with_values(density, starts[chain].clone(), &self.settings.values).and_then(
-                    |point| match accept(&point) {
-                        Ok(()) => Ok((StartKind::Given, point)),
-                        Err(Rejection::Fatal(error)) => Err(NoStart::Fatal(error, point)),
-                        Err(last) => Err(NoStart::Rejected { uniform: 1, prior: 0, last, point }),
-                    },
-                )
-            }
+        let start = match &self.init {
+            Starts::Points(starts) => with_values(density, starts[chain].clone(), &self.values)
+                .and_then(|point| match accept(&point) {
+                    Ok(()) => Ok((StartKind::Given, point)),
+                    Err(Rejection::Fatal(error)) => Err(NoStart::Fatal(error, point)),
+                    Err(last) => Err(NoStart::Rejected { uniform: 1, prior: 0, last, point }),
+                }),
             Starts::Uniform(radius) => {
                 let mut uniform = |rng: &mut Stream| -> Vec<f64> {
                     let coordinate = |_| radius * (2.0 * rng.random::<f64>() - 1.0);
                     (0..density.dim()).map(coordinate).collect()
                 };
-                find_start(density, &self.settings.values, rng, &mut uniform, &mut accept)
+                find_start(density, &self.values, rng, &mut uniform, &mut accept)
             }
         };
         let problem = match start {
@@ -286,7 +269,7 @@ impl ChainRunner<'_> {
             kernel.transition(rng).inspect(|stats| meter.transition(stats))
         };
         let mut joint = next()?;
-        for _ in 1..self.settings.thin {
+        for _ in 1..self.thin {
             let stats = next()?;
             joint = DrawStats {
                 acceptance: joint.acceptance + stats.acceptance,
@@ -295,12 +278,12 @@ impl ChainRunner<'_> {
                 ..stats
             };
         }
-        joint.acceptance /= self.settings.thin as f64;
+        joint.acceptance /= self.thin as f64;
         Ok(joint)
     }
 
     fn check(&self, abort: &AtomicBool) -> Result<(), StopReason> {
-        if self.settings.interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed)) {
+        if self.interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed)) {
             Err(StopReason::Interrupted)
         } else if abort.load(Ordering::Relaxed) {
             Err(StopReason::OtherChain)

@@ -4,17 +4,17 @@ use rand::RngCore;
 
 use crate::density::{FatalError, Location, Rejection};
 use crate::model::erased::{ErasedDensity, Evaluator};
-use crate::sampler::adaptation::tuning::Tuning;
-use crate::sampler::control::error::RunError;
-use crate::sampler::control::rejections::{Rejections, finite};
-use crate::sampler::control::settings::Settings;
-use crate::sampler::control::stream::Stream;
 use crate::sampler::draws::chains::Chains;
-use crate::sampler::reports::report::{DrawStats, WarmupReport};
-use crate::sampler::reports::stop::StopReason;
-use crate::sampler::run::chains::{ChainRunner, MarkovChain};
+use crate::sampler::draws::report::{DrawStats, WarmupReport};
+use crate::sampler::run::chains::MarkovChain;
+use crate::sampler::run::error::RunError;
 use crate::sampler::run::mcmc::{Mcmc, Method, OneDensity};
+use crate::sampler::run::rejections::{Rejections, finite};
 use crate::sampler::run::resume::misfit;
+use crate::sampler::run::settings::Settings;
+use crate::sampler::run::stop::StopReason;
+use crate::sampler::run::stream::Stream;
+use crate::sampler::walk::tuning::Tuning;
 
 /// Transition kernel of a user-defined sampler: it moves a chain and leaves the target density invariant.
 ///
@@ -221,7 +221,7 @@ impl<F: Fn(usize) -> K + Sync, K: Kernel> Method for UserKernel<F> {
         settings: &Settings<'_>,
         density: &dyn ErasedDensity,
     ) -> Result<Chains, RunError> {
-        ChainRunner { settings }.execute(density, || KernelChain {
+        settings.execute(density, || KernelChain {
             kernel: (self.0)(density.dim()),
             state: ChainState {
                 density: density.evaluator(),

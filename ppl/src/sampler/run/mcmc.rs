@@ -5,10 +5,10 @@ use std::sync::atomic::AtomicBool;
 use crate::density::LogDensity;
 use crate::model::erased::ErasedDensity;
 use crate::quantity::datum::Recordable;
-use crate::sampler::control::error::RunError;
-use crate::sampler::control::progress::Progress;
-use crate::sampler::control::settings::{Settings, Starts};
 use crate::sampler::draws::chains::Chains;
+use crate::sampler::run::error::RunError;
+use crate::sampler::run::progress::Progress;
+use crate::sampler::run::settings::{Settings, Starts};
 
 /// Markov chain Monte Carlo with the transition kernel `M`. The chains run in parallel, can be resumed after an
 /// interrupt, and give the same draws for any number of threads.

@@ -1,49 +1,50 @@
 //! Resumption of earlier runs.
 
-use crate::sampler::control::error::RunError;
-use crate::sampler::control::settings::{Settings, Starts};
-use crate::sampler::control::stream::Stream;
 use crate::sampler::draws::chains::{Chain, Chains};
-use crate::sampler::run::chains::{ChainRunner, MarkovChain};
+use crate::sampler::run::chains::MarkovChain;
+use crate::sampler::run::error::RunError;
+use crate::sampler::run::settings::{Settings, Starts};
+use crate::sampler::run::stream::Stream;
 
 /// Largest difference between the stored and the recomputed log density of a point, relative to max(1, |log density|),
 /// for which the density counts as unchanged. Another compiler or processor causes far smaller differences.
 const SAME_DENSITY: f64 = 1e-6;
 
-/// Continues the chains of an earlier run. `make` builds the tuned transition kernel of a chain.
-pub(crate) fn resume<K: MarkovChain>(
-    settings: &Settings<'_>,
-    dim: usize,
-    earlier: Chains,
-    make: impl Fn(&Chain) -> Result<K, RunError> + Sync,
-) -> Result<Chains, RunError> {
-    if earlier.dim != dim {
-        let reason = format!("they have {} coordinates but the density has {dim}", earlier.dim);
-        return Err(misfit(reason, "use the density from which they were drawn"));
+impl Settings<'_> {
+    /// Continues the chains of an earlier run. `make` builds the tuned transition kernel of a chain.
+    pub(crate) fn resume<K: MarkovChain>(
+        &self,
+        dim: usize,
+        earlier: Chains,
+        make: impl Fn(&Chain) -> Result<K, RunError> + Sync,
+    ) -> Result<Chains, RunError> {
+        if earlier.dim != dim {
+            let reason = format!("they have {} coordinates but the density has {dim}", earlier.dim);
+            return Err(misfit(reason, "use the density from which they were drawn"));
+        }
+        if earlier.chains.len() != self.chains {
+            let (got, set) = (earlier.chains.len(), self.chains);
+            let reason = format!("there are {got} earlier chains but `chains` is {set}");
+            return Err(misfit(reason, "set `chains` to the number of earlier chains"));
+        }
+        if earlier.thin != self.thin {
+            let (got, set) = (earlier.thin, self.thin);
+            let reason = format!("they keep one of {got} transitions but `thin` is {set}");
+            return Err(misfit(reason, "set `thin` to the value of the earlier run"));
+        }
+        if let Err(problem) = earlier.check() {
+            return Err(misfit(problem, "use chains as returned by `run`, `resume` or `load`"));
+        }
+        let is_lost = |chain: &Chain| chain.stream.is_none() && chain.paused.is_none();
+        if let Some(number) = earlier.chains.iter().position(is_lost) {
+            let reason = format!("chain {number} failed in its warmup");
+            return Err(misfit(reason, "start a new run with `run`"));
+        }
+        Settings { init: Starts::Uniform(0.0), ..self.clone() }.validate(dim)?;
+        let max_depth = earlier.max_depth;
+        let chains = self.go_on(earlier.chains, |chain| take_up(make(chain)?, chain, dim))?;
+        Ok(Chains { max_depth, ..Chains::new(dim, chains, self.thin) })
     }
-    if earlier.chains.len() != settings.chains {
-        let (got, set) = (earlier.chains.len(), settings.chains);
-        let reason = format!("there are {got} earlier chains but `chains` is {set}");
-        return Err(misfit(reason, "set `chains` to the number of earlier chains"));
-    }
-    if earlier.thin != settings.thin {
-        let (got, set) = (earlier.thin, settings.thin);
-        let reason = format!("they keep one of {got} transitions but `thin` is {set}");
-        return Err(misfit(reason, "set `thin` to the value of the earlier run"));
-    }
-    if let Err(problem) = earlier.check() {
-        return Err(misfit(problem, "use chains as returned by `run`, `resume` or `load`"));
-    }
-    let is_lost = |chain: &Chain| chain.stream.is_none() && chain.paused.is_none();
-    if let Some(number) = earlier.chains.iter().position(is_lost) {
-        let reason = format!("chain {number} failed in its warmup");
-        return Err(misfit(reason, "start a new run with `run`"));
-    }
-    Settings { init: Starts::Uniform(0.0), ..settings.clone() }.validate(dim)?;
-    let max_depth = earlier.max_depth;
-    let chains = ChainRunner { settings }
-        .continue_chains(earlier.chains, |chain| take_up(make(chain)?, chain, dim))?;
-    Ok(Chains { max_depth, ..Chains::new(dim, chains, settings.thin) })
 }
 
 /// Moves the transition kernel to the last position of the chain. Returns the kernel and the state of the random

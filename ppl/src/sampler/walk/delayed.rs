@@ -2,16 +2,15 @@
 
 use crate::density::LogDensity;
 use crate::model::erased::ErasedDensity;
-use crate::sampler::adaptation::proposal::ProposalShape;
-use crate::sampler::adaptation::screening::Screening;
-use crate::sampler::adaptation::tuning::Tuning;
-use crate::sampler::control::error::RunError;
-use crate::sampler::control::settings::Settings;
 use crate::sampler::draws::chains::Chains;
-use crate::sampler::run::chains::ChainRunner;
+use crate::sampler::run::error::RunError;
 use crate::sampler::run::mcmc::{Mcmc, Method};
-use crate::sampler::run::resume::{another_sampler, misfit, resume};
+use crate::sampler::run::resume::{another_sampler, misfit};
+use crate::sampler::run::settings::Settings;
 use crate::sampler::walk::delayed_kernel::Delayed;
+use crate::sampler::walk::proposal::ProposalShape;
+use crate::sampler::walk::screening::Screening;
+use crate::sampler::walk::tuning::Tuning;
 
 /// Metropolis sampler in which a cheap density screens the proposals and an expensive density accepts or rejects them.
 ///
@@ -192,7 +191,7 @@ impl Method for Screened {
             Delayed::new(cheap, expensive, shape.clone(), self.screening)
                 .screened_warmup(alone, alone > 0)
         };
-        ChainRunner { settings }.execute(expensive, kernel)
+        settings.execute(expensive, kernel)
     }
 
     fn resume(
@@ -202,7 +201,7 @@ impl Method for Screened {
         earlier: Chains,
     ) -> Result<Chains, RunError> {
         let dim = common_dim(cheap, expensive)?;
-        resume(settings, dim, earlier, |chain| match chain.tuning.as_deref() {
+        settings.resume(dim, earlier, |chain| match chain.tuning.as_deref() {
             Some(Tuning::Screened(shape, screening)) if *screening == self.screening => {
                 let passed = chain.warmup.stats.len();
                 let length = chain.paused.as_ref().map_or(0, |paused| paused.length);
@@ -218,7 +217,8 @@ impl Method for Screened {
                     "they took {steps} screening steps on a density to the power {power}, and a share {plain_share} of \
                      steps without screening"
                 );
-                let help = "set `screening_steps`, `screening_power` and `plain_share` to the values of the earlier run";
+                let help =
+                    "set `screening_steps`, `screening_power` and `plain_share` to the values of the earlier run";
                 Err(misfit(reason, help))
             }
             _ => Err(another_sampler()),

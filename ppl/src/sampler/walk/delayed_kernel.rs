@@ -4,14 +4,14 @@ use rand::Rng;
 
 use crate::density::Rejection;
 use crate::model::erased::{ErasedDensity, Evaluator};
-use crate::sampler::adaptation::proposal::{Proposal, ProposalShape};
-use crate::sampler::adaptation::screening::Screening;
-use crate::sampler::adaptation::tuning::Tuning;
-use crate::sampler::control::rejections::{Rejections, accepting, finite};
-use crate::sampler::control::stream::Stream;
-use crate::sampler::reports::report::{DrawStats, WarmupReport};
-use crate::sampler::reports::stop::StopReason;
+use crate::sampler::draws::report::{DrawStats, WarmupReport};
 use crate::sampler::run::chains::MarkovChain;
+use crate::sampler::run::rejections::{Rejections, accepting, finite};
+use crate::sampler::run::stop::StopReason;
+use crate::sampler::run::stream::Stream;
+use crate::sampler::walk::proposal::{Proposal, ProposalShape};
+use crate::sampler::walk::screening::Screening;
+use crate::sampler::walk::tuning::Tuning;
 
 /// A density raised to a power, with the current point of the chain.
 struct Evaluated<'a> {

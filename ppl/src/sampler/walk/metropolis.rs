@@ -4,18 +4,18 @@ use rand::Rng;
 
 use crate::density::Rejection;
 use crate::model::erased::{ErasedDensity, Evaluator};
-use crate::sampler::adaptation::proposal::{Proposal, ProposalShape};
-use crate::sampler::adaptation::tuning::Tuning;
-use crate::sampler::control::error::RunError;
-use crate::sampler::control::rejections::{Rejections, accepting, finite};
-use crate::sampler::control::settings::Settings;
-use crate::sampler::control::stream::Stream;
 use crate::sampler::draws::chains::Chains;
-use crate::sampler::reports::report::{DrawStats, WarmupReport};
-use crate::sampler::reports::stop::StopReason;
-use crate::sampler::run::chains::{ChainRunner, MarkovChain};
+use crate::sampler::draws::report::{DrawStats, WarmupReport};
+use crate::sampler::run::chains::MarkovChain;
+use crate::sampler::run::error::RunError;
 use crate::sampler::run::mcmc::{Mcmc, Method, OneDensity};
-use crate::sampler::run::resume::{another_sampler, resume};
+use crate::sampler::run::rejections::{Rejections, accepting, finite};
+use crate::sampler::run::resume::another_sampler;
+use crate::sampler::run::settings::Settings;
+use crate::sampler::run::stop::StopReason;
+use crate::sampler::run::stream::Stream;
+use crate::sampler::walk::proposal::{Proposal, ProposalShape};
+use crate::sampler::walk::tuning::Tuning;
 
 /// Random-walk Metropolis that adapts its proposal `Normal(y, s² Σ)` in the warmup.
 ///
@@ -78,7 +78,7 @@ impl Method for RandomWalk {
         density: &dyn ErasedDensity,
     ) -> Result<Chains, RunError> {
         let shape = ProposalShape::new(density, settings);
-        ChainRunner { settings }.execute(density, || MetropolisChain::new(density, shape.clone()))
+        settings.execute(density, || MetropolisChain::new(density, shape.clone()))
     }
 
     fn resume(
@@ -87,7 +87,7 @@ impl Method for RandomWalk {
         density: &dyn ErasedDensity,
         earlier: Chains,
     ) -> Result<Chains, RunError> {
-        resume(settings, density.dim(), earlier, |chain| match chain.tuning.as_deref() {
+        settings.resume(density.dim(), earlier, |chain| match chain.tuning.as_deref() {
             Some(Tuning::Walk(shape)) => Ok(MetropolisChain::new(density, shape.clone())),
             _ => Err(another_sampler()),
         })

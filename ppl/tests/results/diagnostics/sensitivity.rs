@@ -84,7 +84,7 @@ fn p_values_of_the_mean_in_closed_form() {
     let expected = if ties.observed == 1.0 { 0.5 * above } else { above + 0.5 * (1.0 - above) };
     assert!((ties.p_value() - expected).abs() < 1e-12);
     let error = posterior.prior_predictive_check("z", "first", first).expect_err("no such data");
-    assert!(matches!(&error, PredictiveError::NotObserved { observed, .. } if observed == "y"));
+    assert!(matches!(&error, PredictiveError::NotObserved { known, .. } if known == "y"));
 
     let printed = table.to_string();
     for part in ["observed", "smallest", "median", "largest", "sd"] {
@@ -109,7 +109,7 @@ fn a_bad_fit_shows_in_the_statistic_it_misses() {
 fn unknown_names_are_answered_with_known_ones() {
     let posterior = posterior_of(&data(0.0), 0.0, 1.0);
     let error = posterior.predictive_table("z").expect_err("no such data");
-    assert!(matches!(&error, PredictiveError::NotObserved { observed, .. } if observed == "y"));
+    assert!(matches!(&error, PredictiveError::NotObserved { known, .. } if known == "y"));
     let error = posterior.power_scaling_of(&["nu"]).expect_err("no such parameter");
     assert!(error.to_string().contains("the parameters are: mu"), "{error}");
     let silent = Nuts::default().warmup(100).draws(50).sample(&silent()).expect("runs");

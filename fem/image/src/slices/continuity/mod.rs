@@ -2,10 +2,9 @@
 //! in reversed order.
 //!
 //! In the order of their layers: `samples` (grey values of all slices at some positions), `pairs` (comparison of
-//! neighbouring slices), and one check per file: `foreign`, `copies`, `scale`, `gaps`, `exchanged`.
+//! neighbouring slices), and one check per file: `foreign`, `copies`, `scale`, `gaps`.
 
 mod copies;
-mod exchanged;
 mod foreign;
 mod gaps;
 mod pairs;
@@ -16,7 +15,6 @@ mod tests;
 
 use crate::Volume;
 use crate::slices::continuity::copies::{Copies, copied};
-use crate::slices::continuity::exchanged::exchanged;
 use crate::slices::continuity::foreign::{alternating, foreign};
 use crate::slices::continuity::gaps::interrupted;
 use crate::slices::continuity::pairs::compared;
@@ -45,9 +43,6 @@ pub(crate) fn doubts(volume: &Volume<f32>) -> Vec<String> {
     let strangers = foreign(&pairs);
     warnings.extend(strangers.in_words());
     warnings.extend(rescaled(&pairs, &strangers));
-    match interrupted(&samples, &pairs, &strangers) {
-        Some(warning) => warnings.push(warning),
-        None => warnings.extend(exchanged(&samples, &pairs, &strangers)),
-    }
+    warnings.extend(interrupted(&samples, &pairs, &strangers));
     warnings
 }

@@ -50,14 +50,6 @@ impl Samples {
         let (a, b) = (&self.slices[i], &self.slices[j]);
         a.iter().zip(b).map(|(a, b)| f64::from(a - b).powi(2)).sum::<f64>() / a.len() as f64
     }
-
-    /// Returns the variance of the differences of two slices, to which a change of the mean grey value does not
-    /// contribute.
-    pub(super) fn variance(&self, i: usize, j: usize) -> f64 {
-        let (a, b) = (&self.slices[i], &self.slices[j]);
-        let level = a.iter().zip(b).map(|(a, b)| f64::from(a - b)).sum::<f64>() / a.len() as f64;
-        self.mean_square(i, j) - level.powi(2)
-    }
 }
 
 /// Returns the mean over the 3² voxels around a voxel of a slice with the weights 1–2–1.

@@ -99,14 +99,11 @@ fn foreign_repeated_and_rescaled_slices_cause_warnings() {
     let twice: Vec<usize> = (0..80).map(|k| k / 2).collect();
     let gap: Vec<usize> = (0..15).chain(22..40).collect();
     let reversed: Vec<usize> = (0..11).chain((11..18).rev()).chain(18..40).collect();
-    let exchanged: Vec<usize> = (0..20).chain([21, 20]).chain(22..40).collect();
-    let [twice, gap, reversed, exchanged] =
-        [twice, gap, reversed, exchanged].map(|order| stack(&grains(1), &order));
+    let [twice, gap, reversed] = [twice, gap, reversed].map(|order| stack(&grains(1), &order));
     for (volume, parts) in [
         (twice, ["every slice is stored 2 times", "2 times too large"]),
         (gap, ["slices 15 and 16 differ", "missing or in the wrong order"]),
         (reversed, ["slices 12 to 18 are in reversed order", "in the wrong order"]),
-        (exchanged, ["slices 21 and 22 fit better", "exchanged order"]),
         (blank, ["slice 17 differs", "both neighbours"]),
         (other, ["slice 25 differs", "both neighbours"]),
         (copy, ["slice 7 is identical", "next slice"]),

@@ -116,17 +116,23 @@ pub struct CylinderLattice {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LatticeError {
-    /// A length is out of its range.
-    #[error("{entity}: {field} = {value} must be {requirement}")]
-    OutOfRange {
-        /// Body to which the length belongs.
-        entity: &'static str,
+    /// A length that is not a positive finite number.
+    #[error("{field} = {value} mm; give a positive length")]
+    NotPositive {
         /// Name of the field.
         field: &'static str,
         /// Value of the field (mm).
         value: f64,
-        /// Allowed values.
-        requirement: &'static str,
+    },
+    /// A length outside its range.
+    #[error("{field} = {value} mm is outside 0 … {most} mm")]
+    OutOfRange {
+        /// Name of the field.
+        field: &'static str,
+        /// Value of the field (mm).
+        value: f64,
+        /// Largest value allowed (mm).
+        most: f64,
     },
     /// A spacing that is too coarse to resolve the circle.
     #[error(
@@ -153,14 +159,6 @@ pub enum LatticeError {
     },
 }
 
-impl LatticeError {
-    /// Creates the error of a length that is not a positive finite number.
-    pub(super) fn not_positive(entity: &'static str, field: &'static str, value: f64) -> Self {
-        let requirement = "a positive length in mm";
-        LatticeError::OutOfRange { entity, field, value, requirement }
-    }
-}
-
 impl CylinderLattice {
     /// Builds the mesh.
     ///
@@ -172,7 +170,7 @@ impl CylinderLattice {
             [("radius_mm", radius_mm), ("height_mm", height_mm), ("spacing_mm", spacing_mm)]
         {
             if !(value.is_finite() && value > 0.0) {
-                return Err(LatticeError::not_positive("cylinder", field, value));
+                return Err(LatticeError::NotPositive { field, value });
             }
         }
         let most_mm = (COARSEST * radius_mm).min(height_mm);

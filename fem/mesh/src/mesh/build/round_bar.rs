@@ -7,8 +7,6 @@ use super::hexahedra;
 use crate::mesh::TetMesh;
 use crate::mesh::topology::{key, middle};
 
-/// Name of the body in errors.
-const ENTITY: &str = "round bar";
 /// Number of cells along a side of the quarter of the central block, divided by radius / spacing.
 const BLOCK: f64 = 0.6;
 /// Number of rings around the block, divided by radius / spacing. With [`BLOCK`], the number of cells is about the
@@ -130,16 +128,14 @@ impl RoundBar {
             ("spacing_mm", spacing_mm),
         ] {
             if !(value.is_finite() && value > 0.0) {
-                return Err(LatticeError::not_positive(ENTITY, field, value));
+                return Err(LatticeError::NotPositive { field, value });
             }
         }
-        for (field, value, most, requirement) in [
-            ("taper_mm", taper_mm, radius_mm, "from 0 to radius_mm"),
-            ("necking_mm", necking_mm, length_mm, "from 0 to length_mm"),
-        ] {
+        for (field, value, most) in
+            [("taper_mm", taper_mm, radius_mm), ("necking_mm", necking_mm, length_mm)]
+        {
             if !(0.0..=most).contains(&value) {
-                let entity = ENTITY;
-                return Err(LatticeError::OutOfRange { entity, field, value, requirement });
+                return Err(LatticeError::OutOfRange { field, value, most });
             }
         }
         let height_mm = 0.5 * length_mm;

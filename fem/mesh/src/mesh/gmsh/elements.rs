@@ -8,7 +8,7 @@ use fem_image::listed;
 use super::data::ElementData;
 use super::names::{GmshNames, PhysicalGroup, PhysicalGroups};
 use super::source::{Fault, Source};
-use super::straighten::{Straightening, straighten};
+use super::straighten::straighten;
 use super::{grains, second_order};
 use crate::mesh::TetMesh;
 use crate::mesh::topology::{is_even_turn, sorted};
@@ -204,13 +204,13 @@ impl Contents {
         volumes
     }
 
-    /// Builds the mesh from the physical groups in `names`. Returns the mesh and the repair of its folded
+    /// Builds the mesh from the physical groups in `names`. Returns the mesh and the numbers of the straightened
     /// tetrahedra, or an error message.
     pub(super) fn into_mesh(
         self,
         names: &GmshNames,
         grains: impl Fn(&Self) -> Option<Vec<u32>>,
-    ) -> Result<(TetMesh, Straightening), String> {
+    ) -> Result<(TetMesh, Vec<u32>), String> {
         let regions = self.resolve(3, "region", &names.regions, &self.tets)?;
         let surfaces = self.resolve(2, "surface", &names.surfaces, &self.triangles)?;
 
@@ -271,7 +271,7 @@ impl Contents {
             regions: regions.into_iter().map(|(name, _)| name).collect(),
             ..TetMesh::default()
         };
-        let repair = straighten(&mut mesh);
+        let straightened = straighten(&mut mesh);
         let outward: HashMap<[u32; 3], [u32; 3]> =
             mesh.boundary_faces().into_iter().map(|face| (sorted(face), face)).collect();
         for (name, mut triangles) in surface_triangles {
@@ -283,7 +283,7 @@ impl Contents {
             }
             mesh.surfaces.insert(name, triangles);
         }
-        Ok((mesh.without_unused_nodes(), repair))
+        Ok((mesh.without_unused_nodes(), straightened))
     }
 
     fn edge_points(&self) -> Result<Vec<([u32; 2], Point)>, String> {

@@ -13,7 +13,6 @@ mod external;
 mod grains;
 mod import;
 mod names;
-mod region_volume;
 mod second_order;
 mod source;
 mod straighten;
@@ -30,7 +29,6 @@ pub use external::SphereModel;
 use fem_file::read_regular;
 pub use import::{ImportNote, Imported};
 pub use names::{GmshNames, PhysicalGroup, PhysicalGroups};
-pub use region_volume::RegionVolume;
 use source::Source;
 pub use write::write;
 
@@ -58,7 +56,7 @@ pub fn read(path: impl AsRef<Path>, names: &GmshNames) -> Result<TetMesh, MeshEr
 /// the triangles (types 2 and 9) in the physical surfaces that `names` lists. The regions of the mesh are sorted by
 /// name. Nodes keep the order of the file; nodes without a tetrahedron are removed. Tetrahedra are sorted by their
 /// tags. Orientations are corrected to positive volumes and outward triangles. Edges of second-order tetrahedra that
-/// are not straight become [`TetMesh::edge_points`]; the edges of tetrahedra that are folded by them become less curved
+/// are not straight become [`TetMesh::edge_points`]; tetrahedra folded by these edges are straightened
 /// ([`ImportNote::Straightened`]). Grain numbers are read from elementary tags if these follow the scheme of
 /// [`write()`], and mixtures from element data; a mixture with the fraction 1 becomes a tetrahedron of its second phase.
 ///
@@ -82,13 +80,11 @@ fn import_with(
     })?;
     contents.sort();
     let unsaved = contents.unsaved_volumes();
-    let (mesh, repair) = contents.into_mesh(names, grains).map_err(|message| MeshError::File {
-        path: path.into(),
-        place: "physical groups".into(),
-        message,
+    let (mesh, straightened) = contents.into_mesh(names, grains).map_err(|message| {
+        MeshError::File { path: path.into(), place: "physical groups".into(), message }
     })?;
     mesh.validate()?;
-    Ok(Imported::new(mesh.with_pure_tetrahedra(), repair, unsaved))
+    Ok(Imported::new(mesh.with_pure_tetrahedra(), straightened, unsaved))
 }
 
 fn read_contents(source: &mut Source) -> Result<Contents, source::Fault> {

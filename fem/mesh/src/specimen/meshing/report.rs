@@ -70,7 +70,7 @@ impl MeshedPhase {
     pub(super) fn sums(names: Vec<String>, grains: &[MeshedGrain]) -> Vec<MeshedPhase> {
         let empty = |name| MeshedPhase { name, grains: 0, asked_mm3: 0.0, achieved_mm3: 0.0 };
         let mut phases: Vec<MeshedPhase> = names.into_iter().map(empty).collect();
-        for grain in grains.iter().filter(|grain| grain.is_present()) {
+        for grain in grains {
             let phase = &mut phases[grain.phase];
             phase.grains += 1;
             phase.asked_mm3 += grain.asked_mm3;
@@ -96,11 +96,6 @@ pub struct MeshedGrain {
 }
 
 impl MeshedGrain {
-    /// Returns whether the grain has a volume in the specimen or in the mesh.
-    fn is_present(&self) -> bool {
-        self.asked_mm3 > 0.0 || self.achieved_mm3 > 0.0
-    }
-
     /// Returns the relative error of the grain's volume in the mesh.
     pub fn volume_error(&self) -> f64 {
         self.achieved_mm3 / self.asked_mm3 - 1.0
@@ -115,15 +110,14 @@ impl MeshReport {
             .count()
     }
 
-    /// Iterates over the grains in the specimen that are not voids. A number that belongs to no grain, as after a grain
-    /// was erased from an image of labels, is omitted.
+    /// Iterates over the grains that are not voids.
     pub fn solid_grains(&self) -> impl Iterator<Item = &MeshedGrain> {
-        self.grains.iter().filter(|grain| grain.is_present() && !self.phases[grain.phase].is_void())
+        self.grains.iter().filter(|grain| !self.phases[grain.phase].is_void())
     }
 
-    /// Returns the number of grains (without voids and lost grains) that are meshed in this mode.
+    /// Returns the number of grains (without voids) that are meshed in this mode.
     pub fn grains_in(&self, mode: GrainMode) -> usize {
-        self.solid_grains().filter(|grain| grain.mode == mode && grain.achieved_mm3 > 0.0).count()
+        self.solid_grains().filter(|grain| grain.mode == mode).count()
     }
 
     /// Returns the volume of voids (mm³) that counts as matrix because the mesh does not resolve it.

@@ -62,9 +62,7 @@ impl<'a> Unknowns<'a> {
 /// Positions of the sampled variables of one test among the variables of all tests.
 struct Places {
     units: Range<usize>,
-    /// Standard deviations of the covariance to which the quantities of the test belong.
     sds: Range<usize>,
-    /// Partial correlations of this covariance.
     partials: Range<usize>,
 }
 
@@ -77,19 +75,10 @@ impl Places {
             *from = range.end;
             range
         };
-        let scatters: Vec<[Range<usize>; 2]> = tests
-            .scatters
-            .iter()
-            .map(|scatter| {
-                [
-                    next(&mut sds, scatter.quantities.len()),
-                    next(&mut partials, scatter.shapes.len()),
-                ]
-            })
-            .collect();
-        let places = tests.tests.iter().map(|test| {
-            let [sds, partials] = scatters[test.scatter.scatter].clone();
-            Self { units: next(&mut units, tests.varying.len()), sds, partials }
+        let places = tests.tests.iter().map(|test| Self {
+            units: next(&mut units, tests.varying.len()),
+            sds: next(&mut sds, test.quantities.len()),
+            partials: next(&mut partials, test.shapes.len()),
         });
         places.collect()
     }
@@ -119,14 +108,13 @@ impl TestDraws {
             let mut own = Self { chains: draws.chains, draws: draws.draws, ..Self::default() };
             for unknowns in (0..count).map(at_draw) {
                 own.theta.extend(point_within(test, &places, &unknowns));
-                let sds = &unknowns.sd[places.sds.clone()];
-                own.sd.extend(test.scatter.rows.iter().map(|&row| sds[row]));
-                let factor = factor_of(sds.len(), &unknowns.partial[places.partials.clone()])
-                    .and_then(|whole| test.scatter.of(&whole))
-                    .map_err(|error| CalibrationError::Group {
-                        group: test.name.clone(),
-                        problem: format!("has a draw without correlations: {error}"),
-                    })?;
+                own.sd.extend(&unknowns.sd[places.sds.clone()]);
+                let factor =
+                    factor_of(test.quantities.len(), &unknowns.partial[places.partials.clone()])
+                        .map_err(|error| CalibrationError::Group {
+                            group: test.name.clone(),
+                            problem: format!("has a draw without correlations: {error}"),
+                        })?;
                 own.corr.extend(factor.rows().concat());
             }
             let mode = Unknowns::of(|name| mode.values(name).unwrap_or_default());

@@ -1,19 +1,16 @@
 //! Joint calibration of several tests of one material. Each test has its own forward model, specimens and errors.
 //!
 //! 1. `correlation`: correlation matrices of different sizes in one model
-//! 2. `scatter`: covariances of the specimens, one for each test or one for all tests
-//! 3. `scope`, `prepared`: the tests, and the parameters of the joint model
-//! 4. `model`: the joint model
-//! 5. `draws`: draws of the joint posterior for each test
-//! 6. `new_test`: draws for a test that was not calibrated
+//! 2. `prepared`: the tests, and the parameters of the joint model
+//! 3. `model`: the joint model
+//! 4. `draws`: draws of the joint posterior for each test
+//! 5. `new_test`: draws for a test that was not calibrated
 
 mod correlation;
 mod draws;
 mod model;
 mod new_test;
 mod prepared;
-mod scatter;
-mod scope;
 #[cfg(test)]
 mod tests;
 
@@ -31,7 +28,6 @@ pub use draws::{TestDraws, calibration_of_draws};
 pub use model::calibration_over_tests;
 use prepared::PreparedTest;
 pub use prepared::{BetweenTests, JointTest, JointTests, TrendOverTests};
-pub use scope::{Scope, ScopedParameter};
 
 /// Posterior and mode of a joint calibration.
 #[derive(Clone, Debug)]
@@ -41,8 +37,6 @@ pub struct JointCalibration {
     /// Names of the parameters: the name of the surrogate's input, followed by the name of the test in parentheses for
     /// a parameter of one test.
     pub names: Vec<String>,
-    /// Paths and tests of the parameters, in the order of `names`.
-    pub parameters: Vec<ScopedParameter>,
     /// Priors of the parameters, in the order of `names`.
     pub priors: Vec<Prior>,
     /// Joint mode of the parameters over the constrained values (no Jacobian), in the order of `names`.
@@ -89,20 +83,7 @@ pub fn calibrate_tests(
     burn_in: usize,
     seed: u64,
 ) -> Result<JointCalibration, CalibrationError> {
-    calibrate_joint(JointTests::new(tests, between)?, sampler, burn_in, seed)
-}
-
-/// Calibrates prepared tests together, such as tests [with a pooled covariance](JointTests::with_pooled_covariance). The
-/// other arguments are those of [`calibrate_tests`].
-///
-/// # Errors
-/// If the surrogates reject every starting point.
-pub fn calibrate_joint(
-    prepared: JointTests,
-    sampler: &Nuts<'_>,
-    burn_in: usize,
-    seed: u64,
-) -> Result<JointCalibration, CalibrationError> {
+    let prepared = JointTests::new(tests, between)?;
     let model = calibration_over_tests(&prepared);
     let mut chains = sampler.run(&model).map_err(SampleError::from)?;
     leave_out(&mut chains, burn_in);
@@ -127,7 +108,6 @@ pub fn calibrate_joint(
         variances_between,
         tests: draws,
         names: prepared.names.clone(),
-        parameters: prepared.parameters.clone(),
         priors: prepared.priors.clone(),
         model: prepared,
     })

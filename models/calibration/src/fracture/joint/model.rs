@@ -8,8 +8,7 @@ use crate::fracture::likelihood::ln_density_of;
 
 ppl::model! {
     /// The likelihood of `calibration_on` for several tests of one material. Each test has its own forward model,
-    /// quantities and shared errors, independent of the other tests. Each test also has its own covariance between
-    /// specimens, unless the covariances are pooled ([`JointTests::with_pooled_covariance`]).
+    /// quantities, covariance between specimens and shared errors, all independent of the other tests.
     ///
     /// `theta` contains the parameters that all tests share, the parameters of one test, and the values at the ends of
     /// trends. A varying parameter has a centre, which is in `theta` or on a trend, the standard deviation `spread` of
@@ -27,27 +26,6 @@ ppl::model! {
             let spread ~ HalfNormal(varying.scale);
             spreads.push(spread);
         }
-        let mut factors: Vec<DynCholeskyFactor<Real>> = Vec::new();
-        for scatter in &tests.scatters {
-            let mut sds: Vec<Real> = Vec::new();
-            #[dims(quantity)]
-            for _ in 0..scatter.quantities.len() {
-                let sd ~ Normal(0.15, 0.25).truncate(0.0..);
-                sds.push(sd);
-            }
-            let mut partials: Vec<Real> = Vec::new();
-            #[dims(pair)]
-            for shape in &scatter.shapes {
-                let partial ~ Beta(*shape, *shape);
-                partials.push(partial);
-            }
-            let corr = factor_of(scatter.quantities.len(), &partials)?;
-            #[dims(pair)]
-            for entry in below_diagonal(&corr) {
-                #[track] let correlation = entry;
-            }
-            factors.push(corr.scale_rows(&sds)?);
-        }
         for test in &tests.tests {
             let mut units: Vec<Real> = Vec::new();
             #[dims(varying_in_test)]
@@ -61,7 +39,24 @@ ppl::model! {
             for value in test.varying_values(&point) {
                 #[track] let in_test = value;
             }
-            let chol = test.scatter.of(&factors[test.scatter.scatter])?;
+            let mut sds: Vec<Real> = Vec::new();
+            #[dims(quantity)]
+            for _ in 0..test.quantities.len() {
+                let sd ~ Normal(0.15, 0.25).truncate(0.0..);
+                sds.push(sd);
+            }
+            let mut partials: Vec<Real> = Vec::new();
+            #[dims(pair)]
+            for shape in &test.shapes {
+                let partial ~ Beta(*shape, *shape);
+                partials.push(partial);
+            }
+            let corr = factor_of(test.quantities.len(), &partials)?;
+            #[dims(pair)]
+            for entry in below_diagonal(&corr) {
+                #[track] let correlation = entry;
+            }
+            let chol = corr.scale_rows(&sds)?;
             let expected = test.specimens.expected(&test.forward, &point)?;
             factor(ln_density_of(&test.specimens, &expected, &chol)?);
         }

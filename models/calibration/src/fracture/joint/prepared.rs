@@ -6,13 +6,15 @@ use ppl::prelude::*;
 use serde::Serialize;
 use surrogate::{DynPce, Input};
 
-use super::scatter::{PartOfScatter, Scatter};
-use super::scope::{Scope, ScopedParameter};
+use super::correlation;
 use crate::fracture::within_box::{deviated, exponential_within};
 use crate::fracture::{
     CalibrationError, Evidence, Specimens, relative_to_means, short_name, unknown_inputs,
 };
 use crate::prior::Prior;
+
+/// Concentration of the LKJ prior of the correlations between the quantities of a test.
+const ETA: f64 = 3.0;
 
 /// One test of a material: its forward model and its specimens.
 #[derive(Clone, Debug)]
@@ -81,12 +83,11 @@ impl TrendOverTests {
         (scale(value) - low) / (high - low)
     }
 
-    /// Parameters at the ends of the trend.
-    fn parameters_at_ends(&self, path: &str) -> [ScopedParameter; 2] {
+    /// Names of the parameters at the ends of the trend.
+    fn names(&self, parameter: &str) -> [String; 2] {
         self.ends().map(|end| {
             let digits = format!("{end:.3e}").parse().unwrap_or(end);
-            let scope = Scope::TrendEnd(format!("at {digits} {}", self.unit));
-            ScopedParameter { path: path.to_owned(), scope }
+            format!("{parameter} (at {digits} {})", self.unit)
         })
     }
 
@@ -133,16 +134,12 @@ pub struct JointTests {
     /// Names of the parameters of the joint model: the name of the surrogate's input, followed by the name of the test
     /// in parentheses for a parameter of one test.
     pub(super) names: Vec<String>,
-    /// Paths and tests of the parameters, in the order of `names`.
-    pub(super) parameters: Vec<ScopedParameter>,
     /// Priors of the parameters.
     pub(super) priors: Vec<Prior>,
     /// Parameters that vary between tests.
     pub(super) varying: Vec<Varying>,
     /// Trends of parameters, by the name of the surrogate's input.
     pub(super) trends: BTreeMap<String, TrendOverTests>,
-    /// Covariances of the specimens: one for each test, or one for all tests.
-    pub(super) scatters: Vec<Scatter>,
     pub(super) tests: Vec<PreparedTest>,
 }
 
@@ -160,8 +157,8 @@ pub(super) struct PreparedTest {
     pub(super) specimens: Specimens,
     /// Names of the quantities.
     pub(super) quantities: Vec<String>,
-    /// Place of the quantities in the covariances of the specimens.
-    pub(super) scatter: PartOfScatter,
+    /// Shapes of the beta distributions of the partial correlations.
+    pub(super) shapes: Vec<f64>,
 }
 
 impl JointTests {
@@ -193,11 +190,9 @@ impl JointTests {
         });
         let mut joint = Self {
             names: Vec::new(),
-            parameters: Vec::new(),
             priors: Vec::new(),
             varying: Vec::new(),
             trends: trends.collect(),
-            scatters: Vec::new(),
             tests: Vec::new(),
         };
         for test in tests {
@@ -226,18 +221,13 @@ impl JointTests {
                 .map(|(input, prior)| joint.value(test, input, prior, between))
                 .collect::<Result<_, _>>()?;
             let (forward, specimens) = relative_to_means(&test.forward, &test.evidence)?;
-            let quantities: Vec<String> =
-                forward.outputs().iter().map(|name| short_name(name)).collect();
-            let rows = (0..quantities.len()).collect();
-            let scatter = PartOfScatter { scatter: joint.scatters.len(), rows };
-            joint.scatters.push(Scatter::new(Some(test.name.clone()), quantities.clone()));
             joint.tests.push(PreparedTest {
                 name: test.name.clone(),
                 values,
                 inputs,
                 varying: Vec::new(),
-                quantities,
-                scatter,
+                quantities: forward.outputs().iter().map(|name| short_name(name)).collect(),
+                shapes: correlation::shapes(forward.outputs().len(), ETA),
                 forward,
                 specimens,
             });
@@ -295,25 +285,6 @@ impl JointTests {
         Ok(joint)
     }
 
-    /// Pools the covariances: the specimens of all tests have one covariance of the quantities relative to the means of
-    /// their test, as in [`calibrate_groups`](crate::calibrate_groups). Quantities of several tests with the same name have
-    /// one standard deviation. A test has the rows and columns of its own quantities.
-    pub fn with_pooled_covariance(mut self) -> Self {
-        let mut quantities: Vec<String> = Vec::new();
-        for test in &mut self.tests {
-            let row = |quantity: &String| {
-                quantities.iter().position(|other| other == quantity).unwrap_or_else(|| {
-                    quantities.push(quantity.clone());
-                    quantities.len() - 1
-                })
-            };
-            let rows = test.quantities.iter().map(row).collect();
-            test.scatter = PartOfScatter { scatter: 0, rows };
-        }
-        self.scatters = vec![Scatter::new(None, quantities)];
-        self
-    }
-
     /// Returns the value of a test's input in the joint model, and adds its parameters if they are new.
     fn value(
         &mut self,
@@ -324,21 +295,20 @@ impl JointTests {
     ) -> Result<InputValue, CalibrationError> {
         let relation = between.get(&input.name);
         let is_own = test.own.contains(&input.name) || relation == Some(&BetweenTests::Own);
-        let scoped = |scope| ScopedParameter { path: input.name.clone(), scope };
         if is_own {
-            let parameter = scoped(Scope::Test(test.name.clone()));
-            return Ok(InputValue::Parameter(self.parameter(test, parameter, prior)?));
+            let name = format!("{} ({})", input.name, test.name);
+            return Ok(InputValue::Parameter(self.parameter(test, name, prior)?));
         }
         match relation {
             Some(BetweenTests::Trend(trend)) => {
-                let [low, high] = trend.parameters_at_ends(&input.name);
+                let [low, high] = trend.names(&input.name);
                 let low = self.parameter(test, low, prior)?;
                 let high = self.parameter(test, high, prior)?;
                 // `problem` refuses a test without a value
                 let value = trend.at.get(&test.name).copied().unwrap_or(f64::NAN);
                 Ok(InputValue::Trend([low, high], trend.position(value)))
             }
-            _ => Ok(InputValue::Parameter(self.parameter(test, scoped(Scope::Shared), prior)?)),
+            _ => Ok(InputValue::Parameter(self.parameter(test, input.name.clone(), prior)?)),
         }
     }
 
@@ -346,10 +316,9 @@ impl JointTests {
     fn parameter(
         &mut self,
         test: &JointTest,
-        parameter: ScopedParameter,
+        name: String,
         prior: &Prior,
     ) -> Result<usize, CalibrationError> {
-        let name = parameter.to_string();
         if let Some(index) = self.names.iter().position(|other| *other == name) {
             return match self.priors[index] == *prior {
                 true => Ok(index),
@@ -362,7 +331,6 @@ impl JointTests {
             };
         }
         self.names.push(name);
-        self.parameters.push(parameter);
         self.priors.push(*prior);
         Ok(self.names.len() - 1)
     }
@@ -381,14 +349,24 @@ impl JointTests {
         self.tests.iter().flat_map(of).collect()
     }
 
-    /// Names of the quantities of each covariance.
+    /// Names of the quantities of all tests, test by test.
     pub(super) fn quantity_names(&self) -> Vec<String> {
-        self.scatters.iter().flat_map(Scatter::quantity_names).collect()
+        let of = |test: &PreparedTest| -> Vec<String> {
+            test.quantities.iter().map(|name| format!("{name} ({})", test.name)).collect()
+        };
+        self.tests.iter().flat_map(of).collect()
     }
 
-    /// Names of the pairs of quantities of each covariance, in the order of the entries below the diagonal.
+    /// Names of the pairs of quantities of each test, in the order of the entries below the diagonal.
     pub(super) fn pair_names(&self) -> Vec<String> {
-        self.scatters.iter().flat_map(Scatter::pair_names).collect()
+        let mut names = Vec::new();
+        for test in &self.tests {
+            for (row, first) in test.quantities.iter().enumerate() {
+                let others = &test.quantities[..row];
+                names.extend(others.iter().map(|other| format!("{first} {other} ({})", test.name)));
+            }
+        }
+        names
     }
 }
 

@@ -104,11 +104,6 @@ fn tests_that_share_nothing_do_not_inform_each_other() {
     check::gradient(&calibration_over_tests(&JointTests::new(&tests, &own).unwrap()), 3);
     let joint = calibrate_tests(&tests, &own, &sampler(6), 0, 6).unwrap();
     assert_eq!(joint.names, ["matrix.young_mpa (two)", "matrix.young_mpa (one)"]);
-    let scope = |test: &str| Scope::Test(test.to_owned());
-    assert_eq!(
-        joint.parameters[0],
-        ScopedParameter { path: YOUNG.to_owned(), scope: scope("two") }
-    );
     let one = &tests[1];
     let one = calibrate(&one.forward, &one.priors, &one.evidence, &sampler(7), 7).unwrap();
     let (joint, theta) = (&joint.posterior, "theta[matrix.young_mpa]");
@@ -185,77 +180,6 @@ fn a_shared_parameter_and_one_of_a_single_test_are_those_of_quadrature() {
     friction.check(&joint.posterior, "theta[1]");
 }
 
-/// The specimens of two tests have one standard deviation: compares E and the standard deviation with quadrature. All
-/// specimens of a test are one normal vector, as in `likelihood`; the integral over the common standard deviation is
-/// outside the product of the tests.
-#[test]
-fn a_pooled_covariance_is_that_of_quadrature() {
-    let tests = [
-        linear("fast", &[0.3], &[104.0, 111.0, 108.0], 4e-4),
-        linear("slow", &[0.2], &[113.0, 99.0], 9e-4),
-    ];
-    let prepared = JointTests::new(&tests, &BTreeMap::new()).unwrap().with_pooled_covariance();
-    check::gradient(&calibration_over_tests(&prepared), 3);
-    let joint = calibrate_joint(prepared, &sampler(8), 0, 8).unwrap();
-    let ln_density = |test: &JointTest, e: f64, sd: f64| {
-        let forces: Vec<f64> = test.evidence.qois.concat();
-        let (n, shared) = (forces.len() as f64, test.evidence.shared[0][0]);
-        let unit = forces.iter().sum::<f64>() / n;
-        let response = test.forward.value(&[e]).unwrap()[0];
-        let gaps = forces.iter().map(|force| (force - response) / unit);
-        let (sum, squares) = gaps.fold((0.0, 0.0), |(a, b), gap| (a + gap, b + gap * gap));
-        let (own, all) = (sd * sd, sd * sd + n * shared);
-        -0.5 * ((n - 1.0) * own.ln() + all.ln() + (squares - shared * sum * sum / all) / own)
-    };
-    let (mut young, mut scatter) = (Moments::default(), Moments::default());
-    for e in midpoints(200.0, 400.0, 200) {
-        for sd in midpoints(0.0, 1.2, 600) {
-            let prior = -0.5 * ((sd - 0.15) / 0.25).powi(2);
-            let sum: f64 = tests.iter().map(|test| ln_density(test, e, sd)).sum();
-            let weight = (sum + prior).exp();
-            young.add(weight, e);
-            scatter.add(weight, sd);
-        }
-    }
-    young.check(&joint.posterior, "theta[0]");
-    scatter.check(&joint.posterior, "sd[peak-force]");
-    // both tests have the draws of the common standard deviation
-    let common = joint.posterior.trace("sd[0]").unwrap().concat();
-    for draws in &joint.tests {
-        assert_eq!((&draws.sd, draws.corr.iter().all(|x| *x == 1.0)), (&common, true));
-    }
-    // the slow test alone has two specimens: its own standard deviation is less certain
-    let own = calibrate_tests(&tests, &BTreeMap::new(), &sampler(9), 0, 9).unwrap();
-    let sd = |posterior: &Posterior, name: &str| moments(posterior, name)[1].0;
-    let [pooled, alone] =
-        [sd(&joint.posterior, "sd[peak-force]"), sd(&own.posterior, "sd[peak-force (slow)]")];
-    assert!(pooled < 0.9 * alone, "{pooled} {alone}");
-}
-
-/// A test with some of the quantities has their rows of the common covariance, in its own order.
-#[test]
-fn a_test_with_fewer_quantities_has_a_part_of_the_pooled_covariance() {
-    let tests = [six_specimens("two"), linear("one", &[0.5], &[108.0, 96.0, 103.0, 99.0], 4e-4)];
-    let own = BTreeMap::from([(YOUNG.to_owned(), BetweenTests::Own)]);
-    let prepared = JointTests::new(&tests, &own).unwrap().with_pooled_covariance();
-    assert_eq!(prepared.quantity_names(), ["slope", "peak-force"]);
-    assert_eq!(prepared.pair_names(), ["peak-force slope"]);
-    check::gradient(&calibration_over_tests(&prepared), 3);
-    let sampler = Nuts::default().chains(2).warmup(200).draws(100).seed(3);
-    let joint = calibrate_joint(prepared, &sampler, 0, 3).unwrap();
-    let peak = joint.posterior.trace("sd[peak-force]").unwrap().concat();
-    assert_eq!(joint.tests[1].sd, peak);
-    let (two, one) = (&joint.tests[0], &joint.tests[1]);
-    assert_eq!((two.sd.len(), one.corr.len()), (2 * peak.len(), peak.len()));
-    assert!(two.sd.chunks(2).zip(&peak).all(|(sds, peak)| sds[1] == *peak));
-    // predictions and densities of each test are computed from the common draws
-    for (test, draws) in tests.iter().zip(&joint.tests) {
-        let single =
-            calibration_of_draws(&test.forward, &test.priors, &test.evidence, draws).unwrap();
-        assert_eq!(single.loo().unwrap().points.len(), test.evidence.qois.len());
-    }
-}
-
 fn trend(at: &[(&str, f64)], is_logarithmic: bool, deviation: f64) -> BetweenTests {
     let at = at.iter().map(|&(name, x)| (name.to_owned(), x)).collect();
     BetweenTests::Trend(TrendOverTests { at, is_logarithmic, unit: "°C".to_owned(), deviation })
@@ -295,7 +219,6 @@ fn a_trend_is_that_of_quadrature() {
     check::gradient(&calibration_over_tests(&JointTests::new(&tests, &between).unwrap()), 3);
     let joint = calibrate_tests(&tests, &between, &sampler(8), 0, 8).unwrap();
     assert_eq!(joint.names, ["matrix.young_mpa (at 20 °C)", "matrix.young_mpa (at 60 °C)"]);
-    assert_eq!(joint.parameters[1].scope, Scope::TrendEnd("at 60 °C".to_owned()));
     let tables = Tables::of(&tests);
     let mut found: [Moments; 2] = Default::default();
     for cold in midpoints(200.0, 400.0, 160) {

@@ -2,7 +2,6 @@
 
 use crate::error::InputError;
 use crate::experiments::specimen_quantities::read_cell;
-use crate::forward::confirmation::ConfirmedQuantity;
 use crate::forward::predicted_curves::band_end;
 use crate::pipeline::inputs::Inputs;
 use crate::predicted_curve::QUANTILES;
@@ -62,12 +61,14 @@ pub(super) fn at_the_mode(
     quantities: &[Quantity],
     qois: &mut [Qoi],
 ) -> Result<(), WorkflowError> {
-    for confirmed in ConfirmedQuantity::read(inputs)? {
-        let index = quantities.iter().position(|quantity| quantity.column() == confirmed.column);
-        let Some(qoi) = index.and_then(|index| qois.get_mut(index)) else { continue };
-        qoi.map = confirmed.map_simulation;
-        qoi.percent_error = confirmed.percent_error;
-        qoi.mesh_error_percent = confirmed.mesh_error_percent;
+    let path = inputs.file("confirm.csv")?;
+    let columns = ["qoi", "map_simulation", "percent_error", "mesh_error_percent"];
+    let table = CsvTable::read(&path, &columns)?;
+    for (qoi, quantity) in qois.iter_mut().zip(quantities) {
+        let row = table.named("qoi", &quantity.column())?;
+        qoi.map = row.number("map_simulation")?;
+        qoi.percent_error = row.number("percent_error")?;
+        qoi.mesh_error_percent = row.text("mesh_error_percent").parse().ok();
     }
     Ok(())
 }

@@ -2,8 +2,8 @@
 
 use crate::case::SimulatorCase;
 use crate::experiments::experiment_inputs;
+use crate::pipeline::freshness::finished_in;
 use crate::pipeline::inputs::Inputs;
-use crate::pipeline::stages_file::finished_in;
 use crate::results_folder::editable::is_editable;
 use crate::results_folder::error::WorkflowError;
 use crate::results_folder::files::{IMPORTED, SPECIMENS, VALUES};

@@ -74,8 +74,9 @@ pub(super) fn ensemble(
         qoi.ensemble = data.rows().map(|(_, values)| values[m]).collect();
     }
     for i in 0..data.len() {
-        results.ensemble_seconds += data.cost(i).unwrap_or(0.0);
-        let name = format!("curves/run-{:03}.csv", data.run(i).unwrap_or_default());
+        let note = |name: &str| data.note(i, name).unwrap_or_default();
+        results.ensemble_seconds += note("seconds").parse().unwrap_or(0.0);
+        let name = format!("curves/run-{:0>3}.csv", note("run"));
         // a simulation that has quantities and no curve writes no file
         if inputs.case().is_built_in() || inputs.file_if_there(&name).is_some() {
             let curve = read_curve(inputs.file(&name)?)?;

@@ -16,7 +16,6 @@ use surrogate::{Dataset, DynPce, FitReport, OrderRule};
 
 use super::levels::corrected;
 use crate::case::{CalibrationCase, Case, Likelihood};
-use crate::case_inputs::CaseInputs;
 use crate::error::InputError;
 use crate::pipeline::inputs::Inputs;
 use crate::qoi::Quantity;

@@ -3,9 +3,7 @@
 use surrogate::Dataset;
 
 use crate::case::Case;
-use crate::case_inputs::CaseInputs;
 use crate::experiments::experiment_inputs;
-use crate::forward::confirmation::ConfirmedQuantity;
 use crate::forward::specimen_stiffness::{in_words, of_specimens, population};
 use crate::pipeline::inputs::Inputs;
 use crate::qoi::Quantity;
@@ -29,12 +27,13 @@ pub(super) fn mesh_errors(
     inputs: &Inputs<'_>,
     quantities: &[Quantity],
 ) -> Result<Option<String>, WorkflowError> {
-    let confirmed = ConfirmedQuantity::read(inputs)?;
+    let path = inputs.file("confirm.csv")?;
+    let table = CsvTable::read(&path, &["qoi", "mesh_error_percent"])?;
     let stated = &inputs.calibration().discrepancy.percent;
     let (mut percentages, mut left_out) = (Vec::new(), Vec::new());
     for quantity in quantities {
-        let confirmed = confirmed.iter().find(|other| quantity.column() == other.column);
-        let Some(percent) = confirmed.and_then(|c| c.mesh_error_percent) else { return Ok(None) };
+        let row = table.named("qoi", &quantity.column())?;
+        let Ok(percent) = row.text("mesh_error_percent").parse::<f64>() else { return Ok(None) };
         percentages.push(format!("{} {percent:+.1} %", quantity.label()));
         if stated.get(quantity).is_none_or(|stated| *stated < percent.abs()) {
             left_out.push(quantity.label().to_string());

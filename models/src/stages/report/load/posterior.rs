@@ -5,10 +5,7 @@ use ppl::diagnostics::{mcse_mean, mcse_quantile, mcse_sd};
 use surrogate::Dataset;
 
 use crate::case::{Case, Parameter};
-use crate::case_inputs::CaseInputs;
 use crate::error::InputError;
-use crate::experiments::data_range::is_out_of_range;
-use crate::forward::shares_table::{SharesOfParameter, read_shares};
 use crate::pipeline::inputs::Inputs;
 use crate::report::{CalibratedParameter, LeftOut, ParameterSensitivity, Summarised};
 use crate::results_folder::error::WorkflowError;
@@ -201,11 +198,29 @@ pub(super) fn left_out(inputs: &Inputs<'_>, case: &Case) -> Result<Vec<LeftOut>,
     Ok(rows)
 }
 
+/// Label of a parameter, with the share of each source in its variance.
+type Shares = (String, Vec<(String, f64)>);
+
 /// Loads the contributions to the uncertainty of each parameter, in the order of the file.
-pub(super) fn budget(
-    inputs: &Inputs<'_>,
-    case: &Case,
-) -> Result<Vec<SharesOfParameter>, WorkflowError> {
-    let parameters = read_shares(inputs)?.into_iter();
-    Ok(parameters.map(|(name, shares)| (label_of(case, &name), shares)).collect())
+pub(super) fn budget(inputs: &Inputs<'_>, case: &Case) -> Result<Vec<Shares>, WorkflowError> {
+    let Some(path) = inputs.file_if_there("uncertainty.csv") else { return Ok(Vec::new()) };
+    let table = CsvTable::read(&path, &["parameter", "source", "share"])?;
+    let mut budget: Vec<Shares> = Vec::new();
+    for row in table.rows() {
+        let name = row.text("parameter");
+        let label = label_of(case, name);
+        let part = (row.text("source").to_owned(), row.number("share")?);
+        match budget.last_mut() {
+            Some((parameter, sources)) if *parameter == label => sources.push(part),
+            _ => budget.push((label, vec![part])),
+        }
+    }
+    Ok(budget)
+}
+
+/// Whether the calibration was made with data outside the range of the simulations.
+fn is_out_of_range(inputs: &Inputs<'_>) -> Result<bool, WorkflowError> {
+    let path = inputs.file("range.csv")?;
+    let table = CsvTable::read(&path, &["inside"])?;
+    Ok(table.rows().any(|row| row.text("inside") != "true"))
 }

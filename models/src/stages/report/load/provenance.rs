@@ -10,8 +10,8 @@ use serde::Serialize;
 
 use super::{left_out, rule_in_words};
 use crate::case::Case;
+use crate::pipeline::freshness::{Records, finished_in};
 use crate::pipeline::inputs::Inputs;
-use crate::pipeline::stages_file::{Records, finished_in};
 use crate::report::{ChangedKey, DamageModel, InputFile, Methods, Provenance};
 
 /// Stage whose products do not count as results.

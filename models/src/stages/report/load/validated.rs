@@ -1,7 +1,6 @@
 //! Loads the comparisons with held-out specimens, from the files of the stage `validate`.
 
 use crate::case::CaseFile;
-use crate::case_inputs::CaseInputs;
 use crate::error::InputError;
 use crate::experiments::validation_folders::folder_of;
 use crate::forward::predicted_curves::specimen_curves;

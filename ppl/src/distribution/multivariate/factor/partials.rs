@@ -7,92 +7,89 @@ use crate::distribution::multivariate::size::Size;
 use crate::number::partials::Partials;
 use crate::number::scalar::Scalar;
 
-/// Propagates the partial derivatives `weights` of a function with respect to the entries of row `i`: calls
-/// `f(number, derivative)` for each number on which the entries depend, with the derivative of the function with
-/// respect to the number.
-#[inline(always)]
-fn spread_row<R: Scalar, S: Size>(
-    factor: &Factor<R, S>,
-    i: usize,
-    mut weights: S::Vector<f64>,
-    f: &mut impl FnMut(R, f64),
-) {
-    if let Some(scale) = &factor.scale {
-        let mut in_scale = 0.0;
-        for j in 0..=i {
-            in_scale += weights[j] * factor.unscaled_value(i, j);
-            weights[j] *= scale[i].value();
-        }
-        f(scale[i], in_scale);
-    }
-    let mut end = i + 1;
-    if let Some(Angles { tanh, sech, reach, .. }) = &factor.angles {
-        end = i;
-        let mut in_rest = weights[i];
-        for j in (0..i).rev() {
-            let (tanh, sech, weight) = (tanh[i][j], sech[i][j], weights[j]);
-            weights[j] = reach[i][j] * (weight * sech - in_rest * tanh);
-            in_rest = weight * tanh + in_rest * sech;
-        }
-    }
-    for j in 0..end {
-        f(factor.rows[i][j], weights[j]);
-    }
-}
-
-/// Propagates the partial derivatives `weights` of a function with respect to all entries: calls
-/// `f(number, derivative)` for each number on which the entries depend, with the derivative of the function with
-/// respect to the number.
-///
-/// The struct is destructured first, and the computation is split into several short loops. If the size is small
-/// and known at compile time, the compiler unrolls the loops and keeps the fields in registers.
-#[inline(always)]
-fn spread_rows<R: Scalar, S: Size>(
-    factor: Factor<R, S>,
-    mut weights: S::Matrix<f64>,
-    f: &mut impl FnMut(R, f64),
-) {
-    let Factor { size, rows, angles, scale } = factor;
-    let k = size.get();
-    let mut end = 1;
-    if let Some(scale) = scale {
-        let values = match &angles {
-            Some(angles) => angles.entries.clone(),
-            None => {
-                let mut values = size.filled(0.0);
-                for i in 0..k {
-                    for j in 0..=i {
-                        values[i][j] = rows[i][j].value();
-                    }
-                }
-                values
-            }
-        };
-        let mut in_scale = size.vector(|_| 0.0);
-        for i in 0..k {
+impl<R: Scalar, S: Size> Factor<R, S> {
+    /// Propagates the partial derivatives `weights` of a function with respect to the entries of row `i`: calls
+    /// `f(number, derivative)` for each number on which the entries depend, with the derivative of the function with
+    /// respect to the number.
+    #[inline(always)]
+    fn spread_row(&self, i: usize, mut weights: S::Vector<f64>, f: &mut impl FnMut(R, f64)) {
+        if let Some(scale) = &self.scale {
+            let mut in_scale = 0.0;
             for j in 0..=i {
-                in_scale[i] += weights[i][j] * values[i][j];
-                weights[i][j] *= scale[i].value();
+                in_scale += weights[j] * self.unscaled_value(i, j);
+                weights[j] *= scale[i].value();
             }
+            f(scale[i], in_scale);
         }
-        for i in 0..k {
-            f(scale[i], in_scale[i]);
-        }
-    }
-    if let Some(Angles { tanh, sech, reach, .. }) = angles {
-        end = 0;
-        for i in 0..k {
-            let mut in_rest = weights[i][i];
+        let mut end = i + 1;
+        if let Some(Angles { tanh, sech, reach, .. }) = &self.angles {
+            end = i;
+            let mut in_rest = weights[i];
             for j in (0..i).rev() {
-                let (tanh, sech, weight) = (tanh[i][j], sech[i][j], weights[i][j]);
-                weights[i][j] = reach[i][j] * (weight * sech - in_rest * tanh);
+                let (tanh, sech, weight) = (tanh[i][j], sech[i][j], weights[j]);
+                weights[j] = reach[i][j] * (weight * sech - in_rest * tanh);
                 in_rest = weight * tanh + in_rest * sech;
             }
         }
+        for j in 0..end {
+            f(self.rows[i][j], weights[j]);
+        }
     }
-    for i in 0..k {
-        for j in 0..i + end {
-            f(rows[i][j], weights[i][j]);
+
+    /// Propagates the partial derivatives `weights` of a function with respect to all entries: calls
+    /// `f(number, derivative)` for each number on which the entries depend, with the derivative of the function with
+    /// respect to the number.
+    ///
+    /// The struct is destructured first, and the computation is split into several short loops. If the size is small
+    /// and known at compile time, the compiler unrolls the loops and keeps the fields in registers.
+    #[inline(always)]
+    pub(in crate::distribution::multivariate) fn spread_rows(
+        self,
+        mut weights: S::Matrix<f64>,
+        f: &mut impl FnMut(R, f64),
+    ) {
+        let Self { size, rows, angles, scale } = self;
+        let k = size.get();
+        let mut end = 1;
+        if let Some(scale) = scale {
+            let values = match &angles {
+                Some(angles) => angles.entries.clone(),
+                None => {
+                    let mut values = size.filled(0.0);
+                    for i in 0..k {
+                        for j in 0..=i {
+                            values[i][j] = rows[i][j].value();
+                        }
+                    }
+                    values
+                }
+            };
+            let mut in_scale = size.vector(|_| 0.0);
+            for i in 0..k {
+                for j in 0..=i {
+                    in_scale[i] += weights[i][j] * values[i][j];
+                    weights[i][j] *= scale[i].value();
+                }
+            }
+            for i in 0..k {
+                f(scale[i], in_scale[i]);
+            }
+        }
+        if let Some(Angles { tanh, sech, reach, .. }) = angles {
+            end = 0;
+            for i in 0..k {
+                let mut in_rest = weights[i][i];
+                for j in (0..i).rev() {
+                    let (tanh, sech, weight) = (tanh[i][j], sech[i][j], weights[i][j]);
+                    weights[i][j] = reach[i][j] * (weight * sech - in_rest * tanh);
+                    in_rest = weight * tanh + in_rest * sech;
+                }
+            }
+        }
+        for i in 0..k {
+            for j in 0..i + end {
+                f(rows[i][j], weights[i][j]);
+            }
         }
     }
 }
@@ -145,7 +142,7 @@ impl<R: Scalar, S: Size> Partials<R> for Row<'_, R, S> {
     #[inline(always)]
     fn spread(self, f: &mut impl FnMut(R, f64)) {
         f(self.start.0, self.start.1);
-        spread_row(self.factor, self.i, self.in_row, f);
+        self.factor.spread_row(self.i, self.in_row, f);
         self.x.iter().zip(self.in_x).for_each(|(&x, &weight)| f(x, weight));
     }
 }
@@ -162,6 +159,6 @@ pub(in crate::distribution::multivariate) struct Whole<R: Scalar, S: Size> {
 impl<R: Scalar, S: Size> Partials<R> for Whole<R, S> {
     #[inline(always)]
     fn spread(self, f: &mut impl FnMut(R, f64)) {
-        spread_rows(self.factor, self.weights, f);
+        self.factor.spread_rows(self.weights, f);
     }
 }

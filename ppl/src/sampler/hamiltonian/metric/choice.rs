@@ -1,8 +1,8 @@
 //! Choice of the inverse mass matrix that fits a warmup window best.
 
+use crate::sampler::draws::report::MapKind;
 use crate::sampler::hamiltonian::metric::sample::Sample;
 use crate::sampler::hamiltonian::metric::{Dense, Diagonal, LowRank, Metric};
-use crate::sampler::reports::report::MapKind;
 
 /// Result of the comparison of inverse mass matrices in one warmup window.
 pub(crate) struct Choice {

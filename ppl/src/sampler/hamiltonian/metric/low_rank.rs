@@ -5,11 +5,11 @@ use rand::{Rng, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
+use crate::sampler::draws::report::InverseMassMatrix;
 use crate::sampler::hamiltonian::dot::dot;
 use crate::sampler::hamiltonian::metric::Diagonal;
 use crate::sampler::hamiltonian::metric::dense::geometric_mean;
 use crate::sampler::hamiltonian::metric::sample::Centred;
-use crate::sampler::reports::report::InverseMassMatrix;
 
 /// Low-rank inverse mass matrix `M⁻¹ = D (I + U (Λ − I) Uᵀ) D` with D = diag(σ) and orthonormal columns of U.
 #[derive(Clone, Debug)]

@@ -21,7 +21,7 @@ pub(crate) use diagonal::Diagonal;
 pub(crate) use low_rank::LowRank;
 pub(crate) use sample::{Centred, Sample};
 
-use crate::sampler::reports::report::{InverseMassMatrix, MapKind};
+use crate::sampler::draws::report::{InverseMassMatrix, MapKind};
 
 /// Inverse mass matrix `M⁻¹`, an estimate of the posterior covariance.
 #[derive(Clone, Debug)]

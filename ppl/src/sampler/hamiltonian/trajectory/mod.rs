@@ -13,9 +13,9 @@ use std::{
 
 use rand::Rng;
 
+use crate::sampler::draws::report::DrawStats;
 use crate::sampler::hamiltonian::system::{Hamiltonian, Phase, Position};
-use crate::sampler::reports::report::DrawStats;
-use crate::sampler::reports::stop::StopReason;
+use crate::sampler::run::stop::StopReason;
 use weight::Weight;
 
 /// Allowed values of the largest number of doublings.
