@@ -85,7 +85,7 @@ impl Fracture {
         Self { toughness_n_per_mm, viscosity_mpa_s: 0.0, residual_stiffness: 0.0 }
     }
 
-    /// Checks that the constants are in plausible units.
+    /// Checks that each constant lies in its plausible range.
     ///
     /// # Errors
     /// [`FemError::OutOfRange`] with the name of the constant.

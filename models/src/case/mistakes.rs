@@ -35,7 +35,7 @@ pub(super) struct ReadCase {
     pub(super) case: Option<Case>,
     /// Errors of the parser.
     pub(super) errors: Vec<Error>,
-    /// Lists that the schema does not allow, which were omitted.
+    /// Lists that were omitted because the schema does not allow them.
     pub(super) lists: Vec<WrongList>,
     /// Keys that were omitted because they could not be read.
     omitted: Vec<String>,

@@ -135,7 +135,7 @@ impl CaseFile {
         packing.validate(radius_mm, height_mm).map_err(|e| self.refused("specimen.grains", &e))
     }
 
-    /// Checks the keys of `[specimen.image]` about voxels, also where a virtual scan leaves them unused.
+    /// Checks `voxel_mm` and `bin` of `[specimen.image]`, also in a case with a virtual scan, which does not use them.
     fn check_voxels(&self, mistakes: &mut Mistakes) {
         let Some(image) = &self.case.specimen.image else { return };
         if let Some(voxel_mm) = image.voxel_mm {
@@ -228,7 +228,7 @@ impl CaseFile {
             let checked = self.in_fem(region, m);
             mistakes.note(checked.map_err(|error| self.material_error(region, error)));
         }
-        // `fem` does not check these constants of a region without a toughness
+        // `fem` ignores the constants of damage in a region without a toughness; a wrong value is reported nevertheless
         if m.toughness_n_per_mm.is_none() {
             let checked = Fracture {
                 toughness_n_per_mm: 1.0,
@@ -251,7 +251,7 @@ impl CaseFile {
             ));
         };
         match shift.validate("test", celsius) {
-            // the check of the material reports the reference temperature with its key
+            // a wrong reference temperature is reported by the check of the material
             Ok(()) | Err(FemError::OutOfRange { field: "reference_celsius", .. }) => Ok(()),
             Err(error) => {
                 let key = format!("material.{region}.viscoelastic.shift");
@@ -266,7 +266,7 @@ impl CaseFile {
         material.in_fem()?.validate(region, self.case.phase_field.as_ref())
     }
 
-    /// Returns an error of `fem` about a material with the key of the case.
+    /// Converts an error of `fem` about the material of a region to an error that names the key of the case.
     fn material_error(&self, region: &str, error: FemError) -> InputError {
         match error {
             FemError::OutOfRange { entity, field, value, requirement }
