@@ -111,8 +111,8 @@ fn a_curve_of_voce_has_its_marginal_density() {
     let steps = |middle: f64, half: f64| {
         (-15..=15).map(move |i| middle + half * f64::from(i) / 15.0).collect::<Vec<f64>>()
     };
-    // half widths of the grid: at least five standard deviations. With steps of a third of a standard deviation, the sum over
-    // a bell-shaped density is exact to far less than the tolerance
+    // half widths of the grid: at least five standard deviations. With steps of a third of a standard deviation, the sum
+    // over a bell-shaped density is exact to far less than the tolerance
     let halves = [0.06, 0.05, 0.45];
     let mut terms = Vec::new();
     for a in steps(own[0], halves[0]) {
